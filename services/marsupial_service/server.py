@@ -17,10 +17,10 @@ from marsupial.errors import UsageError
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.app import create_app
 from marsupial_service.http.connections import OTHER_FILES, Connections, GuardedProtocol, LoopFaults, allow_files
+from marsupial_service.keys import open_keys
 from marsupial_service.operations import logs
-from marsupial_service.operations.keys import open_keys
-from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.planners import planner_infos
+from marsupial_service.settings import ServiceSettings
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError, open_store
 

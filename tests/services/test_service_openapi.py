@@ -8,7 +8,7 @@ from service_house import serve
 
 from marsupial_service.app import create_app
 from marsupial_service.http.openapi import FILE, kept_text, text_of
-from marsupial_service.operations.settings import ServiceSettings
+from marsupial_service.settings import ServiceSettings
 
 
 def test_the_document_kept_is_the_one_served_where_keys_are_needed(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from contextlib import closing
 
 from talk import Talk
 
-from marsupial_service.operations.keys import KeyFile
+from marsupial_service.keys import KeyFile
 from trial.house import House, unopened
 from trial.rows import TrialRow, none_of, percentile, times
 from trial.tasks import LARGEST, body, small_floor, suite_body

@@ -17,7 +17,7 @@ from typing import Any
 import psutil
 from talk import Talk, ask
 
-from marsupial_service.jobs.warm import tiny
+from marsupial_service.examples.demos import tiny
 from trial import villain
 from trial.house import House, opened, strays
 from trial.promises import FINAL

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial_service.jobs.records import JobOutcome
+from marsupial_service.schemas.words import JobOutcome
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

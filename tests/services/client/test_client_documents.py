@@ -14,9 +14,8 @@ from servers import Server
 from marsupial_client import Client, documents, mission_documents
 from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS
 from marsupial_service.http.openapi import kept_text
-from marsupial_service.jobs.records import JobEventType
 from marsupial_service.missions.records import MissionPhase
-from marsupial_service.missions.values import EventType
+from marsupial_service.schemas.words import EventType, JobEventType
 
 SCHEMAS: dict[str, dict[str, Any]] = json.loads(kept_text())["components"]["schemas"]
 

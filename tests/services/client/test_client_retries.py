@@ -17,7 +17,7 @@ from marsupial_client.conversation import LONGEST_PAUSE_S
 from marsupial_client.core import AsyncMission, Service
 from marsupial_client.errors import REFUSALS
 from marsupial_client.transports import Blocking, finish
-from marsupial_service.http.problems import KINDS
+from marsupial_service.problems import KINDS
 
 URL = "http://robots.example/plans"
 OK = httpx2.Response(200, json={"well": True})

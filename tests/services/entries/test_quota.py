@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import pytest
-from entry_house import followed, opened
+from entry_house import followed, opened, settings_of
 from mission_house import Driver, open_missions, run, started, team
 from patience import HANG_S
 from situations import one_room
@@ -19,12 +19,13 @@ from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
 from marsupial_service.jobs.messages import Closed
-from marsupial_service.jobs.records import JobOutcome, JobRequest, JobSettings
+from marsupial_service.jobs.records import JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
-from marsupial_service.missions.values import Wish
+from marsupial_service.missions.values import Control
 from marsupial_service.schemas.events import QuotaData
+from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, Transaction, open_store
 
 T = TypeVar("T")
@@ -32,7 +33,7 @@ T = TypeVar("T")
 QUOTA = Quota(seconds=60.0, steps_s=40.0)
 """A second of it comes back in a minute."""
 
-SETTINGS = JobSettings(max_attempts=2)
+SETTINGS = settings_of(JobSettings, max_attempts=2)
 DONE = Closed(outcome=JobOutcome.SATISFICING)
 MINUTE_MS = 60_000
 
@@ -48,8 +49,8 @@ class Desk:
 
     def add(self, job: str, now_ms: int, owner: str = "me", **budget: float) -> None:
         asked = Budget(**(budget or {"seconds": 10.0}))  # type: ignore[arg-type]
-        head: dict[str, Any] = {"id": job, "owner": owner, "key": None, "digest": b"", "task": b"", "source": b""}
-        new = table.NewJob(**head, planner="greedy", budget=asked)
+        wanted = PackedRequest(planner="greedy", budget=asked, digest=b"", task=b"", source=b"")
+        new = table.NewJob(id=job, owner=owner, key=None, digest=b"", request=wanted)
         self.do(lambda tx: table.insert(tx, new, SETTINGS, now_ms, quota=QUOTA))
 
     def claim(self, now_ms: int) -> table.Claim:
@@ -145,13 +146,15 @@ def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) ->
     used_s: list[float] = []
 
     def jobs_of(store: Store) -> Jobs:
-        settings = JobSettings(slots=2, key_planning_s=60.0, planned=lambda owner, seconds: used_s.append(seconds))
+        settings = settings_of(
+            JobSettings, slots=2, key_planning_s=60.0, planned=lambda owner, seconds: used_s.append(seconds)
+        )
         return Jobs(store, settings, now_ms=lambda: 0)  # nothing comes back meanwhile
 
     async def left_s() -> float:
         async with opened(place, jobs_of) as jobs:
             budget = Budget(seconds=0.001)
-            asked = JobRequest(planner="greedy", budget=budget, task=one_room(), digest=b"", source={})
+            asked = PackedRequest.of(planner="greedy", budget=budget, task=one_room(), digest=b"", source={})
             for job in [(await jobs.submit(asked, owner="me")).record.id for _ in range(5)]:
                 await jobs.wait(job, 60)
             return (await jobs.left_s())["me"]
@@ -202,10 +205,10 @@ def test_without_a_quota_nothing_is_kept_and_nobody_waits(desk: Desk) -> None:
 
 def test_it_holds_after_a_restart(place: str) -> None:
     def jobs_of(store: Store) -> Jobs:
-        return Jobs(store, JobSettings(slots=1, key_planning_s=30.0))
+        return Jobs(store, settings_of(JobSettings, slots=1, key_planning_s=30.0))
 
-    def wanted(seconds: float) -> JobRequest:
-        return JobRequest(
+    def wanted(seconds: float) -> PackedRequest:
+        return PackedRequest.of(
             planner="greedy", budget=Budget(seconds=seconds), task=one_room(), digest=b"", source={"planner": "greedy"}
         )
 
@@ -275,7 +278,7 @@ def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: str) -
                 await started(missions)
             ending.cancel()  # its next report could cross with the end
             await asyncio.wait([ending])
-            await missions.wish(record, Wish.CANCEL)
+            await missions.control(record, Control.CANCEL)
             told = [event.type async for event in followed(missions, record.id, driver.after)]
             assert told[-1] == "end"
             return await missions.of("me", record.id)

@@ -17,7 +17,7 @@ Seen = tuple[str, npt.NDArray[np.int64]]
 
 
 @dataclass(slots=True)
-class Gathered:
+class PendingNews:
     """News in the making."""
 
     revealed: list[Seen] = field(default_factory=list)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from marsupial.mission.runs import runs_of
 from marsupial.model.grid import Cell, Grid
 from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType
+from marsupial.model.robots import RobotType, Role
 from marsupial.model.world import RobotReport
 from marsupial.sim.world import SimulatedWorld
+from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
 
 
 class SimulatedTeam:
@@ -35,6 +38,11 @@ class SimulatedTeam:
         self.paused = False
 
     def answer(self, batch: Mapping[str, Any]) -> dict[str, Any] | None:
+        """Carry out commands as `report` does, and return the report as JSON."""
+        report = self.report(batch)
+        return None if report is None else _document(report)
+
+    def report(self, batch: Mapping[str, Any]) -> MissionReport | None:
         """Carry out a batch of commands until something happens, and return the report of it.
 
         There is none if the batch doesn't ask for one: it is the last, or answers an earlier report than the last.
@@ -50,18 +58,18 @@ class SimulatedTeam:
         for name, _ in news.lost:
             self._ids.pop(name, None)
         cells = self._world.grid.cells.ravel()
-        return {
-            "n": self._n,
-            "t_ms": news.t_ms,
-            "revealed": [{"robot": name, "runs": list(runs_of(seen, cells))} for name, seen in news.revealed],
-            "robots": [
+        return MissionReport(
+            n=self._n,
+            t_ms=news.t_ms,
+            revealed=tuple((name, tuple(runs_of(seen, cells))) for name, seen in news.revealed),
+            robots=tuple(
                 self._note(new)
                 for old, (new, driven) in zip(before, self._state(), strict=True)
                 if (new, driven) != old and new.cell is not None
-            ],
-            "finished": list(ids),
-            "lost": [{"robot": name, "reason": reason} for name, reason in news.lost],
-        }
+            ),
+            finished=tuple(ids),
+            lost=tuple(news.lost),
+        )
 
     def _state(self) -> list[tuple[RobotReport, float]]:
         return [(robot, self._world.distance_m(robot.name)) for robot in self._world.robots()]
@@ -81,11 +89,51 @@ class SimulatedTeam:
         else:
             self._world.undock(robot, command["carrier"], Cell(*command["cell"]))
 
-    def _note(self, robot: RobotReport) -> dict[str, Any]:
-        return {
-            "name": robot.name,
-            "cell": list(robot.cell or ()),
-            "free_at_ms": robot.free_at_ms,
-            "distance_m": self._world.distance_m(robot.name),
-            "driving_ms": self._world.driving_ms(robot.name),
-        }
+    def _note(self, robot: RobotReport) -> RobotUpdate:
+        return RobotUpdate(
+            name=robot.name,
+            cell=robot.cell,
+            free_at_ms=robot.free_at_ms,
+            distance_m=self._world.distance_m(robot.name),
+            driving_ms=self._world.driving_ms(robot.name),
+        )
+
+
+def _document(report: MissionReport) -> dict[str, Any]:
+    return {
+        "n": report.n,
+        "t_ms": report.t_ms,
+        "revealed": [{"robot": name, "runs": list(runs)} for name, runs in report.revealed],
+        "robots": [{**asdict(update), "cell": list(update.cell or ())} for update in report.robots],
+        "finished": list(report.finished),
+        "lost": [{"robot": name, "reason": reason} for name, reason in report.lost],
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SimulatedBrief(MissionBrief):
+    """The brief of a mission whose robots the service simulates.
+
+    Parameters
+    ----------
+    truth
+        The real map.
+    speed
+        Seconds of mission time to a second on the clock; None: as fast as planning allows.
+    warnings
+        What is odd about the map.
+    """
+
+    truth: Grid
+    speed: float | None = None
+    warnings: tuple[str, ...] = ()
+
+    def simulation(self) -> dict[str, object]:
+        """Return how the robots are simulated, ready for JSON."""
+        roles = Counter(next(kind.role for kind in self.kinds if kind.name == robot.type) for robot in self.robots)
+        team = {"carriers": roles[Role.CARRIER], "rovers": roles[Role.ROVER]}
+        return {"speed": self.speed, "seed": self.seed, **team, "warnings": self.warnings}
+
+    def simulated_robots(self) -> SimulatedTeam:
+        """Return the robots; a process that takes the place of another one has them do the same again."""
+        return SimulatedTeam(self.truth, {kind.name: kind for kind in self.kinds}, self.robots)
