@@ -1,6 +1,9 @@
 """Every error as ``application/problem+json`` (RFC 9457), with pointers to what is wrong in the request.
 
 `KINDS` lists what can go wrong at the rim, `ERROR_KINDS` what each exception of the library becomes there.
+
+Pointers (RFC 6901) lead to fields. The library names a field by a path (``robots[1].type``), where a key may be any
+text, pydantic by a tuple that may hold words that are not in the body. Both are walked through the body itself.
 """
 
 from __future__ import annotations

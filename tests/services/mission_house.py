@@ -41,8 +41,7 @@ from marsupial_service.missions.values import (
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 from marsupial_service.schemas.words import EventType
 from marsupial_service.settings import ServiceLimits
-from marsupial_service.simulation.scenarios import mission_document
-from marsupial_service.simulation.team import SimulatedTeam
+from marsupial_service.simulation.team import SimulatedTeam, mission_document
 
 
 def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:

@@ -26,8 +26,7 @@ from marsupial.mission.runs import runs_of
 from marsupial.model.planning import Budget
 from marsupial.model.robots import uniform_team
 from marsupial.model.scenario import PlanningTime, Scenario
-from marsupial_service.simulation.scenarios import mission_document
-from marsupial_service.simulation.team import SimulatedTeam
+from marsupial_service.simulation.team import SimulatedTeam, mission_document
 from trial.lines import Line
 
 _LAST_S = 10.0

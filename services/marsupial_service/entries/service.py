@@ -201,7 +201,7 @@ class Entries(Generic[E]):
         raise NotImplementedError
 
     async def _watch(self) -> None:
-        """Take up what others leave: when one tells that it goes, and now and then, as some go without a word."""
+        """Take up what other servers leave: on a goodbye message, and by polling, as a killed server sends none."""
         with self._subscriptions.subscribe(self._table.left) as news:
             while not self.stopping:
                 news.clear()
@@ -229,7 +229,7 @@ class Entries(Generic[E]):
             await self._pause(_SWEEP_S if settled else RETRY_S)
 
     async def write_until_stored(self, write: Callable[[Transaction], T]) -> T | None:
-        """Write, again and again while the disk refuses; None if that goes on until `stop`."""
+        """Write, and retry while the store fails; None if it still fails at `stop`."""
         while True:
             with suppress(StoreError):
                 return await self.write(write)

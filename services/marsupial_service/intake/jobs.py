@@ -7,13 +7,14 @@ from collections.abc import Iterator, Mapping
 
 from marsupial.model.planning import EngineInfo
 from marsupial.model.situation import Situation
+from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.entries.documents import line
 from marsupial_service.intake import counts
 from marsupial_service.intake.maps import image_cells, map_state_of
 from marsupial_service.intake.missions import known_map_text
 from marsupial_service.intake.reading import BodyReader, Digested
 from marsupial_service.intake.situations import budget_of, refuse, situation_of
-from marsupial_service.jobs.records import MapTask, PackedRequest
+from marsupial_service.jobs.records import PackedRequest
 from marsupial_service.planners import planner_info, planner_names
 from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
 from marsupial_service.settings import ServiceLimits
@@ -28,7 +29,7 @@ def job_of(body: JobBody, sent: Digested, limits: ServiceLimits, planners: Mappi
     budget = budget_of(job.budget, limits, DEFAULT_BUDGET_S)
     if budget.steps is not None and not info.deterministic_steps:
         raise refuse("budget.steps", f"planner {job.planner} can't count steps: give it a budget in seconds")
-    task: Situation | MapTask
+    task: Situation | MapState
     if isinstance(job, SituationJobBody):
         task = situation_of(job.situation, limits)
     else:

@@ -81,18 +81,16 @@ class Digested(NamedTuple):
     digest: bytes
 
 
-async def read(
-    readers: RequestProcesses, limits: ServiceLimits, sent: Sent, reading: BodyReader[B, T], *more: Any
-) -> T:
+async def read(readers: RequestProcesses, limits: ServiceLimits, sent: Sent, reader: BodyReader[B, T], *more: Any) -> T:
     """Return the value of a body; a large one is read by `readers`. Raises HttpProblem."""
     if len(sent.data) <= INLINE_BYTES:
         document = parse(sent.data)
-        body = _validated(document, reading, limits)
-        if len(sent.data) <= QUICK_BYTES and reading.is_quick is not None and reading.is_quick(body):
-            return _made(document, body, reading, limits, more)
-        if reading.cells is None or reading.cells(body) <= INLINE_CELLS:
-            return await asyncio.to_thread(_made, document, body, reading, limits, more)
-    job = sent.data, reading, limits, more
+        body = _validated(document, reader, limits)
+        if len(sent.data) <= QUICK_BYTES and reader.is_quick is not None and reader.is_quick(body):
+            return _made(document, body, reader, limits, more)
+        if reader.cells is None or reader.cells(body) <= INLINE_CELLS:
+            return await asyncio.to_thread(_made, document, body, reader, limits, more)
+    job = sent.data, reader, limits, more
     found = await readers.value_of(sent.owner, read_elsewhere, job)
     if isinstance(found, HttpProblem):
         raise found
@@ -103,25 +101,25 @@ def read_elsewhere(
     job: tuple[bytes, BodyReader[B, T], ServiceLimits, tuple[Any, ...]],
 ) -> Iterator[T | HttpProblem]:
     """Yield the value of a body, or what is wrong with it; the function of a job."""
-    data, reading, limits, more = job
+    data, reader, limits, more = job
     try:
         document = parse(data)
-        yield _made(document, _validated(document, reading, limits), reading, limits, more)
+        yield _made(document, _validated(document, reader, limits), reader, limits, more)
     except HttpProblem as problem:
         yield problem
 
 
-def _validated(document: Any, reading: BodyReader[B, T], limits: ServiceLimits) -> B:
-    check_counts(document, reading.counts, limits)
+def _validated(document: Any, reader: BodyReader[B, T], limits: ServiceLimits) -> B:
+    check_counts(document, reader.counts, limits)
     try:
-        return reading.model.model_validate(document)
+        return reader.model.model_validate(document)
     except ValidationError as error:
         raise problem_of_shape(error, document) from None
 
 
-def _made(document: Any, body: B, reading: BodyReader[B, T], limits: ServiceLimits, more: tuple[Any, ...]) -> T:
+def _made(document: Any, body: B, reader: BodyReader[B, T], limits: ServiceLimits, more: tuple[Any, ...]) -> T:
     try:
-        return reading.make(body, Digested(document, digest_of(document)), limits, *more)
+        return reader.make(body, Digested(document, digest_of(document)), limits, *more)
     except MarsupialError as error:
         raise problem_of(error, document) from None
 
@@ -139,7 +137,11 @@ _LONGEST_SHOWN = 100
 
 
 def parse(data: bytes) -> Any:
-    """Return the value that JSON text describes. Raises HttpProblem if it is no such text."""
+    """Return the value that strict JSON text describes. Raises HttpProblem if it is no such text.
+
+    It is UTF-8 with no field twice, no NaN, no half of a surrogate pair, nothing endless. JSON has one kind of number:
+    ``1.0`` and ``1e0`` are read as ``1`` is, so that requests that differ in nothing else are the same request.
+    """
     try:
         value = json.loads(
             data.decode("utf-8"), object_pairs_hook=_unique, parse_constant=_no_constant, parse_float=_number

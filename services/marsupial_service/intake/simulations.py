@@ -38,8 +38,7 @@ from marsupial_service.schemas.simulations import (
     UploadedMapBody,
 )
 from marsupial_service.settings import ServiceLimits
-from marsupial_service.simulation.scenarios import mission_document
-from marsupial_service.simulation.team import SimulatedBrief
+from marsupial_service.simulation.team import SimulatedBrief, mission_document
 
 Asked = ScenarioSimulationBody | MapSimulationBody
 

@@ -17,8 +17,7 @@ from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import Reservation
 from marsupial_service.jobs import table
-from marsupial_service.jobs.messages import Analysed, Closed, Found, WorkerTask
-from marsupial_service.jobs.records import JobSettings
+from marsupial_service.jobs.records import Analysed, Closed, Found, JobSettings, WorkerTask
 from marsupial_service.jobs.work import GAVE_UP, solve
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError, Transaction

@@ -10,11 +10,12 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Protocol
 
+from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
+from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.entries.records import EntrySettings, StoredEntry
 from marsupial_service.schemas.words import JobOutcome, JobState
 from marsupial_service.store import kept
@@ -38,21 +39,6 @@ MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
 """The states that may follow each state."""
 
 
-class MapTask(Protocol):
-    """A map state, which the worker analyses before it plans. It has to be picklable.
-
-    Both methods may raise `marsupial.errors.InputError`: the job then ends as `INVALID_INPUT`.
-    """
-
-    def situation(self) -> Situation:
-        """Analyse the map and return what the planner is asked."""
-        ...
-
-    def places(self) -> Mapping[str, object]:
-        """Return what places are on the map, ready for JSON; called after `situation`."""
-        ...
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PackedRequest:
     """A job to be done as it is stored: `task` pickled, `source` (what was sent) as compressed JSON text.
@@ -71,7 +57,7 @@ class PackedRequest:
 
     @classmethod
     def of(
-        cls, *, planner: str, budget: Budget, task: Situation | MapTask, digest: bytes, source: Mapping[str, object]
+        cls, *, planner: str, budget: Budget, task: Situation | MapState, digest: bytes, source: Mapping[str, object]
     ) -> PackedRequest:
         """Pack a job."""
         packed = zlib.compress(json.dumps(source).encode(), 1)
@@ -158,3 +144,50 @@ class JobSettings(EntrySettings):
 
     max_attempts: int = 3
     commands: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkerTask:
+    """One attempt at a job.
+
+    Parameters
+    ----------
+    task
+        Pickled; only the worker opens it.
+    engine
+        The name for `marsupial.planning.engines.engine`.
+    start
+        The best plan of earlier attempts; only better ones are sent back.
+    """
+
+    task: bytes
+    engine: str
+    budget: Budget
+    start: Plan | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Analysed:
+    """What the worker found on a map: the situation and its places, both as JSON text."""
+
+    situation: str
+    places: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """A plan that the checker accepts and that is better than all before it; its actions as JSON text, and as IPC."""
+
+    score: Value
+    makespan_ms: int
+    actions: str
+    ipc: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Closed:
+    """The worker's own word on how the job ended."""
+
+    outcome: JobOutcome
+    detail: str = ""
+    lower_bound_ms: int | None = None

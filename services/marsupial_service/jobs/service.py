@@ -25,8 +25,7 @@ from marsupial_service.entries.slots import Slot, Slots
 from marsupial_service.jobs import lookup, table, turns, work
 from marsupial_service.jobs.attempt import Attempt, AttemptLost
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.messages import Analysed, Closed
-from marsupial_service.jobs.records import JobRecord, JobSettings, Metrics, PackedRequest, PlanRecord
+from marsupial_service.jobs.records import Analysed, Closed, JobRecord, JobSettings, Metrics, PackedRequest, PlanRecord
 from marsupial_service.moments import wall_clock_ms
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError
@@ -161,7 +160,7 @@ class Jobs(Entries[JobRecord]):
         await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), ours, self.quota))
 
     async def _make_way(self) -> None:
-        """Have jobs make way for those of owners of whom none run, of whatever server."""
+        """Preempt jobs of any server for owners that have none running."""
         while await self._some_wait():
             await self._pause(_LOOK_S)
             with suppress(StoreError):
@@ -264,7 +263,7 @@ class Jobs(Entries[JobRecord]):
             self._attempts.discard(attempt)
 
     async def _watch_cancellation(self, attempt: Attempt) -> None:
-        """End an attempt at a job that is cancelled or makes way, through whatever server."""
+        """Cancel an attempt when its job is cancelled or preempted, by any server."""
         with self._subscriptions.subscribe(table.broken_off(attempt.claim.id)) as news:
             while await self._goes_on(attempt.claim):
                 await news.wait()

@@ -21,8 +21,16 @@ from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.table import StoreReader, made_of
 from marsupial_service.jobs import turns
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.messages import Analysed, Closed, Found
-from marsupial_service.jobs.records import STATE_OF, JobRecord, JobSettings, Metrics, PackedRequest
+from marsupial_service.jobs.records import (
+    STATE_OF,
+    Analysed,
+    Closed,
+    Found,
+    JobRecord,
+    JobSettings,
+    Metrics,
+    PackedRequest,
+)
 from marsupial_service.moments import timestamp
 from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.settings import ServiceLimits

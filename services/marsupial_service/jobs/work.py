@@ -20,9 +20,9 @@ from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.incumbent import Incumbent
+from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.entries.documents import actions_text, line
-from marsupial_service.jobs.messages import Analysed, Closed, Found, WorkerTask
-from marsupial_service.jobs.records import MapTask
+from marsupial_service.jobs.records import Analysed, Closed, Found, WorkerTask
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import kept
 
@@ -47,7 +47,7 @@ def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
     """Do the work: yield what was found on the map, each better plan, and at last how it ended."""
     begun = time.monotonic()
     try:
-        task: Situation | MapTask = kept.loads(work.task)
+        task: Situation | MapState = kept.loads(work.task)
         if isinstance(task, Situation):
             situation = task
         else:

@@ -94,8 +94,8 @@ class Missions(Entries[MissionRecord]):
     async def reports(self, record: MissionRecord, sent: Sequence[tuple[MissionReport, bytes]]) -> MissionRecord:
         """Take reports in, with their digests: all of them, or none; what is returned is committed.
 
-        Those that were taken before change nothing. Raises Conflict (also where the mission is over), which says whose
-        fault it is, TooMany, StoreFull, StoreError.
+        Those that were taken before change nothing. Raises ReportConflict (also where the mission is over), which says
+        whose fault it is, TooMany, StoreFull, StoreError.
         """
         if record.simulation is not None:
             raise ReportConflict(
@@ -109,7 +109,7 @@ class Missions(Entries[MissionRecord]):
     async def control(self, record: MissionRecord, control: Control) -> MissionRecord:
         """Pause, resume or cancel a mission; asking twice is asking once.
 
-        Raises Conflict (a mission that is over can only be cancelled), StoreError.
+        Raises ReportConflict (a mission that is over can only be cancelled), StoreError.
         """
         return await asyncio.shield(self.write(lambda tx: table.add_control(tx, record.id, control, self.now_ms())))
 

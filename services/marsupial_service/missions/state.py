@@ -79,7 +79,7 @@ class MissionState:
     def is_repeat(self, n: int, digest: bytes, robot: str | None = None) -> bool:
         """Say whether a report (of the team, or a robot's own) was taken before.
 
-        Raises Conflict if another one was, or one is missing before it.
+        Raises ReportConflict if another one was, or one is missing before it.
         """
         digests = self._digests.get(robot, [])
         if n == len(digests) + 1:
@@ -93,7 +93,7 @@ class MissionState:
         return True
 
     def check(self, report: MissionReport, most_cells: float = math.inf) -> None:
-        """Raise Conflict if `report` can't be true after all that was reported, or the map would get too large."""
+        """Raise ReportConflict if `report` can't be true after all that was reported, or makes the map too large."""
         problems = tuple(self._faults(report))
         size = self.map.frame_with(report).size
         if size > most_cells:
@@ -181,7 +181,7 @@ def new_reports(
     """Return the reports of a request, with their digests, that were not taken before.
 
     Several are entered in the state one after the other, as each is judged by those before it: let it be a copy. A
-    single one is not. Raises Conflict, which in a batch says whose fault it is.
+    single one is not. Raises ReportConflict, which in a batch says whose fault it is.
     """
     new: list[tuple[MissionReport, bytes]] = []
     for i, (report, digest) in enumerate(sent):

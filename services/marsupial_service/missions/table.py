@@ -167,7 +167,7 @@ def add_reports(
 ) -> MissionRecord:
     """Judge reports and store them with their digests, all or none; those that were taken before change nothing.
 
-    Raises Conflict (also where the mission has ended), StoreFull, TooMany if too many wait, UnknownEntry.
+    Raises ReportConflict (also where the mission has ended), StoreFull, TooMany if too many wait, UnknownEntry.
     """
     record = MISSIONS.held(tx, mission)
     state = states.of(tx, record)
@@ -207,14 +207,14 @@ def add_simulated(
 ) -> None:
     """Store what the robots of a simulated mission report, if the term of `record` still runs.
 
-    Raises StoreFull, TooMany; Conflict if the simulation is wrong.
+    Raises StoreFull, TooMany; ReportConflict if the simulation is wrong.
     """
     if _held(tx, record.id, record.term) is not None:
         add_reports(tx, states, record.id, [told], limits, now_ms, capacity)
 
 
 def add_control(tx: Transaction, mission: str, control: Control, now_ms: int) -> MissionRecord:
-    """Store a control that changes something. Raises Conflict if it comes too late, UnknownEntry."""
+    """Store a control that changes something. Raises ReportConflict if it comes too late, UnknownEntry."""
     record = MISSIONS.held(tx, mission)
     if MISSIONS.move(tx, record.number, STATE_AFTER[control], now_ms):
         _add_input(tx, record, control, None, now_ms)

@@ -7,13 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from marsupial.formats.scenario.write import terrain_fields, type_fields
 from marsupial.mission.runs import runs_of
-from marsupial.model.grid import Cell, Grid
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
+from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType, Role
+from marsupial.model.scenario import Scenario
 from marsupial.model.world import RobotReport
 from marsupial.sim.world import SimulatedWorld
-from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
+from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate, runs_in
 
 
 class SimulatedTeam:
@@ -137,3 +140,48 @@ class SimulatedBrief(MissionBrief):
     def simulated_robots(self) -> SimulatedTeam:
         """Return the robots; a process that takes the place of another one has them do the same again."""
         return SimulatedTeam(self.truth, {kind.name: kind for kind in self.kinds}, self.robots)
+
+
+def mission_document(
+    scenario: Scenario,
+    team: Sequence[PlacedRobot],
+    reachable: Mask,
+    *,
+    strategy: str,
+    planner: str,
+    budget: Budget,
+    seed: int,
+) -> dict[str, Any]:
+    """Return the body that asks for a mission of this team in a scenario, whose map is unknown at first.
+
+    `reachable` are the cells (height, width) that there are to explore.
+    """
+    grid = scenario.grid
+    names = {terrain.code: terrain.name for terrain in grid.terrains}
+    area: CellArray = reachable.astype("uint8")
+    area[area == 0] = UNKNOWN
+    return {
+        "name": scenario.name,
+        "frame": {
+            "width": grid.width,
+            "height": grid.height,
+            "resolution_m": grid.resolution_m,
+            "origin_m": list(grid.origin_m),
+        },
+        "terrains": terrain_fields(grid),
+        "robot_types": [type_fields(kind, names) for kind in scenario.robot_types],
+        "team": [_member(robot) for robot in team],
+        "goal": {"recover_rovers": scenario.goal.recover_rovers, "return_home": scenario.goal.return_home},
+        "strategy": strategy,
+        "planner": planner,
+        "budget": {"steps": budget.steps} if budget.seconds is None else {"seconds": budget.seconds},
+        "planning_time": scenario.planning_time.value,
+        "time_limit_ms": scenario.limits.time_ms,
+        "area": list(runs_in(area)),
+        "seed": seed,
+    }
+
+
+def _member(robot: PlacedRobot) -> dict[str, Any]:
+    where = {"carrier": robot.carrier} if robot.cell is None else {"cell": list(robot.cell)}
+    return {"name": robot.name, "type": robot.type, **where}

@@ -18,8 +18,7 @@ from marsupial.model.planning import Budget
 from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
-from marsupial_service.jobs.messages import Closed
-from marsupial_service.jobs.records import JobSettings, PackedRequest
+from marsupial_service.jobs.records import Closed, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
@@ -39,7 +38,7 @@ MINUTE_MS = 60_000
 
 
 @dataclass
-class Desk:
+class QuotaHouse:
     """A store, asked and changed at a moment that the test says."""
 
     store: Store
@@ -63,83 +62,87 @@ class Desk:
 
 
 @pytest.fixture
-def desk(place: str) -> Iterator[Desk]:
+def house(place: str) -> Iterator[QuotaHouse]:
     store = open_store(place)
-    yield Desk(store)
+    yield QuotaHouse(store)
     store.close()
 
 
-def test_jobs_reserve_their_budgets_and_what_goes_beyond_is_refused_until_there_is_room(desk: Desk) -> None:
-    desk.add("a", 0, seconds=15.0)
-    desk.add("b", 0, steps=1000)
-    assert desk.left_s(0) == 5.0
+def test_jobs_reserve_their_budgets_and_what_goes_beyond_is_refused_until_there_is_room(house: QuotaHouse) -> None:
+    house.add("a", 0, seconds=15.0)
+    house.add("b", 0, steps=1000)
+    assert house.left_s(0) == 5.0
     with pytest.raises(
         TooMany, match=r"60 s an hour \(key_planning_s\); there may be room for 10 s in 300 s$"
     ) as caught:
-        desk.add("c", 0)
+        house.add("c", 0)
     assert caught.value.retry_after_s == 300
-    desk.add("c", 0, seconds=5.0)
-    desk.add("of_another", 0, owner="you", seconds=60.0)
+    house.add("c", 0, seconds=5.0)
+    house.add("of_another", 0, owner="you", seconds=60.0)
 
 
-def test_what_planning_took_is_charged_when_it_ends_and_comes_back_within_an_hour(desk: Desk) -> None:
-    desk.add("a", 0, seconds=30.0)
-    claim = desk.claim(1000)
-    assert desk.left_s(1000) == 30.0
-    assert desk.do(lambda tx: table.finish(tx, claim, DONE, 13_000, QUOTA))
-    assert desk.left_s(13_000) == pytest.approx(48.0)
-    assert desk.left_s(13_000 + 3 * MINUTE_MS) == pytest.approx(51.0)
-    assert desk.left_s(13_000 + 12 * MINUTE_MS) == pytest.approx(60.0)
-    assert desk.left_s(13_000 + 90 * MINUTE_MS) == 60.0
+def test_what_planning_took_is_charged_when_it_ends_and_comes_back_within_an_hour(house: QuotaHouse) -> None:
+    house.add("a", 0, seconds=30.0)
+    claim = house.claim(1000)
+    assert house.left_s(1000) == 30.0
+    assert house.do(lambda tx: table.finish(tx, claim, DONE, 13_000, QUOTA))
+    assert house.left_s(13_000) == pytest.approx(48.0)
+    assert house.left_s(13_000 + 3 * MINUTE_MS) == pytest.approx(51.0)
+    assert house.left_s(13_000 + 12 * MINUTE_MS) == pytest.approx(60.0)
+    assert house.left_s(13_000 + 90 * MINUTE_MS) == 60.0
 
 
-def test_a_job_that_is_cancelled_before_it_ran_is_charged_nothing(desk: Desk) -> None:
-    desk.add("a", 0)
-    desk.do(lambda tx: table.cancel(tx, "a", 9000, QUOTA))
-    assert desk.left_s(9000) == 60.0
+def test_a_job_that_is_cancelled_before_it_ran_is_charged_nothing(house: QuotaHouse) -> None:
+    house.add("a", 0)
+    house.do(lambda tx: table.cancel(tx, "a", 9000, QUOTA))
+    assert house.left_s(9000) == 60.0
 
 
-def test_one_that_is_cancelled_while_it_runs_is_charged_once(desk: Desk) -> None:
-    desk.add("a", 0)
-    claim = desk.claim(0)
+def test_one_that_is_cancelled_while_it_runs_is_charged_once(house: QuotaHouse) -> None:
+    house.add("a", 0)
+    claim = house.claim(0)
     for now_ms in (6000, 8000):
-        desk.do(lambda tx, now_ms=now_ms: table.cancel(tx, "a", now_ms, QUOTA))  # type: ignore[misc]
-    assert not desk.do(lambda tx: table.finish(tx, claim, DONE, 9000, QUOTA))
-    assert desk.left_s(6000) == pytest.approx(54.0)
+        house.do(lambda tx, now_ms=now_ms: table.cancel(tx, "a", now_ms, QUOTA))  # type: ignore[misc]
+    assert not house.do(lambda tx: table.finish(tx, claim, DONE, 9000, QUOTA))
+    assert house.left_s(6000) == pytest.approx(54.0)
 
 
-def test_one_that_began_again_from_nothing_is_charged_for_all_attempts_and_reserves_nothing_beyond(desk: Desk) -> None:
-    desk.add("a", 0)
+def test_one_that_began_again_from_nothing_is_charged_for_all_attempts_and_reserves_nothing_beyond(
+    house: QuotaHouse,
+) -> None:
+    house.add("a", 0)
     for begun_ms in (0, 8000):
-        claim = desk.do(lambda tx, at=begun_ms: table.claim(tx, at, ["greedy"]))  # type: ignore[misc]
-        desk.do(lambda tx, c=claim, at=begun_ms: table.give_back(tx, c, "", SETTINGS, at + 8000, QUOTA, 8000))  # type: ignore[misc]
-    assert desk.left_s(16_000) == pytest.approx(44.0, abs=0.3)
+        claim = house.do(lambda tx, at=begun_ms: table.claim(tx, at, ["greedy"]))  # type: ignore[misc]
+        house.do(lambda tx, c=claim, at=begun_ms: table.give_back(tx, c, "", SETTINGS, at + 8000, QUOTA, 8000))  # type: ignore[misc]
+    assert house.left_s(16_000) == pytest.approx(44.0, abs=0.3)
 
 
-def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget(desk: Desk) -> None:
-    desk.add("a", 0)
-    claim = desk.claim(0)
-    assert desk.do(lambda tx: table.give_back(tx, claim, "", SETTINGS, 4000, QUOTA))
-    assert desk.left_s(4000) == pytest.approx(50.0)
-    again = desk.claim(5000)
+def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget(house: QuotaHouse) -> None:
+    house.add("a", 0)
+    claim = house.claim(0)
+    assert house.do(lambda tx: table.give_back(tx, claim, "", SETTINGS, 4000, QUOTA))
+    assert house.left_s(4000) == pytest.approx(50.0)
+    again = house.claim(5000)
     assert again.budget.seconds == pytest.approx(6.0)
-    desk.do(lambda tx: table.finish(tx, again, DONE, 7000, QUOTA))
-    assert desk.left_s(7000) == pytest.approx(54.0, abs=0.1)
+    house.do(lambda tx: table.finish(tx, again, DONE, 7000, QUOTA))
+    assert house.left_s(7000) == pytest.approx(54.0, abs=0.1)
 
 
-def test_an_attempt_whose_server_died_long_ago_is_charged_no_more_than_its_budget_and_preparation(desk: Desk) -> None:
-    desk.add("a", 0)
-    desk.claim(0)
-    desk.do(lambda tx: tx.execute("DELETE FROM servers"))
-    desk.do(lambda tx: table.recover(tx, SETTINGS, 50 * MINUTE_MS, quota=QUOTA))
-    assert desk.left_s(50 * MINUTE_MS) == pytest.approx(39.0)
+def test_an_attempt_whose_server_died_long_ago_is_charged_no_more_than_its_budget_and_preparation(
+    house: QuotaHouse,
+) -> None:
+    house.add("a", 0)
+    house.claim(0)
+    house.do(lambda tx: tx.execute("DELETE FROM servers"))
+    house.do(lambda tx: table.recover(tx, SETTINGS, 50 * MINUTE_MS, quota=QUOTA))
+    assert house.left_s(50 * MINUTE_MS) == pytest.approx(39.0)
 
 
-def test_a_small_budget_reserves_what_preparing_for_it_takes(desk: Desk) -> None:
+def test_a_small_budget_reserves_what_preparing_for_it_takes(house: QuotaHouse) -> None:
     for i in range(60):
-        desk.add(f"job{i}", 0, seconds=0.001)
+        house.add(f"job{i}", 0, seconds=0.001)
     with pytest.raises(TooMany, match="key_planning_s"):
-        desk.add("one_too_many", 0, seconds=0.001)
+        house.add("one_too_many", 0, seconds=0.001)
 
 
 def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) -> None:
@@ -196,11 +199,11 @@ def test_servers_charge_the_same_owner_at_the_same_time_and_nothing_is_lost(post
             store.close()
 
 
-def test_without_a_quota_nothing_is_kept_and_nobody_waits(desk: Desk) -> None:
-    desk.do(lambda tx: NO_QUOTA.charge(tx, "me", 10**9, 0))
-    rows = desk.do(lambda tx: tx.execute("SELECT * FROM documents").fetchall())
+def test_without_a_quota_nothing_is_kept_and_nobody_waits(house: QuotaHouse) -> None:
+    house.do(lambda tx: NO_QUOTA.charge(tx, "me", 10**9, 0))
+    rows = house.do(lambda tx: tx.execute("SELECT * FROM documents").fetchall())
     assert len(rows) == 0
-    assert desk.do(lambda tx: NO_QUOTA.wait_s(tx, "me", 1e9, 0)) == 0.0
+    assert house.do(lambda tx: NO_QUOTA.wait_s(tx, "me", 1e9, 0)) == 0.0
 
 
 def test_it_holds_after_a_restart(place: str) -> None:

@@ -14,8 +14,9 @@ from situations import one_room
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.processes.runner import LOCAL, Runner
+from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.entries.records import EventRecord
-from marsupial_service.jobs.records import JobRecord, JobSettings, MapTask, PackedRequest
+from marsupial_service.jobs.records import JobRecord, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 
 SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
@@ -29,7 +30,7 @@ def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> 
 
 
 def request(
-    task: Situation | MapTask | None = None,
+    task: Situation | MapState | None = None,
     planner: str = "greedy",
     *,
     seconds: float | None = HANG_S,

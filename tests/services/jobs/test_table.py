@@ -15,8 +15,7 @@ from marsupial_service.entries.documents import actions_text, plan_of
 from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.messages import Analysed, Closed, Found
-from marsupial_service.jobs.records import JobRecord, JobSettings, PackedRequest
+from marsupial_service.jobs.records import Analysed, Closed, Found, JobRecord, JobSettings, PackedRequest
 from marsupial_service.schemas.words import JobOutcome, JobState
 from marsupial_service.store import Store, Transaction, open_store
 

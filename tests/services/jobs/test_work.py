@@ -11,7 +11,7 @@ from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial_service.examples.demos import tiny
-from marsupial_service.jobs.messages import Closed, Found
+from marsupial_service.jobs.records import Closed, Found
 from marsupial_service.jobs.work import PLANNERS, told
 from marsupial_service.schemas.words import JobOutcome
 
