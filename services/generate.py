@@ -19,7 +19,7 @@ from typing import Any
 
 from marsupial_service.app import create_app
 from marsupial_service.http.openapi import text_of
-from marsupial_service.operations.settings import ServiceSettings
+from marsupial_service.settings import ServiceSettings
 
 SERVICES = Path(__file__).parent
 CLIENT = SERVICES / "marsupial_client"

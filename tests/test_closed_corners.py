@@ -19,13 +19,20 @@ from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray, Grid
 from marsupial.model.mission import MissionEnded, MissionEvent, Status
 from marsupial.model.scenario import Goal, Scenario
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial_service.missions.host import fly
-from marsupial_service.missions.reading import brief_of, report_of
-from marsupial_service.missions.scenarios import mission_document
-from marsupial_service.missions.simulated import SimulatedTeam
-from marsupial_service.missions.values import Brief, Due, Dues, EventType, MayPlan, Turns, WantsToPlan
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.intake.missions import brief_of, report_of
+from marsupial_service.missions.process import run_mission
+from marsupial_service.missions.values import (
+    MayPlan,
+    MissionBatches,
+    MissionBrief,
+    PendingInput,
+    PendingInputs,
+    WantsToPlan,
+)
 from marsupial_service.schemas.missions import MissionBody, ReportBody
+from marsupial_service.schemas.words import EventType
+from marsupial_service.settings import ServiceLimits
+from marsupial_service.simulation.team import SimulatedTeam, mission_document
 
 KINDS = tuple(replace(kind, radius_m=0.6) for kind in kinds_of(capacity=1).values())
 """They need no more than their own cell of 1 m, and touch what is diagonally beside it."""
@@ -49,9 +56,9 @@ def corners(cells: CellArray, start: Cell) -> Scenario:
 class Line:
     """Stands for the channel to the process of a mission: a simulated team answers at once."""
 
-    def __init__(self, brief: Brief, team: SimulatedTeam) -> None:
+    def __init__(self, brief: MissionBrief, team: SimulatedTeam) -> None:
         self._brief, self._team = brief, team
-        self._answers = deque[Dues | MayPlan]([Dues((Due(input=None),))])
+        self._answers = deque[PendingInputs | MayPlan]([PendingInputs((PendingInput(input=None),))])
         self._decoder = LogDecoder()
         self._log: list[MissionEvent] = []
 
@@ -63,18 +70,18 @@ class Line:
     def send(self, told: object) -> None:
         if isinstance(told, WantsToPlan):
             self._answers.append(MayPlan())
-        elif isinstance(told, Turns):
-            (turn,) = told.turns
+        elif isinstance(told, MissionBatches):
+            (turn,) = told.batches
             for event in turn.events:
                 if event.type is EventType.LOG:
                     self._log += self._decoder.events(event.data)
                 if event.type is EventType.COMMANDS:
                     report = self._team.answer(json.loads(event.data))
                     if report is not None:
-                        due = Due(input=report_of(ReportBody.model_validate(report), self._brief))
-                        self._answers.append(Dues((due,)))
+                        due = PendingInput(input=report_of(ReportBody.model_validate(report), self._brief))
+                        self._answers.append(PendingInputs((due,)))
 
-    def receive(self) -> Dues | MayPlan:
+    def receive(self) -> PendingInputs | MayPlan:
         return self._answers.popleft()
 
 
@@ -86,7 +93,7 @@ def over_the_line(scenario: Scenario) -> MissionEnded:
     brief = brief_of(MissionBody.model_validate(body), ServiceLimits(), {})
     kinds = {kind.name: kind for kind in KINDS}
     line = Line(brief, SimulatedTeam(scenario.grid, kinds, team))
-    fly(brief, line)
+    run_mission(brief, line)
     assert line.ended is not None
     return line.ended
 

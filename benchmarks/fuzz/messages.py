@@ -25,16 +25,17 @@ from marsupial_ros.rosbridge import Rosbridge
 from marsupial_ros.settings import Settings, read_settings
 from marsupial_ros.transforms import Frames
 from marsupial_service.examples.bodies import EXAMPLES, mission
-from marsupial_service.http.problems import HttpProblem, answer
-from marsupial_service.intake.analyses import ANALYSIS_READING, VALIDATION_READING
-from marsupial_service.intake.jobs import JOB_READING
-from marsupial_service.intake.reading import Reading, read_elsewhere
-from marsupial_service.intake.simulations import SIMULATION_READING
-from marsupial_service.missions.frames import Frame
-from marsupial_service.missions.reading import MISSION_READING, REPORT_READING, brief_of
-from marsupial_service.operations.settings import ServiceLimits, limits_from
+from marsupial_service.http.answers import answer
+from marsupial_service.intake.analyses import ANALYSIS_READER, VALIDATION_READER
+from marsupial_service.intake.jobs import JOB_READER
+from marsupial_service.intake.missions import MISSION_READER, REPORT_READER, brief_of
+from marsupial_service.intake.reading import BodyReader, read_elsewhere
+from marsupial_service.intake.simulations import SIMULATION_READER
+from marsupial_service.missions.frames import MissionFrame
+from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import wait_seconds
 from marsupial_service.schemas.missions import MissionBody
+from marsupial_service.settings import ServiceLimits, limits_from
 
 LIMITS = ServiceLimits(cells=MOST_CELLS // 10)
 
@@ -42,17 +43,17 @@ LIMITS = ServiceLimits(cells=MOST_CELLS // 10)
 
 
 @cache
-def _given(path: str) -> tuple[Reading[Any, Any], tuple[Any, ...]]:
+def _given(path: str) -> tuple[BodyReader[Any, Any], tuple[Any, ...]]:
     """Return how a body is read, and what it is read with."""
     if path.endswith("/reports"):
         brief = brief_of(MissionBody.model_validate(mission()), LIMITS, {})
-        return REPORT_READING, (brief, Frame.of(brief.grid), LIMITS)
+        return REPORT_READER, (brief, MissionFrame.of(brief.grid))
     return {
-        "/v1/jobs": (JOB_READING, (LIMITS, {})),
-        "/v1/analysis": (ANALYSIS_READING, (LIMITS,)),
-        "/v1/validations": (VALIDATION_READING, (LIMITS,)),
-        "/v1/missions": (MISSION_READING, (LIMITS, {})),
-        "/v1/simulations": (SIMULATION_READING, (LIMITS, {})),
+        "/v1/jobs": (JOB_READER, ({},)),
+        "/v1/analysis": (ANALYSIS_READER, ()),
+        "/v1/validations": (VALIDATION_READER, ()),
+        "/v1/missions": (MISSION_READER, ({},)),
+        "/v1/simulations": (SIMULATION_READER, ({},)),
     }[path]
 
 

@@ -12,7 +12,7 @@ from talk import Talk
 from benchmarks.trial.house import House, unopened
 from benchmarks.trial.rows import TrialRow, none_of, percentile, times
 from benchmarks.trial.tasks import LARGEST, body, small_floor, suite_body
-from marsupial_service.operations.keys import KeyFile
+from marsupial_service.keys import KeyFile
 
 FAIR = "fair between keys"
 DONE_GOAL_S = 3.0

@@ -35,7 +35,7 @@ from benchmarks.trial.explorers import ExplorerClient, Journeys, undisturbed_mis
 from benchmarks.trial.freezing import FrozenRow, Proxy
 from benchmarks.trial.house import House, end_strays
 from benchmarks.trial.tasks import short_jobs
-from marsupial_service.operations.keys import KeyRow, open_keys
+from marsupial_service.keys import KeyRow, open_keys
 from marsupial_service.operations.upkeep import retain
 from marsupial_service.store import StoreError, open_store
 

@@ -22,7 +22,7 @@ from benchmarks.trial.house import House, opened, strays
 from benchmarks.trial.promises import FINAL
 from benchmarks.trial.rows import TrialRow, none_of, times
 from benchmarks.trial.tasks import body
-from marsupial_service.jobs.warm import tiny
+from marsupial_service.examples.demos import tiny
 
 PART = "hostile planners"
 LIMIT_S = 1.0

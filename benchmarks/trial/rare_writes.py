@@ -20,8 +20,8 @@ from marsupial_service.entries.records import NewEntry
 from marsupial_service.jobs import table as jobs
 from marsupial_service.jobs.records import JobSettings
 from marsupial_service.missions import table as missions
-from marsupial_service.missions.records import MissionPhase
 from marsupial_service.missions.table import MISSIONS
+from marsupial_service.schemas.words import MissionPhase
 from marsupial_service.store import Store, Transaction, open_store, tables
 
 Write = Callable[[Transaction], object]

@@ -13,9 +13,8 @@ from marsupial.formats.situation import situation_from_json, situation_to_json
 from marsupial.model.objective import MAKESPAN, Value
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
-from marsupial_service.examples.demos import DEMOS
-from marsupial_service.jobs.documents import line, plan_of
-from marsupial_service.jobs.warm import tiny
+from marsupial_service.entries.documents import line, plan_of
+from marsupial_service.examples.demos import DEMOS, tiny
 
 LARGEST = ("rooms-6x3-20", "two-doors-6x3-20", "homes-6x3-20", "in-flight-6x3-20")
 """The paper's largest team with 20 targets, on four kinds of floor."""

@@ -2,7 +2,7 @@
 
 It is a process of its own because Ray ends the one that uses it once the cluster is lost; its server then starts
 another one. It is asked as a fork server is: over a socket, with a channel for each request. For room it has Ray
-reserve processors (a placement group), on a node that has an outpost; then it relays the channel.
+reserve processors (a placement group), on a node that has a node agent; then it relays the channel.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from typing import Any
 
 from marsupial.cluster.links import Link
 from marsupial.cluster.make import Terms, make
-from marsupial.cluster.outpost import CANCEL, LEASE_S, LOST, ORDER
-from marsupial.cluster.places import Place, Places
+from marsupial.cluster.node_agent import CANCEL, LEASE_S, LOST, ORDER
+from marsupial.cluster.places import NodePlace, Places
 from marsupial.cluster.ray_cluster import Cluster, cluster_at, connected, reach
 from marsupial.cluster.relay import Relay
 from marsupial.processes import channel as frames
@@ -101,9 +101,9 @@ class Gateway:
         for fd in fds:
             channel = Channel(socket.socket(fileno=fd))
             if request == ROOM:
-                _Run(self, channel)
+                _RelayedRun(self, channel)
             else:
-                _Answer(self, channel, request)
+                _ImmediateAnswer(self, channel, request)
 
     def answer(self, request: bytes, payload: bytes) -> bytes:
         """Do what is asked for besides room, and return what to say to it."""
@@ -124,7 +124,7 @@ class Gateway:
         return await asyncio.get_running_loop().run_in_executor(self._threads, function, *arguments)
 
     async def look(self) -> None:
-        """Have an outpost on every node that has processors, and none on those that are gone.
+        """Have a node agent on every node that has processors, and none on those that are gone.
 
         Raises
         ------
@@ -145,7 +145,7 @@ class Gateway:
             self.go(self.links[new].attend())
 
     def ready(self) -> dict[str, Link]:
-        """Return the links to outposts that take jobs, by the node."""
+        """Return the links to node agents that take jobs, by the node."""
         return {node: link for node, link in self.links.items() if link.ready}
 
     def _trouble(self) -> tuple[str, str] | None:
@@ -158,7 +158,7 @@ class Gateway:
         return "no node of the cluster is ready to work", "; ".join(faults)
 
 
-class _Answer:
+class _ImmediateAnswer:
     """A request that is answered at once."""
 
     def __init__(self, gateway: Gateway, channel: Channel, request: bytes) -> None:
@@ -174,14 +174,14 @@ class _Answer:
         self._relay.close()
 
 
-class _Run:
+class _RelayedRun:
     """A run from when room is asked for to its end."""
 
     def __init__(self, gateway: Gateway, channel: Channel) -> None:
         self.number = next(gateway.numbers)
         self._gateway = gateway
         self._link: Link | None = None
-        self._place: Place | None = None
+        self._place: NodePlace | None = None
         self._wanted = self._ordered = self._left = self._over = False
         self._relay = Relay(channel, self._from_asker, self._asker_left)
 
@@ -200,7 +200,7 @@ class _Run:
         elif self._link is not None or not self._wanted:
             self.end()
 
-    def from_outpost(self, tag: bytes, payload: bytes) -> None:
+    def from_agent(self, tag: bytes, payload: bytes) -> None:
         """Hand on a frame."""
         if not self._over and tag != LOST:
             self._relay.send(tag, payload)
@@ -235,7 +235,7 @@ class _Run:
         self._link.runs[self.number] = self
         self._relay.send(frames.START)
 
-    async def _found(self, cpus: float) -> Place | None:
+    async def _found(self, cpus: float) -> NodePlace | None:
         gateway = self._gateway
         while not self._left:
             ready = gateway.ready()
@@ -244,7 +244,7 @@ class _Run:
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(gateway.changed.wait(), _LOOK_S)
             elif cpus == 0:
-                return Place(0, min(ready.items(), key=lambda item: len(item[1].runs))[0])
+                return NodePlace(0, min(ready.items(), key=lambda item: len(item[1].runs))[0])
             else:
                 place = await gateway.places.find(cpus, ready, partial(self._still, ready))
                 if place is not None:

@@ -1,4 +1,4 @@
-"""The gateway's link to the outpost of one node."""
+"""The gateway's link to the agent of one node."""
 
 from __future__ import annotations
 
@@ -7,28 +7,28 @@ import contextlib
 from typing import TYPE_CHECKING, Any, Protocol
 
 from marsupial.cluster.make import WorkerRefused
-from marsupial.cluster.outpost import LEASE_S, LOST, Letter, Outpost
+from marsupial.cluster.node_agent import LEASE_S, LOST, Envelope, NodeAgent
 
 if TYPE_CHECKING:
     from marsupial.cluster.gateway import Gateway
 
 _PREPARE_S = 300.0
-"""Wall-clock time for an outpost to load what jobs need; where nothing is precompiled that takes half a minute."""
+"""Wall-clock time for a node agent to load what jobs need; where nothing is precompiled that takes half a minute."""
 
 _RETRY_S = 2.0
 _REFUSED_S = 30.0
 
 
 class LinkedRun(Protocol):
-    """A run of an outpost, as its gateway has it."""
+    """A run of a node agent, as its gateway has it."""
 
-    def from_outpost(self, tag: bytes, payload: bytes) -> None:
+    def from_agent(self, tag: bytes, payload: bytes) -> None:
         """Take a frame."""
         ...
 
 
 class Link:
-    """An outpost that is started again whenever it is lost, as long as its node is there.
+    """A node agent that is started again whenever it is lost, as long as its node is there.
 
     Attributes
     ----------
@@ -45,12 +45,12 @@ class Link:
         self.ready = False
         self.fault = ""
         self._gone = False
-        self._outpost: Any = None
-        self._unsent: list[Letter] = []
+        self._agent: Any = None
+        self._unsent: list[Envelope] = []
         self._posting = False
 
     async def attend(self) -> None:
-        """Start the outpost and relay what it tells, again and again, until the node is gone."""
+        """Start the agent and relay what it tells, again and again, until the node is gone."""
         while not self._gone:
             pause_s = _RETRY_S
             try:
@@ -64,36 +64,36 @@ class Link:
                 await asyncio.sleep(pause_s)
 
     async def _follow(self) -> None:
-        self._outpost = self._started()
+        self._agent = self._started()
         gateway = self._gateway
         loaded = len(gateway.preload)
-        await asyncio.wait_for(_answer(self._outpost.prepare.remote(gateway.terms, gateway.preload)), _PREPARE_S)
+        await asyncio.wait_for(_answer(self._agent.prepare.remote(gateway.terms, gateway.preload)), _PREPARE_S)
         self.ready, self.fault = True, ""
         gateway.changed.set()
         if len(gateway.preload) > loaded:
             self.load()
         while not self._gone:
-            for run, tag, payload in await asyncio.wait_for(_answer(self._outpost.take.remote()), LEASE_S):
+            for run, tag, payload in await asyncio.wait_for(_answer(self._agent.take.remote()), LEASE_S):
                 if run in self.runs:
-                    self.runs[run].from_outpost(tag, payload)
+                    self.runs[run].from_agent(tag, payload)
 
     def _started(self) -> Any:
         from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
-        actor = self._gateway.ray.remote(num_cpus=0, max_restarts=0, max_task_retries=0)(Outpost)
+        actor = self._gateway.ray.remote(num_cpus=0, max_restarts=0, max_task_retries=0)(NodeAgent)
         return actor.options(scheduling_strategy=NodeAffinitySchedulingStrategy(self._node, soft=False)).remote()
 
     def give(self, run: int, tag: bytes, payload: bytes = b"") -> None:
         """Send to a run."""
-        self._unsent.append(Letter(run, tag, payload))
+        self._unsent.append(Envelope(run, tag, payload))
         if not self._posting:
             self._posting = True
             self._gateway.go(self._post())
 
     def load(self) -> None:
-        """Have the outpost load what the gateway was told meanwhile."""
+        """Have the agent load what the gateway was told meanwhile."""
         if self.ready:
-            self._outpost.load.remote(self._gateway.preload)
+            self._agent.load.remote(self._gateway.preload)
 
     def lose(self, fault: str) -> None:
         """End it for good."""
@@ -104,27 +104,27 @@ class Link:
         """Send what there is, all that has come meanwhile together."""
         try:
             while self._unsent:
-                letters, self._unsent = self._unsent, []
-                await asyncio.wait_for(_answer(self._outpost.give.remote(letters)), LEASE_S)
+                envelopes, self._unsent = self._unsent, []
+                await asyncio.wait_for(_answer(self._agent.give.remote(envelopes)), LEASE_S)
         except Exception as error:
             self._lost(str(error))
         finally:
             self._posting = False
 
     def _lost(self, fault: str) -> None:
-        """Tell all runs that they are over; the outpost, should it still be there, ends them."""
+        """Tell all runs that they are over; the agent, should it still be there, ends them."""
         self.ready, self.fault = False, fault
         self._gateway.changed.set()
         for run in list(self.runs.values()):
-            run.from_outpost(LOST, b"")
+            run.from_agent(LOST, b"")
         self._unsent.clear()
-        outpost, self._outpost = self._outpost, None
-        if outpost is not None:
-            self._gateway.go(self._end(outpost))
+        agent, self._agent = self._agent, None
+        if agent is not None:
+            self._gateway.go(self._end(agent))
 
-    async def _end(self, outpost: Any) -> None:
+    async def _end(self, agent: Any) -> None:
         with contextlib.suppress(Exception):  # it is gone already, or nobody can be told
-            await self._gateway.call(self._gateway.ray.kill, outpost)
+            await self._gateway.call(self._gateway.ray.kill, agent)
 
 
 async def _answer(reference: Any) -> Any:

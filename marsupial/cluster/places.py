@@ -17,7 +17,7 @@ _AT_A_TIME = 64
 _NODE = "ray.io/node-id"
 
 
-class Place(NamedTuple):
+class NodePlace(NamedTuple):
     """So many processors of a node, and the reservation (None: of no processors)."""
 
     cpus: float
@@ -42,10 +42,10 @@ class Places:
         self._call = call
         self._go = go
         self._asking = asyncio.Semaphore(_AT_A_TIME)
-        self._waiting: dict[float, deque[asyncio.Future[Place]]] = {}
-        self._left: dict[float, deque[Place]] = {}
+        self._waiting: dict[float, deque[asyncio.Future[NodePlace]]] = {}
+        self._left: dict[float, deque[NodePlace]] = {}
 
-    async def find(self, cpus: float, nodes: Collection[str], still: Callable[[], bool]) -> Place | None:
+    async def find(self, cpus: float, nodes: Collection[str], still: Callable[[], bool]) -> NodePlace | None:
         """Return a place on one of these nodes; None once it is no longer wanted there, as `still` says."""
         left = self._left.get(cpus)
         while left:
@@ -55,14 +55,14 @@ class Places:
             self.give_back(place)
         async with self._asking:
             group = await self._call(_reserve, cpus, sorted(nodes))
-            offered: asyncio.Future[Place] = asyncio.get_running_loop().create_future()
+            offered: asyncio.Future[NodePlace] = asyncio.get_running_loop().create_future()
             self._waiting.setdefault(cpus, deque()).append(offered)
             try:
                 node = await self._either(group, offered, still)
             finally:
                 if not offered.done():
                     self._waiting[cpus].remove(offered)
-        own = Place(cpus, node or "", group)
+        own = NodePlace(cpus, node or "", group)
         if node is None:
             self.give_back(own)
             return offered.result() if offered.done() else None
@@ -70,7 +70,7 @@ class Places:
             self.offer(offered.result())
         return own
 
-    async def _either(self, group: Any, offered: asyncio.Future[Place], still: Callable[[], bool]) -> str | None:
+    async def _either(self, group: Any, offered: asyncio.Future[NodePlace], still: Callable[[], bool]) -> str | None:
         """Return where processors are reserved; None if they no longer are needed."""
         while still() and not offered.done():
             looking = asyncio.ensure_future(self._call(_node_of, group))
@@ -79,7 +79,7 @@ class Places:
                 return node
         return None
 
-    def offer(self, place: Place) -> None:
+    def offer(self, place: NodePlace) -> None:
         """Let another run have a place that is no longer needed."""
         if place.group is None:
             return
@@ -90,12 +90,12 @@ class Places:
         self._left.setdefault(place.cpus, deque()).append(place)
         asyncio.get_running_loop().call_later(_KEPT_S, self._tidy, place)
 
-    def _tidy(self, place: Place) -> None:
+    def _tidy(self, place: NodePlace) -> None:
         if place in self._left[place.cpus]:
             self._left[place.cpus].remove(place)
             self.give_back(place)
 
-    def give_back(self, place: Place) -> None:
+    def give_back(self, place: NodePlace) -> None:
         """Give a place back to Ray."""
         if place.group is not None:
             self._go(self._call(_give_back, place.group))

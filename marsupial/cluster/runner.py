@@ -16,7 +16,7 @@ from marsupial.processes import channel as frames
 from marsupial.processes.channel import Channel
 from marsupial.processes.jobs import Job
 from marsupial.processes.launcher import JobRun, Launcher, Preload, call, order_of
-from marsupial.processes.runner import Room
+from marsupial.processes.runner import Reservation
 
 _START_S = 45.0
 """Wall-clock time in which a gateway must be connected."""
@@ -66,9 +66,9 @@ class ClusterRunner:
                 self._keeping.start()
         self._have_loaded()
 
-    def room(self, cpus: float = 1.0) -> Room:
+    def reserve(self, cpus: float = 1.0) -> Reservation:
         """Ask for room for a job that is counted as so many processors; 0 is to be had as long as there is a node."""
-        return _Room(self, cpus)
+        return _NodeReservation(self, cpus)
 
     def trouble(self) -> str | None:
         """Return why the cluster can't be used, if that is so: in words of ours, without addresses or files."""
@@ -144,7 +144,7 @@ class ClusterRunner:
         self._trouble = (trouble, reason)
 
 
-class _Room:
+class _NodeReservation:
     """Room on some node, asked for anew whenever the gateway is lost while one waits."""
 
     def __init__(self, runner: ClusterRunner, cpus: float) -> None:

@@ -12,7 +12,7 @@ from marsupial.processes.jobs import Job
 from marsupial.processes.launcher import JobRun, Preload
 
 
-class Room(Protocol):
+class Reservation(Protocol):
     """A place for one job, from when `wait` returns until the job ends or `close` is called.
 
     `close` may be called at any time from another thread, and ends the waiting.
@@ -38,7 +38,7 @@ class Runner(Protocol):
         """Have loaded what jobs need, as far as it isn't; see `launcher.warm_up`. Raises InternalError if `wait`."""
         ...
 
-    def room(self, cpus: float = 1.0) -> Room:
+    def reserve(self, cpus: float = 1.0) -> Reservation:
         """Ask for room for a job that is counted as so many processors, where they are counted; returns at once."""
         ...
 
@@ -73,7 +73,7 @@ class LocalRunner:
         """Start the fork server."""
         launcher.warm_up(wait=wait, preload=preload)
 
-    def room(self, cpus: float = 1.0) -> Room:
+    def reserve(self, cpus: float = 1.0) -> Reservation:
         """Return room."""
         return _Here()
 

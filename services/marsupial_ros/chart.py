@@ -24,7 +24,7 @@ from marsupial.model.grid import UNKNOWN, CellArray, Grid, Terrain
 from marsupial.model.robots import RobotType
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
 from marsupial_ros.messages import Update
-from marsupial_service.missions.frames import Frame, frame_at, laid_out
+from marsupial_service.missions.frames import MissionFrame, frame_at, laid_out
 from marsupial_service.missions.values import expand
 
 Point = tuple[float, float]
@@ -62,7 +62,7 @@ class Chart:
         self._grid: Grid | None = None
         self._overlay: CellArray | None = None
         self._first: Grid | None = None
-        self._frame: Frame | None = None
+        self._frame: MissionFrame | None = None
         self._reported: CellArray = np.empty((0, 0), dtype=np.uint8)
         self.fresh = False
 
@@ -110,7 +110,7 @@ class Chart:
     def begin(self) -> Grid:
         """Let the mission begin with the frame of the map as it is now, and nothing reported; return that."""
         assert self.grid is not None
-        self._first, self._frame = self.grid, Frame.of(self.grid)
+        self._first, self._frame = self.grid, MissionFrame.of(self.grid)
         self._reported = np.full_like(self._first.cells, UNKNOWN)
         return self._first
 
@@ -123,7 +123,7 @@ class Chart:
             origin_m=(x, y, yaw),
             terrains=self._terrains,
         )
-        self._frame = Frame.of(self._first)
+        self._frame = MissionFrame.of(self._first)
 
     def take_up(self, known: KnownMap) -> None:
         """Take up the mission that is expected, which knows `known` of the map."""

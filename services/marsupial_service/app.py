@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import math
 import time
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
@@ -18,22 +17,27 @@ from starlette.routing import Match
 
 from marsupial.errors import MarsupialError
 from marsupial.processes.runner import LOCAL
+from marsupial_service.entries.capacity import RETRY_AFTER_S, StoreFull
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
-from marsupial_service.entries.room import RETRY_AFTER_S, StoreFull
 from marsupial_service.entries.slots import Slots
 from marsupial_service.http import docspage, livepage, openapi
+from marsupial_service.http.answers import answer
 from marsupial_service.http.edge import Edge
-from marsupial_service.http.problems import HttpProblem, answer, problem_of, problem_of_all
 from marsupial_service.http.routing import LOCAL_OWNER
+from marsupial_service.intake import jobs as job_bodies
+from marsupial_service.intake import missions as mission_bodies
+from marsupial_service.intake import simulations as simulation_bodies
+from marsupial_service.intake.analyses import load_analysis
 from marsupial_service.jobs.records import JobSettings
 from marsupial_service.jobs.service import Jobs
-from marsupial_service.missions.ledger import Conflict
+from marsupial_service.keys import KeyFile, KeyRow
 from marsupial_service.missions.records import MissionSettings
-from marsupial_service.missions.service import READERS, Missions
-from marsupial_service.operations.keys import KeyFile, KeyRow
-from marsupial_service.operations.settings import UNBOUNDED_S, ServiceSettings
+from marsupial_service.missions.service import Missions
+from marsupial_service.missions.state import ReportConflict
+from marsupial_service.problems import HttpProblem, problem_of, problem_of_all
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations, simulations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
+from marsupial_service.settings import ServiceSettings
 from marsupial_service.state import State, state_of
 from marsupial_service.store import Store, StoreError, open_store
 
@@ -41,6 +45,9 @@ DESCRIPTION = (
     "Plans for teams of carriers and rovers that explore unknown maps. Times are milliseconds where a name ends in "
     "`_ms`; places on the map are metres of the map frame."
 )
+
+READERS = (load_analysis, mission_bodies, job_bodies, simulation_bodies)
+"""What analyses need, and those who read and write what is large: they work on the server itself in any case."""
 
 _STORE_RETRY_S = 5
 _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
@@ -60,12 +67,9 @@ def create_app(settings: ServiceSettings) -> FastAPI:
         redirect_slashes=False,
         generate_unique_id_function=lambda route: route.name,
     )
-    limits = settings.limits
     app.state.service = State(
         settings=settings,
         keys=KeyFile(settings.data),
-        analyses=Slots(limits.analyses),
-        readers=Slots(limits.readers),
     )
     for router in (
         *(room.router for room in (missions, jobs, simulations, analyses, catalogue, operations)),
@@ -94,56 +98,35 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     if state.settings.store is not None:
         state.keys = await asyncio.to_thread(KeyRow, store)
     slots = Slots(limits.slots)
-    of_both: dict[str, Any] = {
-        "memory_bytes": limits.memory_bytes,
-        "store_bytes": limits.store_bytes,
-        "key_bytes": limits.key_bytes,
-        "key_planning_s": limits.key_planning_s if limits.key_planning_s < UNBOUNDED_S else math.inf,
-        "steps_limit_s": limits.steps_s,
-        "retention_s": limits.retention_s,
-        "planned": state.metrics.planned,
-        "failed": state.metrics.failed,
-    }
-    state.jobs = Jobs(
+    metrics = state.metrics
+    jobs = Jobs(
         store,
-        JobSettings(
-            slots=limits.slots,
-            queue=limits.queue,
-            key_queue=limits.key_queue,
-            kept=limits.kept_jobs,
-            commands=state.settings.planners,
-            **of_both,
-        ),
+        JobSettings(limits=limits, planned=metrics.planned, failed=metrics.failed, commands=state.settings.planners),
         runner=state.runner,
         slots=slots,
     )
-    state.missions = Missions(
+    missions = Missions(
         store,
         MissionSettings(
-            missions=limits.missions,
-            key_missions=limits.key_missions,
-            simulations=limits.simulations,
-            idle_s=limits.idle_s,
-            lag=state.metrics.lag,
+            limits=limits,
+            planned=metrics.planned,
+            failed=metrics.failed,
+            lag=metrics.lag,
             may_go_on=lambda owner: (
                 not state.settings.needs_keys or owner == LOCAL_OWNER or state.keys.knows(owner, time.time())
             ),
-            cells=limits.cells,
-            backlog=limits.backlog,
-            kept=limits.kept_missions,
-            **of_both,
         ),
         runner=state.runner,
         slots=slots,
     )
+    state.started = jobs, missions
     try:
-        if state.runner is not LOCAL:
-            await asyncio.to_thread(LOCAL.warm_up, READERS)
-        await state.jobs.start()
-        await state.missions.start()
+        await jobs.start()
+        await asyncio.to_thread(LOCAL.warm_up, READERS)
+        await missions.start()
         yield
     finally:
-        await asyncio.gather(state.jobs.stop(), state.missions.stop())
+        await asyncio.gather(jobs.stop(), missions.stop())
         await asyncio.to_thread(store.close)
 
 
@@ -191,7 +174,7 @@ _PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
     MarsupialError: lambda _, error: problem_of(error, None),
     RequestValidationError: _misshaped,
     HTTPException: _http,
-    Conflict: lambda _, error: problem_of_all("conflict", error.problems, None),
+    ReportConflict: lambda _, error: problem_of_all("conflict", error.problems, None),
     UnknownEntry: lambda _, error: HttpProblem("not-found", str(error)),
     StoreFull: lambda _, error: _later("store-full", str(error), RETRY_AFTER_S),
     TooMany: lambda _, error: _later("too-many", str(error), error.retry_after_s),

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import json
 import logging
 import socket
+import sys
 from collections.abc import Callable
 from functools import partial
 from types import FrameType
@@ -17,10 +19,10 @@ from marsupial.errors import UsageError
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.app import create_app
 from marsupial_service.http.connections import OTHER_FILES, Connections, GuardedProtocol, LoopFaults, allow_files
-from marsupial_service.operations import logs
-from marsupial_service.operations.keys import open_keys
-from marsupial_service.operations.settings import ServiceSettings
+from marsupial_service.keys import open_keys
+from marsupial_service.moments import timestamp
 from marsupial_service.planners import planner_infos
+from marsupial_service.settings import ServiceSettings
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError, open_store
 
@@ -76,7 +78,7 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
     runner = _runner(settings)
     if settings.needs_keys:
         _check_keys(settings)
-    logs.set_up(level)
+    set_up_logs(level)
     allow_files(settings.limits)
     with _listening(settings) as line:
         app = create_app(settings)
@@ -152,3 +154,30 @@ def _listening(settings: ServiceSettings) -> socket.socket:
         reason = getattr(error, "strerror", None) or error
         raise UsageError(f"can't listen at {settings.host}, port {settings.port}: {reason}") from error
     return line
+
+
+_OWN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName", "color_message"}
+
+
+class JsonLines(logging.Formatter):
+    """A record as JSON: moment, level, logger, message, and whatever was given with it (``job``, ``status``)."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line."""
+        document = {
+            "at": timestamp(int(1000 * record.created)),
+            "level": record.levelname.lower(),
+            "logger": record.name,
+            "message": record.getMessage(),
+            **{key: value for key, value in vars(record).items() if key not in _OWN},
+        }
+        if record.exc_info:
+            document["traceback"] = self.formatException(record.exc_info)
+        return json.dumps(document, default=str)
+
+
+def set_up_logs(level: str) -> None:
+    """Send all logs to stderr as JSON lines."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(JsonLines())
+    logging.basicConfig(level=level.upper(), handlers=[handler], force=True)

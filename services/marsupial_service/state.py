@@ -10,14 +10,14 @@ from dataclasses import dataclass, field
 from starlette.applications import Starlette
 
 from marsupial.processes.runner import LOCAL, Runner
-from marsupial_service.analyses.supervised import Supervised
 from marsupial_service.entries.slots import Slots
+from marsupial_service.intake.supervised import RequestProcesses, Supervised
 from marsupial_service.jobs.service import Jobs
+from marsupial_service.keys import Keys
 from marsupial_service.missions.service import Missions
-from marsupial_service.operations.keys import Keys
 from marsupial_service.operations.metrics import HttpMetrics
-from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.schemas.answers import ReadyAnswer
+from marsupial_service.settings import ServiceSettings
 from marsupial_service.store import Store
 
 
@@ -40,46 +40,60 @@ class State:
         The one to be used, if it is open already.
     runner
         Runs the processes of jobs and missions.
-    jobs, missions
-        None until the service has started.
+    started
+        Jobs and missions; None until the service has started.
     streams
         Open event streams by owner.
-    analyses, readers
-        Slots for analyses, and for processes that read large bodies.
+    supervised
+        Processes of requests; `analyses` and `readers` run theirs there.
     held_bytes
         Of bodies that are being received and read.
     """
 
     settings: ServiceSettings
     keys: Keys
-    analyses: Slots
-    readers: Slots
     supervised: Supervised = field(default_factory=Supervised)
+    analyses: RequestProcesses = field(init=False)
+    readers: RequestProcesses = field(init=False)
     held_bytes: int = 0
     metrics: HttpMetrics = field(default_factory=HttpMetrics)
     store: Store | None = None
     runner: Runner = LOCAL
-    jobs: Jobs | None = None
-    missions: Missions | None = None
+    started: tuple[Jobs, Missions] | None = None
     streams: Counter[str] = field(default_factory=Counter)
     readiness: Readiness = field(default_factory=Readiness)
+
+    def __post_init__(self) -> None:
+        limits = self.settings.limits
+        self.analyses = self._processes(limits.analyses, limits.analysis_s, limits.memory_bytes)
+        self.readers = self._processes(limits.readers, limits.read_s, limits.read_memory_bytes)
+
+    def _processes(self, count: int, seconds: float, memory_bytes: int) -> RequestProcesses:
+        return RequestProcesses(
+            supervised=self.supervised,
+            slots=Slots(count),
+            seconds=seconds,
+            memory_bytes=memory_bytes,
+            charge=lambda owner, used_s: self.jobs.charge(owner, used_s),
+        )
 
     def leave(self) -> None:
         """End streams, as the service is asked to end."""
         self.supervised.leave()
-        for entries in (self.jobs, self.missions):
-            if entries is not None:
-                entries.leave()
+        for entries in self.started or ():
+            entries.leave()
 
-    def running(self) -> Jobs:
-        """Return the jobs of a service that has started."""
-        assert self.jobs is not None
-        return self.jobs
+    @property
+    def jobs(self) -> Jobs:
+        """The jobs of a service that has started."""
+        assert self.started is not None
+        return self.started[0]
 
-    def flying(self) -> Missions:
-        """Return the missions of a service that has started."""
-        assert self.missions is not None
-        return self.missions
+    @property
+    def missions(self) -> Missions:
+        """The missions of a service that has started."""
+        assert self.started is not None
+        return self.started[1]
 
 
 def state_of(app: Starlette) -> State:

@@ -7,11 +7,11 @@ from benchmarks.trial.fleets import Load, Speaker, TickingTeam, together
 from benchmarks.trial.pressing import Press, brief, reports
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.placement import place_team
-from marsupial_service.missions.frames import Frame
-from marsupial_service.missions.reading import brief_of, reports_of
+from marsupial_service.intake.missions import brief_of, reports_of
+from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import expand
-from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import MissionBody, ReportsBody
+from marsupial_service.settings import ServiceLimits
 
 
 def team() -> TickingTeam:
@@ -49,7 +49,7 @@ def test_reports_that_are_sent_as_fast_as_they_are_taken_are_right() -> None:
     for of_team in (True, False):
         told = reports(of_team)
         body = ReportsBody.model_validate({"reports": [next(told) for _ in range(60)]})
-        assert len(reports_of(body, mission, Frame.of(mission.grid), ServiceLimits())) == 60
+        assert len(reports_of(body, mission, MissionFrame.of(mission.grid), ServiceLimits())) == 60
 
 
 def test_a_load_is_described_to_another_process() -> None:

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from marsupial.cluster.places import Place, Places
+from marsupial.cluster.places import NodePlace, Places
 
 
 class Ray:
@@ -39,7 +39,7 @@ def test_a_place_that_is_left_goes_to_who_waits_and_its_own_reservation_back() -
         places = Places(ray.call, ray.go)
         waiting = asyncio.create_task(places.find(1.0, {"node"}, lambda: True))
         await asyncio.sleep(0.01)
-        left = Place(1.0, "node", "left")
+        left = NodePlace(1.0, "node", "left")
         places.offer(left)
         assert await waiting == left
         await asyncio.sleep(0.01)
@@ -53,12 +53,12 @@ def test_a_place_that_nobody_takes_goes_back_soon_and_one_elsewhere_at_once() ->
         ray = Ray()
         ray.free.set()
         places = Places(ray.call, ray.go)
-        places.offer(Place(1.0, "lost", "old"))
-        assert await places.find(1.0, {"node"}, lambda: True) == Place(1.0, "node", 1)
-        places.offer(Place(1.0, "node", "kept"))
-        assert await places.find(0.5, {"node"}, lambda: True) == Place(0.5, "node", 2)
-        assert await places.find(1.0, {"node"}, lambda: True) == Place(1.0, "node", "kept")
-        places.offer(Place(1.0, "node", "unwanted"))
+        places.offer(NodePlace(1.0, "lost", "old"))
+        assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", 1)
+        places.offer(NodePlace(1.0, "node", "kept"))
+        assert await places.find(0.5, {"node"}, lambda: True) == NodePlace(0.5, "node", 2)
+        assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", "kept")
+        places.offer(NodePlace(1.0, "node", "unwanted"))
         while "unwanted" not in ray.given_back:
             await asyncio.sleep(0.01)
         assert ray.given_back == ["old", "unwanted"]
@@ -78,7 +78,7 @@ def test_who_leaves_while_waiting_leaves_nothing_reserved() -> None:
         assert await places.find(1.0, {"node"}, lambda: next(still)) is None
         await asyncio.sleep(0.01)
         assert ray.given_back == [1]
-        places.offer(Place(1.0, "node", "left"))
-        assert await places.find(1.0, {"node"}, lambda: True) == Place(1.0, "node", "left")
+        places.offer(NodePlace(1.0, "node", "left"))
+        assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", "left")
 
     asyncio.run(run())

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from marsupial.library import precompiling
-from marsupial_service.operations.settings import PREFIX, ServiceLimits
+from marsupial_service.settings import PREFIX, ServiceLimits
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 DOCKER = CHECKOUT / "docker"

@@ -6,7 +6,7 @@ import pytest
 
 from marsupial.model.robots import default_types
 from marsupial.model.sizes import SIZES, Extent, ground_faults, radius_fault
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.settings import ServiceLimits
 
 HALL = Extent(cells=2000 * 2000, resolution_m=0.01)
 """20 m x 20 m of 1 cm cells."""

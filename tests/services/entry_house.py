@@ -4,16 +4,34 @@ from __future__ import annotations
 
 from collections.abc import AsyncGenerator, AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar
 
-from marsupial_service.entries.records import EventRecord
+from marsupial_service.entries.records import EntrySettings, EventRecord
 from marsupial_service.entries.service import Entries
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.service import Missions
+from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Store, open_store
 
 T = TypeVar("T", Jobs, Missions)
+S = TypeVar("S", bound=EntrySettings)
+
+_LIMITS = frozenset(one.name for one in fields(ServiceLimits))
+
+
+class AnyLimits(ServiceLimits):
+    """Limits, also smaller ones than operators can set."""
+
+    def __post_init__(self) -> None:
+        pass
+
+
+def settings_of(kind: type[S], **given: Any) -> S:
+    """Return settings with what is given, also limits by their names."""
+    limits = {name: given.pop(name) for name in _LIMITS & given.keys()}
+    return kind(limits=AnyLimits(**limits), **given)
 
 
 @asynccontextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from marsupial_service.store import Store
-from marsupial_service.store.engine import Connection, Rows
+from marsupial_service.store.engine import Connection, StoreRows
 
 
 class LostAnswers:
@@ -31,7 +31,7 @@ class LostAnswers:
         self._inner = self._connect()
         return self
 
-    def execute(self, sql: str, values: Sequence[object] = (), /) -> Rows:
+    def execute(self, sql: str, values: Sequence[object] = (), /) -> StoreRows:
         self._begun = self._of in sql or (self._begun and not sql.startswith("BEGIN"))
         rows = self._inner.execute(sql, values)
         if sql == "COMMIT" and self._begun and self.left:

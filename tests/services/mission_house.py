@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from entry_house import followed, opened
+from entry_house import followed, opened, settings_of
 from patience import HANG_S
 from undisturbed import STEPS
 
@@ -22,27 +22,26 @@ from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial.processes.channel import Channel
 from marsupial.processes.runner import LOCAL, Runner
-from marsupial_service.missions.host import fly
-from marsupial_service.missions.reading import brief_of, report_of
+from marsupial_service.intake.missions import brief_of, report_of
+from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
-from marsupial_service.missions.scenarios import mission_document
 from marsupial_service.missions.service import Missions
-from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.values import (
-    Brief,
-    Due,
-    Dues,
-    EventType,
+    Control,
     HasPlanned,
     MayPlan,
-    Report,
-    Turn,
-    Turns,
+    MissionBatch,
+    MissionBatches,
+    MissionBrief,
+    MissionReport,
+    PendingInput,
+    PendingInputs,
     WantsToPlan,
-    Wish,
 )
-from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import MissionBody, ReportBody
+from marsupial_service.schemas.words import EventType
+from marsupial_service.settings import ServiceLimits
+from marsupial_service.simulation.team import SimulatedTeam, mission_document
 
 
 def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:
@@ -53,7 +52,7 @@ def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temp
     return mission_document(world, placed, area, strategy=strategy, planner=planner, budget=STEPS, seed=seed)
 
 
-def brief(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal") -> Brief:
+def brief(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal") -> MissionBrief:
     return brief_of(MissionBody.model_validate(body(scenario, planner, strategy)), ServiceLimits(), {})
 
 
@@ -65,7 +64,7 @@ def team(scenario: str = "lobby", seed: int = 1) -> SimulatedTeam:
 def open_missions(
     place: Path | str, runner: Runner = LOCAL, **settings: object
 ) -> AbstractAsyncContextManager[Missions]:
-    return opened(place, lambda store: Missions(store, MissionSettings(**settings), runner=runner))  # type: ignore[arg-type]
+    return opened(place, lambda store: Missions(store, settings_of(MissionSettings, **settings), runner=runner))  # type: ignore[arg-type]
 
 
 async def send(missions: Missions, record: MissionRecord, report: Mapping[str, Any]) -> MissionRecord:
@@ -140,16 +139,16 @@ def run(work: Any) -> Any:
 class Hosted:
     """The loop of a mission in a thread of its own, and the channel to it."""
 
-    def __init__(self, brief: Brief) -> None:
+    def __init__(self, brief: MissionBrief) -> None:
         self.line, theirs = map(Channel, socket.socketpair())
         self._failure: list[BaseException] = []
         self._thread = threading.Thread(target=self._fly, args=(brief, theirs), daemon=True)
         self._thread.start()
 
-    def _fly(self, brief: Brief, line: Channel) -> None:
+    def _fly(self, brief: MissionBrief, line: Channel) -> None:
         try:
             with closing(line):
-                fly(brief, line)
+                run_mission(brief, line)
         except BaseException as error:
             self._failure.append(error)
 
@@ -160,24 +159,28 @@ class Hosted:
         self.line.close()
         self._thread.join(HANG_S)
 
-    def turn(self, due: Due) -> Turn:
+    def batch(self, due: PendingInput) -> MissionBatch:
         try:
-            self.line.send(Dues((due,)))
+            self.line.send(PendingInputs((due,)))
             while isinstance(told := self.line.receive(), WantsToPlan):
                 self.line.send(MayPlan())
                 assert isinstance(self.line.receive(), HasPlanned)
         except (EOFError, OSError):
             self._thread.join(HANG_S)
             raise self._failure[0] from None
-        assert isinstance(told, Turns)
-        (turn,) = told.turns
-        return turn
+        assert isinstance(told, MissionBatches)
+        (batch,) = told.batches
+        return batch
 
 
-def again(brief: Brief, inputs: Sequence[Report | Wish], turns: Sequence[Turn]) -> list[Turn]:
+def again(
+    brief: MissionBrief, inputs: Sequence[MissionReport | Control], batches: Sequence[MissionBatch]
+) -> list[MissionBatch]:
     """Return what a new process makes of the same inputs and decisions."""
     with Hosted(brief) as hosted:
         return [
-            hosted.turn(Due(input=one, decisions=tuple(e.data for e in turn.events if e.type is EventType.DECISION)))
-            for one, turn in zip([None, *inputs], turns, strict=True)
+            hosted.batch(
+                PendingInput(input=one, decisions=tuple(e.data for e in batch.events if e.type is EventType.DECISION))
+            )
+            for one, batch in zip([None, *inputs], batches, strict=True)
         ]

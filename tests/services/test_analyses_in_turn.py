@@ -14,10 +14,10 @@ from patience import awaited
 from service_house import problem
 from test_service_maps import map_state
 
-from marsupial_service.analyses.supervised import Supervised
 from marsupial_service.app import create_app
-from marsupial_service.operations.keys import KeyFile
-from marsupial_service.operations.settings import ServiceLimits, ServiceSettings
+from marsupial_service.intake.supervised import Supervised
+from marsupial_service.keys import KeyFile
+from marsupial_service.settings import ServiceLimits, ServiceSettings
 from marsupial_service.state import State, state_of
 
 
@@ -52,7 +52,7 @@ async def serving(folder: Path, **limits: float) -> AsyncIterator[Asker]:
     secrets = {name: KeyFile(folder).add(name, ["plan"], 1, now_s=4e9) for name in ("ann", "bob")}
     app = create_app(settings)
     state = state_of(app)
-    held = state.supervised = HeldBack()
+    held = state.supervised = state.analyses.supervised = HeldBack()
     http = httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost", timeout=None)
     async with app.router.lifespan_context(app), http:
         yield Asker(http, state, held, secrets)
@@ -71,7 +71,7 @@ def test_a_key_that_floods_the_analyses_waits_behind_one_that_has_none(tmp_path:
             other = asyncio.create_task(asker.analysis("bob"))
 
             async def waits() -> bool:
-                return asker.state.analyses.waiting("bob") == 1
+                return asker.state.analyses.slots.waiting("bob") == 1
 
             await awaited(waits)
             asker.held.go_on.release()  # one of ann's ends, and two of hers wait
@@ -80,7 +80,7 @@ def test_a_key_that_floods_the_analyses_waits_behind_one_that_has_none(tmp_path:
                 return asker.held.begun == 3
 
             await awaited(begins)
-            assert (asker.state.analyses.waiting("bob"), asker.state.analyses.waiting("ann")) == (0, 2)
+            assert (asker.state.analyses.slots.waiting("bob"), asker.state.analyses.slots.waiting("ann")) == (0, 2)
             for _ in range(4):
                 asker.held.go_on.release()
             return Counter([(await task).status_code for task in flood]), [(await other).status_code]
@@ -101,7 +101,7 @@ def test_who_waits_too_long_for_a_turn_is_refused(tmp_path: Path) -> None:
             for _ in running:
                 asker.held.go_on.release()
             await asyncio.gather(*running)
-            assert asker.state.analyses.in_use == 0
+            assert asker.state.analyses.slots.in_use == 0
             return answer
 
     assert problem(asyncio.run(refused()), 429, "too-many")["detail"].startswith("at most 2 at a time")
@@ -112,7 +112,7 @@ def test_analyses_count_against_the_quota(tmp_path: Path) -> None:
         async with serving(tmp_path, key_planning_s=3600.0) as asker:
             asker.held.go_on.release()
             first = await asker.analysis("ann")
-            jobs = asker.state.running()
+            jobs = asker.state.jobs
 
             async def charged() -> bool:
                 return "ann" in await jobs.left_s()

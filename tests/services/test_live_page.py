@@ -16,7 +16,7 @@ from servers import Server
 from undisturbed import STEPS, undisturbed
 
 from marsupial.replay.palette import LIGHT
-from marsupial_service.operations.keys import KeyFile
+from marsupial_service.keys import KeyFile
 
 LOBBY = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}}
 YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"

@@ -16,7 +16,7 @@ from marsupial.formats.scenario.map import read_terrains
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.bounds import BOUNDS, LONGEST_NAME
 from marsupial.model.plan import Action, ActionName, Plan
-from marsupial_service.jobs.documents import actions_text, plan_of
+from marsupial_service.entries.documents import actions_text, plan_of
 from marsupial_service.schemas.mapstates import RobotTypeBody
 
 CARRIER, ROVER = 0, 1

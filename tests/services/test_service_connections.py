@@ -20,7 +20,7 @@ from service_house import client
 from talk import BROKEN, HOST, Talk, ask
 
 from marsupial_service.http.connections import LoopFaults
-from marsupial_service.operations.keys import KeyFile
+from marsupial_service.keys import KeyFile
 
 MOST, OF_ADDRESS = 60, 40
 HEAD = b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"

@@ -10,9 +10,9 @@ from service_house import pointers, problem
 
 from marsupial import errors
 from marsupial.errors import MarsupialError
-from marsupial_service.http.problems import ERROR_KINDS, KINDS
-from marsupial_service.jobs.warm import tiny
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.examples.demos import tiny
+from marsupial_service.problems import ERROR_KINDS, KINDS
+from marsupial_service.settings import ServiceLimits
 
 JSON = {"content-type": "application/json"}
 

@@ -12,8 +12,8 @@ from servers import Server
 from service_house import client, problem, serve
 
 from marsupial.errors import UsageError
-from marsupial_service.operations.keys import FILE, KeyFile, open_keys
-from marsupial_service.operations.settings import ServiceLimits, ServiceSettings, limits_from
+from marsupial_service.keys import FILE, KeyFile, open_keys
+from marsupial_service.settings import ServiceLimits, ServiceSettings, limits_from
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from servers import Server
 from service_house import client, problem, serve
 
 from marsupial_service.app import create_app
-from marsupial_service.operations.settings import ServiceSettings
+from marsupial_service.settings import ServiceSettings
 
 
 def test_a_full_queue_takes_no_more_and_says_when_to_come_back(tmp_path: Path) -> None:

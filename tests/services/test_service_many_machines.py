@@ -73,7 +73,7 @@ def test_jobs_and_missions_go_on_though_a_server_dies(
         mission = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         while not http.get("/v1/missions").json()["missions"]:
             time.sleep(0.05)
-        before = nodes.processes("ray::Outpost")
+        before = nodes.processes("ray::NodeAgent")
         servers[0].kill()
         said, _ = mission.communicate(timeout=HANG_S)
         assert mission.returncode == 0, said

@@ -20,10 +20,10 @@ from marsupial.errors import InputError
 from marsupial.model.grid import Cell
 from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.examples.demos import DEMOS
-from marsupial_service.http.pointers import of_location, of_path
 from marsupial_service.intake.maps import map_state_of
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.problems import of_location, of_path
 from marsupial_service.schemas.mapstates import MapStateBody
+from marsupial_service.settings import ServiceLimits
 
 GREYS = {"#": 0, ".": 254, "?": 205}
 ROWS = ["######", "#....?", "#....?", "######"]

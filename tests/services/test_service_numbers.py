@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from service_house import pointers, problem
 
 from marsupial_service.examples.bodies import EXAMPLES
-from marsupial_service.http.strict_json import parse
+from marsupial_service.intake.reading import parse
 
 JSON = {"content-type": "application/json"}
 

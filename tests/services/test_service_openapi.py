@@ -8,7 +8,7 @@ from service_house import serve
 
 from marsupial_service.app import create_app
 from marsupial_service.http.openapi import kept_text
-from marsupial_service.operations.settings import ServiceSettings
+from marsupial_service.settings import ServiceSettings
 from services import generate
 
 

@@ -17,8 +17,8 @@ from service_house import client, problem
 
 from marsupial.cli.main import main
 from marsupial.errors import UsageError
+from marsupial_service.keys import KeyFile
 from marsupial_service.operations import upkeep
-from marsupial_service.operations.keys import KeyFile
 from marsupial_service.store import StoreError, StoreInUse, open_store, tables
 from marsupial_service.store.sqlite import FILE
 

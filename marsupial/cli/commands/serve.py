@@ -16,7 +16,7 @@ from marsupial.cli.options import options_given
 from marsupial.errors import EngineUnavailable, UsageError
 
 if TYPE_CHECKING:
-    from marsupial_service.operations.keys import Keys
+    from marsupial_service.keys import Keys
 
 serve = typer.Typer(no_args_is_help=False)
 keys = typer.Typer(no_args_is_help=True, help="Create, list and revoke API keys.")
@@ -77,8 +77,8 @@ def run(
     from marsupial.cli.interrupt import Interrupted
     from marsupial.wording import unknown_name
     from marsupial_service.http.openapi import kept_text
-    from marsupial_service.operations.settings import CLUSTER_SLOTS, PREFIX, ServiceLimits, ServiceSettings, limits_from
     from marsupial_service.server import serve as run_server
+    from marsupial_service.settings import CLUSTER_SLOTS, PREFIX, ServiceLimits, ServiceSettings, limits_from
 
     if openapi:
         others = options_given(context, "openapi")
@@ -171,7 +171,7 @@ def revoke(
 @contextmanager
 def _keys(data: Path, store: str | None) -> Iterator[Keys]:
     check_extra()
-    from marsupial_service.operations.keys import open_keys
+    from marsupial_service.keys import open_keys
     from marsupial_service.store import StoreError
 
     try:

@@ -21,13 +21,9 @@ from marsupial.maps.territory import Territory
 from marsupial.model.grid import Cell
 from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.analyses.outlines import polygons
-from marsupial_service.examples.demos import DEMOS
-from marsupial_service.http.problems import HttpProblem, problem_of
-from marsupial_service.intake.maps import map_state_of
-from marsupial_service.jobs.documents import line, rounded
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.entries.documents import line, rounded
+from marsupial_service.problems import HttpProblem, problem_of
 from marsupial_service.schemas.answers import AnalysisAnswer, FeatureAnswer, Geometry, GeometryAnswer
-from marsupial_service.schemas.mapstates import MapStateBody
 
 
 def analyse(argument: tuple[MapState, frozenset[str], int]) -> Iterator[bytes | HttpProblem]:
@@ -44,12 +40,6 @@ def analyse(argument: tuple[MapState, frozenset[str], int]) -> Iterator[bytes | 
         yield HttpProblem("too-large", f"the answer has {len(text)} bytes, more than {most_bytes}: include less")
     else:
         yield text
-
-
-def load_analysis() -> None:
-    """Analyse a small map."""
-    yard = map_state_of(MapStateBody.model_validate(DEMOS["yard"].load()), ServiceLimits())
-    analysis(yard, INCLUDE)
 
 
 def analysis(state: MapState, include: frozenset[str]) -> AnalysisAnswer:

@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass
 
 from marsupial_service.entries.records import TooMany
+from marsupial_service.settings import UNBOUNDED_S
 from marsupial_service.store import Transaction, documents
 from marsupial_service.store.engine import Connection
 
@@ -20,7 +21,7 @@ HOUR_S = 3600.0
 PREPARATION_S = 1.0
 """What an attempt at a job may take besides its budget; no job reserves less, no analysis begins with less left."""
 
-Reader = Connection | Transaction
+StoreReader = Connection | Transaction
 
 _DOCUMENT = "planning/"
 """Before the name of the owner, the name of the document that has that moment, in ms since 1970."""
@@ -37,13 +38,13 @@ _RESERVED = (
 class Quota:
     """The seconds of each owner; `steps_s` are those that a budget in steps can take at most."""
 
-    seconds: float = math.inf
+    seconds: float = UNBOUNDED_S
     steps_s: float = math.inf
 
     @property
     def is_bounded(self) -> bool:
         """Say whether there is a quota at all."""
-        return self.seconds < math.inf
+        return self.seconds < UNBOUNDED_S
 
     def asked_s(self, seconds: float | None) -> float:
         """Return how many seconds a budget (None: one in steps) can take."""
@@ -53,7 +54,7 @@ class Quota:
         """Return how many seconds a job with such a budget reserves."""
         return max(PREPARATION_S, self.asked_s(seconds))
 
-    def check(self, reader: Reader, owner: str, asked_s: float, now_ms: int) -> None:
+    def check(self, reader: StoreReader, owner: str, asked_s: float, now_ms: int) -> None:
         """Raise TooMany if the owner has not so many seconds left."""
         wait_s = self.wait_s(reader, owner, asked_s, now_ms)
         if wait_s > 0:
@@ -66,7 +67,7 @@ class Quota:
             f" there may be room for {asked_s:g} s in {math.ceil(wait_s)} s"
         )
 
-    def wait_s(self, reader: Reader, owner: str, asked_s: float, now_ms: int) -> float:
+    def wait_s(self, reader: StoreReader, owner: str, asked_s: float, now_ms: int) -> float:
         """Return how long it takes until so many seconds of an owner are left, if no job ends meanwhile; 0: they are.
 
         No more can be asked for than there are in an hour.
@@ -76,7 +77,7 @@ class Quota:
         missing_s = min(asked_s, self.seconds) - self.left_s(reader, now_ms, owner)[owner]
         return max(0.0, missing_s * HOUR_S / self.seconds)
 
-    def left_s(self, reader: Reader, now_ms: int, owner: str | None = None) -> dict[str, float]:
+    def left_s(self, reader: StoreReader, now_ms: int, owner: str | None = None) -> dict[str, float]:
         """Return how many seconds owners have left, of all that use some; below 0 for one who took more."""
         if not self.is_bounded:
             return {}

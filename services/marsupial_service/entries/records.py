@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import math
+import hashlib
+import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Generic, NamedTuple, TypeVar
+
+from marsupial_service.settings import ServiceLimits
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,29 +71,19 @@ class EventBatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EntrySettings:
-    """What entries of one kind may use; those that ended are removed at the age of `retention_s`, or beyond `kept`.
-
-    Beyond `store_bytes` of all kinds, or `key_bytes` of one owner, no more are made.
+    """The limits that hold for entries, and who is told what.
 
     Parameters
     ----------
-    key_planning_s, steps_limit_s
-        Seconds of planning of one owner in an hour, and those that a job with a budget in steps can take.
     planned
         Is told whose planning took so long, in s.
     failed
         Is told the name of each background task that fails.
     """
 
-    memory_bytes: int = 2 << 30
-    store_bytes: float = math.inf
-    key_bytes: float = math.inf
-    key_planning_s: float = math.inf
-    steps_limit_s: float = 60.0
+    limits: ServiceLimits = field(default_factory=ServiceLimits)
     planned: Callable[[str, float], None] = lambda owner, seconds: None
     failed: Callable[[str], None] = lambda task: None
-    retention_s: float = 24 * 3600.0
-    kept: int = 10_000
 
 
 class KeyReused(Exception):
@@ -110,3 +103,8 @@ class UnknownEntry(Exception):
 
     def __init__(self, noun: str) -> None:
         super().__init__(f"there is no such {noun}, or no longer")
+
+
+def digest_of(document: object) -> bytes:
+    """Return what tells a document apart from others: the same for all that say the same."""
+    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).digest()

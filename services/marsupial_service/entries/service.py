@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import AsyncGenerator, Awaitable, Callable
-from contextlib import AbstractContextManager, suppress
+from collections.abc import AsyncGenerator, Awaitable, Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from enum import StrEnum
 from functools import partial
 from typing import Generic, TypeVar
@@ -13,10 +13,9 @@ from typing import Generic, TypeVar
 from marsupial.processes.launcher import Preload
 from marsupial.processes.runner import Runner
 from marsupial_service.entries.background import BackgroundTasks, Work
-from marsupial_service.entries.bells import Bells
+from marsupial_service.entries.capacity import Sizes, StoreCapacity, stored_bytes
 from marsupial_service.entries.quota import PREPARATION_S, Quota
 from marsupial_service.entries.records import E, EntrySettings, EventRecord, UnknownEntry
-from marsupial_service.entries.room import Room, Sizes, stored_bytes
 from marsupial_service.entries.table import EntryTable
 from marsupial_service.store import Store, StoreError, Transaction
 from marsupial_service.store.engine import Connection
@@ -32,11 +31,53 @@ T = TypeVar("T")
 log = logging.getLogger("marsupial.entries")
 
 
+class Subscriptions:
+    """Who waits for news of which topic, in one event loop: events that are set when something was committed."""
+
+    def __init__(self) -> None:
+        self._events: dict[str, set[asyncio.Event]] = {}
+
+    @contextmanager
+    def subscribe(self, topic: str) -> Iterator[asyncio.Event]:
+        """Give an event that is set whenever there is news on `topic`; a waiting caller clears it before looking."""
+        event = asyncio.Event()
+        self._events.setdefault(topic, set()).add(event)
+        try:
+            yield event
+        finally:
+            events = self._events[topic]
+            events.discard(event)
+            if not events:
+                del self._events[topic]
+
+    def listen_to(self, store: Store) -> None:
+        """Notify of whatever is committed from now on; called in the event loop."""
+        loop = asyncio.get_running_loop()
+
+        def pass_on(topics: frozenset[str] | None) -> None:  # in any thread, also after the loop has ended
+            with suppress(RuntimeError):
+                loop.call_soon_threadsafe(*((self.notify_all,) if topics is None else (self.notify, topics)))
+
+        store.listen(pass_on)
+
+    def notify(self, topics: frozenset[str]) -> None:
+        """Notify the subscribers of these topics."""
+        for topic in topics:
+            for event in self._events.get(topic, ()):
+                event.set()
+
+    def notify_all(self) -> None:
+        """Notify all subscribers."""
+        self.notify(frozenset(self._events))
+
+
 class Entries(Generic[E]):
     """All entries of one kind in a store.
 
     Parameters
     ----------
+    kept
+        How many that have ended are kept.
     now_ms
         The clock, in ms since 1970.
     runner
@@ -55,17 +96,20 @@ class Entries(Generic[E]):
         store: Store,
         table: EntryTable[E],
         settings: EntrySettings,
+        kept: int,
         now_ms: Callable[[], int],
         runner: Runner,
     ) -> None:
         self._store = store
         self._runner = runner
         self._table = table
-        self._kept = settings
-        self._room = Room(settings.store_bytes, settings.key_bytes)
-        self.quota = Quota(seconds=settings.key_planning_s, steps_s=settings.steps_limit_s)
+        self._planned = settings.planned
+        self._limits = limits = settings.limits
+        self._kept = kept
+        self._capacity = StoreCapacity(limits.store_bytes, limits.key_bytes)
+        self.quota = Quota(seconds=limits.key_planning_s, steps_s=limits.steps_s)
         self.now_ms = now_ms
-        self._bells = Bells()
+        self._subscriptions = Subscriptions()
         self._stop = asyncio.Event()
         self.background = BackgroundTasks(self._stop, settings.failed)
 
@@ -91,9 +135,9 @@ class Entries(Generic[E]):
 
         Ends after the last one or at `stop`.
         """
-        with self._bells.bell(entry) as bell:
+        with self._subscriptions.subscribe(entry) as news:
             while not self.stopping:
-                bell.clear()
+                news.clear()
                 batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=_BATCH))
                 if batch.events:
                     after = batch.events[-1].seq
@@ -101,11 +145,11 @@ class Entries(Generic[E]):
                 if not batch.is_open:
                     return
                 if len(batch.events) < _BATCH:
-                    await bell.wait()
+                    await news.wait()
 
-    def bell(self, topic: str) -> AbstractContextManager[asyncio.Event]:
+    def subscribe(self, topic: str) -> AbstractContextManager[asyncio.Event]:
         """Give an event that is set whenever there is news on `topic`; a waiting caller clears it before looking."""
-        return self._bells.bell(topic)
+        return self._subscriptions.subscribe(topic)
 
     async def is_told(self, entry: str, after: int) -> bool:
         """Say whether nothing comes after event number `after`, nor ever will."""
@@ -123,7 +167,7 @@ class Entries(Generic[E]):
 
     async def _begin(self, preload: tuple[Preload, ...]) -> None:
         """Hear of what is committed from now on, have the runner load what is needed, and look after the store."""
-        self._bells.attend(self._store)
+        self._subscriptions.listen_to(self._store)
         await asyncio.to_thread(self._runner.warm_up, preload)
         self._start("take up", self._watch)
         self._start("sweep", self._sweep)
@@ -131,11 +175,11 @@ class Entries(Generic[E]):
     def leave(self) -> None:
         """End streams, and begin nothing more: `stop` is about to come."""
         self._stop.set()
-        self._bells.ring_all()
+        self._subscriptions.notify_all()
 
     def charge(self, owner: str, planned_s: float) -> None:
         """Charge an owner for planning, soon: nobody has to wait for that."""
-        self._kept.planned(owner, planned_s)
+        self._planned(owner, planned_s)
         if self.quota.is_bounded:
             charge = partial(self._charge, owner, round(1000 * planned_s))
             self._start("charge", charge, restart=False)
@@ -146,7 +190,7 @@ class Entries(Generic[E]):
             await self.read(lambda reader: self.quota.check(reader, owner, PREPARATION_S, self.now_ms()))
 
     async def _charge(self, owner: str, planned_ms: int) -> None:
-        await self.surely(lambda tx: self.quota.charge(tx, owner, planned_ms, self.now_ms()))
+        await self.write_until_stored(lambda tx: self.quota.charge(tx, owner, planned_ms, self.now_ms()))
 
     def _start(self, what: str, work: Work, *, restart: bool = True) -> asyncio.Task[None]:
         """Start a background task; metrics and the log call it by the kind of entry and `what` it does."""
@@ -157,10 +201,10 @@ class Entries(Generic[E]):
         raise NotImplementedError
 
     async def _watch(self) -> None:
-        """Take up what others leave: when one tells that it goes, and now and then, as some go without a word."""
-        with self._bells.bell(self._table.left) as bell:
+        """Take up what other servers leave: on a goodbye message, and by polling, as a killed server sends none."""
+        with self._subscriptions.subscribe(self._table.left) as news:
             while not self.stopping:
-                bell.clear()
+                news.clear()
                 pause_s = _WATCH_S
                 try:
                     await self._take_up()
@@ -168,22 +212,24 @@ class Entries(Generic[E]):
                     pause_s = RETRY_S
                 with suppress(TimeoutError):
                     async with asyncio.timeout(pause_s):
-                        await bell.wait()
+                        await news.wait()
 
     async def _sweep(self) -> None:
         """Remove old entries now and then, and give their space back: little by little, as others write."""
         settled = True
         while not self.stopping:
-            removed = await self.surely(lambda tx: self._table.remove_old(tx, self._kept, self.now_ms()))
-            more = await self.surely(lambda tx: tx.shrink())
+            removed = await self.write_until_stored(
+                lambda tx: self._table.remove_old(tx, self._limits.retention_s, self._kept, self.now_ms())
+            )
+            more = await self.write_until_stored(lambda tx: tx.shrink())
             settled = settled and not removed and not more
             if removed or more:
                 continue
             settled = settled or await asyncio.to_thread(self._store.settle)
             await self._pause(_SWEEP_S if settled else RETRY_S)
 
-    async def surely(self, write: Callable[[Transaction], T]) -> T | None:
-        """Write, again and again while the disk refuses; None if that goes on until `stop`."""
+    async def write_until_stored(self, write: Callable[[Transaction], T]) -> T | None:
+        """Write, and retry while the store fails; None if it still fails at `stop`."""
         while True:
             with suppress(StoreError):
                 return await self.write(write)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 
-class Place:
+class Slot:
     """A slot that is taken.
 
     Attributes
@@ -38,20 +38,20 @@ class Slots:
 
     def __init__(self, count: int) -> None:
         self.count = count
-        self._taken: list[Place] = []
-        self._owners: OrderedDict[str, deque[asyncio.Future[Place]]] = OrderedDict()
-        self._jobs: deque[asyncio.Future[Place]] = deque()
+        self._taken: list[Slot] = []
+        self._owners: OrderedDict[str, deque[asyncio.Future[Slot]]] = OrderedDict()
+        self._jobs: deque[asyncio.Future[Slot]] = deque()
 
     @property
     def in_use(self) -> int:
         """How many are taken."""
         return len(self._taken)
 
-    async def for_job(self) -> Place:
+    async def for_job(self) -> Slot:
         """Take a slot for a job as soon as one is free that no owner waits for."""
         return await self._wait(self._jobs)
 
-    async def for_owner(self, owner: str) -> Place:
+    async def for_owner(self, owner: str) -> Slot:
         """Take a slot in turn with other owners, before any job; if none is free a job is broken off."""
         if len(self._taken) >= self.count:
             self._break_off()
@@ -61,27 +61,27 @@ class Slots:
         """Return how many slots an owner waits for."""
         return sum(not turn.done() for turn in self._owners.get(owner, ()))
 
-    def let_break(self, place: Place, breaks: Callable[[], None]) -> None:
+    def let_break(self, slot: Slot, breaks: Callable[[], None]) -> None:
         """Let what has a slot be broken off from now on: at once, if an owner waits for whom nothing is."""
-        place.breaks = breaks
+        slot.breaks = breaks
         if sum(map(self.waiting, self._owners)) > sum(one.is_wanted for one in self._taken):
             self._break_off()
 
-    def free(self, place: Place) -> None:
+    def free(self, slot: Slot) -> None:
         """Give a slot back."""
-        self._taken.remove(place)
+        self._taken.remove(slot)
         self._hand_out()
 
     @contextmanager
-    def taken(self, place: Place) -> Iterator[Place]:
+    def taken(self, slot: Slot) -> Iterator[Slot]:
         """Give a slot back at the end."""
         try:
-            yield place
+            yield slot
         finally:
-            self.free(place)
+            self.free(slot)
 
-    async def _wait(self, queue: deque[asyncio.Future[Place]]) -> Place:
-        turn: asyncio.Future[Place] = asyncio.get_running_loop().create_future()
+    async def _wait(self, queue: deque[asyncio.Future[Slot]]) -> Slot:
+        turn: asyncio.Future[Slot] = asyncio.get_running_loop().create_future()
         queue.append(turn)
         self._hand_out()
         try:
@@ -96,13 +96,13 @@ class Slots:
             owner, turn = self._next()
             if turn is None:
                 return
-            place = Place(owner)
-            self._taken.append(place)
-            turn.set_result(place)
+            slot = Slot(owner)
+            self._taken.append(slot)
+            turn.set_result(slot)
 
-    def _next(self) -> tuple[str | None, asyncio.Future[Place] | None]:
+    def _next(self) -> tuple[str | None, asyncio.Future[Slot] | None]:
         """Return whose turn it is, of those that still wait, and what tells them."""
-        has = Counter(place.owner for place in self._taken)
+        has = Counter(slot.owner for slot in self._taken)
         while self._owners:
             owner = min(self._owners, key=has.__getitem__)
             queue = self._owners.pop(owner)
@@ -114,15 +114,15 @@ class Slots:
         return None, _first(self._jobs)
 
     def _break_off(self) -> None:
-        for place in reversed(self._taken):
-            if place.breaks is not None:
-                breaks, place.breaks = place.breaks, None
-                place.is_wanted = True
+        for slot in reversed(self._taken):
+            if slot.breaks is not None:
+                breaks, slot.breaks = slot.breaks, None
+                slot.is_wanted = True
                 breaks()
                 return
 
 
-def _first(queue: deque[asyncio.Future[Place]]) -> asyncio.Future[Place] | None:
+def _first(queue: deque[asyncio.Future[Slot]]) -> asyncio.Future[Slot] | None:
     while queue:
         turn = queue.popleft()
         if not turn.done():

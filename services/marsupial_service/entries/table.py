@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 from marsupial_service.entries import records
 from marsupial_service.entries.records import Created, E, EventBatch, EventRecord, NewEntry
 from marsupial_service.store import Transaction
-from marsupial_service.store.engine import Row, Rows
+from marsupial_service.store.engine import StoreRow, StoreRows
 from marsupial_service.store.tables import ROW_BYTES
 
 if TYPE_CHECKING:
@@ -31,15 +31,15 @@ W = TypeVar("W", bound=StrEnum)
 R = TypeVar("R", bound="DataclassInstance")
 
 
-class Reader(Protocol):
+class StoreReader(Protocol):
     """A connection, or a transaction under way."""
 
-    def execute(self, sql: str, values: tuple[object, ...] = ..., /) -> Rows:
+    def execute(self, sql: str, values: tuple[object, ...] = ..., /) -> StoreRows:
         """Run one statement."""
         ...
 
 
-def made_of(kind: type[R], row: Row, **more: object) -> R:
+def made_of(kind: type[R], row: StoreRow, **more: object) -> R:
     """Return a record of the columns called like its fields (`created_ms` for `created_at_ms`), and `more`."""
     columns = _columns(kind)
     return kind(**{name: row[column] for name, column in columns if name not in more}, **more)
@@ -70,7 +70,7 @@ class EntryTable(Generic[E]):
     events_name: str
     noun: str
     select: str
-    record: Callable[[Row], E]
+    record: Callable[[StoreRow], E]
     event_type: type[StrEnum]
     moves: Mapping[StrEnum, frozenset[StrEnum]]
 
@@ -90,7 +90,7 @@ class EntryTable(Generic[E]):
             add()
         return Created(self.existing(tx, known or new.id), replayed=known is not None)
 
-    def made_before(self, reader: Reader, new: NewEntry) -> str | None:
+    def made_before(self, reader: StoreReader, new: NewEntry) -> str | None:
         """Return the id of what an earlier request with that key has made, if there is any. Raises KeyReused."""
         if new.key is None:
             return None
@@ -110,13 +110,13 @@ class EntryTable(Generic[E]):
         number: int = tx.execute(f"SELECT number FROM {self.name} WHERE id = ?", (new.id,)).fetchone()["number"]
         return number
 
-    def find(self, reader: Reader, entry: str, owner: str | None = None) -> E | None:
+    def find(self, reader: StoreReader, entry: str, owner: str | None = None) -> E | None:
         """Return an entry, if there is one (of that owner)."""
         where = f"WHERE {self.name}.id = ? AND {self.name}.owner = coalesce(?, {self.name}.owner)"
         row = reader.execute(f"{self.select} {where}", (entry, owner)).fetchone()
         return None if row is None else self.record(row)
 
-    def existing(self, reader: Reader, entry: str) -> E:
+    def existing(self, reader: StoreReader, entry: str) -> E:
         """Return an entry. Raises UnknownEntry."""
         record = self.find(reader, entry)
         if record is None:
@@ -134,7 +134,7 @@ class EntryTable(Generic[E]):
         return self.existing(tx, entry)
 
     def newest(
-        self, reader: Reader, owner: str, limit: int, before: str | None = None, state: StrEnum | None = None
+        self, reader: StoreReader, owner: str, limit: int, before: str | None = None, state: StrEnum | None = None
     ) -> tuple[E, ...]:
         """Return the newest entries of an owner, the newest first: those made before entry `before`, in `state`."""
         conditions: dict[str, object] = {f"{self.name}.owner = ?": owner}
@@ -178,7 +178,7 @@ class EntryTable(Generic[E]):
         tx.insert(self.events_name, **event, **more)
         tx.news.add(row["id"])
 
-    def events(self, reader: Reader, entry: str, after: int, limit: int) -> EventBatch:
+    def events(self, reader: StoreReader, entry: str, after: int, limit: int) -> EventBatch:
         """Return the next events after number `after`. An entry that is not there has none and gets none."""
         sql = f"SELECT number, finished_ms, events FROM {self.name} WHERE id = ?"
         row = reader.execute(sql, (entry,)).fetchone()
@@ -191,27 +191,29 @@ class EntryTable(Generic[E]):
         last = found[-1].seq if found else after
         return EventBatch(events=found, is_open=row["finished_ms"] is None or last < row["events"])
 
-    def _stored_events(self, reader: Reader, number: int, after: int, limit: int) -> Iterable[tuple[int, str, str]]:
+    def _stored_events(
+        self, reader: StoreReader, number: int, after: int, limit: int
+    ) -> Iterable[tuple[int, str, str]]:
         """Return number, type and data of the next events of an entry."""
         sql = f"SELECT seq, type, data FROM {self.events_name} WHERE {self.noun} = ? AND seq > ? ORDER BY seq LIMIT ?"
         return reader.execute(sql, (number, after, limit))
 
-    def counts(self, reader: Reader, column: str, words: type[W]) -> dict[W, int]:
+    def counts(self, reader: StoreReader, column: str, words: type[W]) -> dict[W, int]:
         """Return how many entries have each of the words in a column."""
         found = dict(map(tuple, reader.execute(f"SELECT {column}, count(*) FROM {self.name} GROUP BY 1").fetchall()))
         return {word: found.get(word, 0) for word in words}
 
-    def remove_old(self, tx: Transaction, settings: records.EntrySettings, now_ms: int, most: int = _SWEPT) -> int:
-        """Remove at most so many entries that ended too long ago or are too many; tell followers.
+    def remove_old(self, tx: Transaction, retention_s: float, kept: int, now_ms: int, most: int = _SWEPT) -> int:
+        """Remove at most so many entries that ended too long ago, or before the `kept` newest; tell followers.
 
         Returns how many there were, as long as there is something to be removed.
         """
-        before_ms = now_ms - round(1000 * settings.retention_s)
+        before_ms = now_ms - round(1000 * retention_s)
         rows = tx.execute(
             f"SELECT number, id FROM {self.name} WHERE finished_ms < ?"
             f" OR number IN (SELECT number FROM {self.name} WHERE finished_ms IS NOT NULL"
             " ORDER BY finished_ms DESC, number DESC LIMIT ? OFFSET ?) LIMIT ?",
-            (before_ms, _ANY_NUMBER, settings.kept, most),
+            (before_ms, _ANY_NUMBER, kept, most),
         ).fetchall()
         left = _SWEPT_ROWS
         for number, entry in rows:

@@ -9,8 +9,11 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any, Literal
 
+import numpy as np
+
 from marsupial.formats.situation import situation_to_json
-from marsupial_service.jobs.warm import tiny
+from marsupial.model.robots import Role
+from marsupial.model.situation import UNREACHABLE, PlanningType, RobotState, Situation, TargetInfo
 
 BUDGET_S = 2.0
 
@@ -40,6 +43,25 @@ def _moment(name: str) -> Callable[[], dict[str, Any]]:
 def _tiny() -> dict[str, Any]:
     situation: dict[str, Any] = json.loads(situation_to_json(tiny()))
     return situation
+
+
+def tiny() -> Situation:
+    """Return: a carrier with a rover aboard, a door 1 s away, and a target behind it that only the rover reaches."""
+    carrier = np.array([[0, UNREACHABLE, 1000], [UNREACHABLE] * 3, [1000, UNREACHABLE, 0]])
+    rover = np.array([[UNREACHABLE] * 3, [UNREACHABLE, 0, 1000], [UNREACHABLE, 1000, 0]])
+    return Situation(
+        types=(
+            PlanningType(name="carrier", role=Role.CARRIER, capacity=1),
+            PlanningType(name="rover", role=Role.ROVER, dock_ms=1000, undock_ms=1000),
+        ),
+        robots=(
+            RobotState(name="c", type="carrier", place="start"),
+            RobotState(name="r", type="rover", carrier="c"),
+        ),
+        targets=(TargetInfo(name="target", explorers=frozenset({"rover"})),),
+        meetings=("door",),
+        travel_ms={"carrier": carrier, "rover": rover},
+    )
 
 
 def _yard() -> dict[str, Any]:

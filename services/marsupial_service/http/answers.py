@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
+from http import HTTPStatus
 
 from starlette.responses import Response
 
-from marsupial_service.jobs.documents import line
+from marsupial_service.entries.documents import line
 from marsupial_service.jobs.records import JobRecord
 from marsupial_service.missions.records import MissionRecord
+from marsupial_service.problems import KINDS, MEDIA_TYPE, MOST_ERRORS, HttpProblem, Kind, summary
 from marsupial_service.schemas import answers
-from marsupial_service.schemas.answers import JobSummaryAnswer, MissionAnswer
+from marsupial_service.schemas.answers import JobSummaryAnswer, MissionAnswer, ProblemAnswer
 from marsupial_service.schemas.base import Answer
 
 UNKEPT = {"Cache-Control": "no-store"}
@@ -54,3 +57,23 @@ def mission_answer(record: MissionRecord) -> MissionAnswer:
 
 def _links(links: type[Answer], path: str) -> Answer:
     return links.model_validate({word: path if word == "self" else f"{path}/{word}" for word in links.model_fields})
+
+
+def answer(problem: HttpProblem, instance: str) -> Response:
+    """Return the response for a problem with the request for the path `instance`."""
+    kind = KINDS[problem.kind]
+    errors = problem.errors[:MOST_ERRORS]
+    body = ProblemAnswer(
+        type=f"urn:marsupial:problem:{problem.kind}",
+        title=kind.title,
+        status=kind.status,
+        detail=problem.detail or summary(errors, len(problem.errors)) or _described(kind),
+        instance=instance,
+        errors=list(errors) or None,
+    )
+    text = json.dumps(body.model_dump())
+    return Response(text.encode(), status_code=kind.status, headers=problem.headers, media_type=MEDIA_TYPE)
+
+
+def _described(kind: Kind) -> str:
+    return HTTPStatus(kind.status).description or kind.title

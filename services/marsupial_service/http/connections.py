@@ -18,8 +18,9 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from marsupial_service.http.problems import HttpProblem, answer
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.http.answers import answer
+from marsupial_service.problems import HttpProblem
+from marsupial_service.settings import ServiceLimits
 
 OTHER_FILES = 512
 """Files that a server has open besides its connections, those that have been accepted and not counted included."""

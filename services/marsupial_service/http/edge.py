@@ -15,8 +15,9 @@ from typing import Any
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from marsupial_service.http.problems import HttpProblem, answer
-from marsupial_service.operations.settings import LOOPBACK
+from marsupial_service.http.answers import answer
+from marsupial_service.problems import HttpProblem
+from marsupial_service.settings import LOOPBACK
 from marsupial_service.state import State
 
 log = logging.getLogger("marsupial.service")

@@ -14,7 +14,7 @@ from functools import cache
 from fastapi import APIRouter, Request, Response
 
 from marsupial.replay.page import LIVE_MODULES, MODULES, module_text, page_shell, page_style
-from marsupial_service.http.problems import HttpProblem
+from marsupial_service.problems import HttpProblem
 
 _STYLES = ("page.css", "live.css")
 _HEAD = "\n".join(f'<link rel="stylesheet" href="page/{name}">' for name in _STYLES)

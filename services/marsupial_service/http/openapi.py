@@ -16,7 +16,7 @@ from fastapi.openapi.utils import get_openapi
 from pydantic import BaseModel
 
 from marsupial_service.examples.bodies import EXAMPLES
-from marsupial_service.http.problems import KINDS, MEDIA_TYPE
+from marsupial_service.problems import KINDS, MEDIA_TYPE
 from marsupial_service.schemas.answers import ProblemAnswer
 from marsupial_service.schemas.events import JOB_EVENTS, MISSION_EVENTS
 

@@ -15,9 +15,9 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 
-from marsupial_service.http.problems import HttpProblem
 from marsupial_service.intake.reading import Sent
-from marsupial_service.operations.keys import Scope
+from marsupial_service.keys import Scope
+from marsupial_service.problems import HttpProblem
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.state import State, state_of
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from marsupial.planning.checker import check
-from marsupial_service.analyses.analysis import INCLUDE
+from marsupial_service.analyses.analysis import INCLUDE, analysis
 from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.examples.demos import DEMOS
 from marsupial_service.intake import counts
 from marsupial_service.intake.maps import image_cells, map_state_of
-from marsupial_service.intake.reading import Digested, Reading
+from marsupial_service.intake.reading import BodyReader, Digested
 from marsupial_service.intake.situations import reading_of, situation_of
-from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas import answers
+from marsupial_service.schemas.mapstates import MapStateBody
 from marsupial_service.schemas.requests import AnalysisBody, ValidationBody
+from marsupial_service.settings import ServiceLimits
 
 
 def analysis_of(body: AnalysisBody, _: Digested, limits: ServiceLimits) -> tuple[MapState, frozenset[str]]:
@@ -31,5 +33,11 @@ def _cells(body: AnalysisBody) -> int:
     return image_cells(body.map_state.map)
 
 
-ANALYSIS_READING = Reading(model=AnalysisBody, counts=counts.ANALYSIS, make=analysis_of, cells=_cells)
-VALIDATION_READING = Reading(model=ValidationBody, counts=counts.VALIDATION, make=verdict_of)
+ANALYSIS_READER = BodyReader(model=AnalysisBody, counts=counts.ANALYSIS, make=analysis_of, cells=_cells)
+VALIDATION_READER = BodyReader(model=ValidationBody, counts=counts.VALIDATION, make=verdict_of)
+
+
+def load_analysis() -> None:
+    """Analyse a small map."""
+    yard = map_state_of(MapStateBody.model_validate(DEMOS["yard"].load()), ServiceLimits())
+    analysis(yard, INCLUDE)

@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 
 from marsupial.model.grid import UNKNOWN
 from marsupial.model.sizes import MOST_TYPES
-from marsupial_service.http.pointers import pointer
-from marsupial_service.http.problems import HttpProblem
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.problems import HttpProblem, pointer
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.schemas.missions import MOST_REPORTS
+from marsupial_service.settings import ServiceLimits
 
 EACH = "*"
 """In a path: every item of a list, or value of a mapping."""

@@ -7,16 +7,17 @@ from collections.abc import Iterator, Mapping
 
 from marsupial.model.planning import EngineInfo
 from marsupial.model.situation import Situation
+from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.entries.documents import line
 from marsupial_service.intake import counts
 from marsupial_service.intake.maps import image_cells, map_state_of
-from marsupial_service.intake.reading import Digested, Reading
+from marsupial_service.intake.missions import known_map_text
+from marsupial_service.intake.reading import BodyReader, Digested
 from marsupial_service.intake.situations import budget_of, refuse, situation_of
-from marsupial_service.jobs.packing import pack
-from marsupial_service.jobs.records import JobRequest, MapTask, PackedRequest
-from marsupial_service.missions.telling import known_map_text
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.jobs.records import PackedRequest
 from marsupial_service.planners import planner_info, planner_names
 from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
+from marsupial_service.settings import ServiceLimits
 
 DEFAULT_BUDGET_S = 5.0
 
@@ -28,13 +29,12 @@ def job_of(body: JobBody, sent: Digested, limits: ServiceLimits, planners: Mappi
     budget = budget_of(job.budget, limits, DEFAULT_BUDGET_S)
     if budget.steps is not None and not info.deterministic_steps:
         raise refuse("budget.steps", f"planner {job.planner} can't count steps: give it a budget in seconds")
-    task: Situation | MapTask
+    task: Situation | MapState
     if isinstance(job, SituationJobBody):
         task = situation_of(job.situation, limits)
     else:
         task = map_state_of(job.map_state, limits)
-    request = JobRequest(planner=job.planner, budget=budget, task=task, digest=sent.digest, source=sent.document)
-    return pack(request)
+    return PackedRequest.of(planner=job.planner, budget=budget, task=task, digest=sent.digest, source=sent.document)
 
 
 def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:
@@ -58,4 +58,15 @@ def _cells(body: JobBody) -> int:
     return image_cells(body.root.map_state.map) if isinstance(body.root, MapStateJobBody) else 0
 
 
-JOB_READING = Reading(model=JobBody, counts=counts.JOB, make=job_of, cells=_cells)
+JOB_READER = BodyReader(model=JobBody, counts=counts.JOB, make=job_of, cells=_cells)
+
+
+def situation_text(source: str) -> bytes | None:
+    """Return the situation in what was sent for a job, as JSON; None if that was a map state."""
+    sent = json.loads(source)
+    return line({"situation": sent["situation"], "places": None}).encode() if "situation" in sent else None
+
+
+def tell_situation(source: str) -> Iterator[bytes | None]:
+    """Yield the situation in what was sent for a job; the function of a job."""
+    yield situation_text(source)

@@ -8,24 +8,20 @@ process.
 from __future__ import annotations
 
 import asyncio
-import hashlib
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
 
 from pydantic import BaseModel, GetPydanticSchema, ValidationError
 from pydantic_core import core_schema
 
 from marsupial.errors import MarsupialError
-from marsupial_service.analyses.in_turn import read_in_turn
-from marsupial_service.http.problems import HttpProblem, problem_of, problem_of_shape
-from marsupial_service.http.strict_json import parse
+from marsupial_service.entries.records import digest_of
 from marsupial_service.intake.counts import Count, check_counts
-from marsupial_service.operations.settings import ServiceLimits
-
-if TYPE_CHECKING:
-    from marsupial_service.state import State
+from marsupial_service.intake.supervised import RequestProcesses
+from marsupial_service.problems import HttpProblem, problem_of, problem_of_shape
+from marsupial_service.settings import ServiceLimits
 
 INLINE_BYTES = 65_536
 """Of a body that is read in the server's process: 5 ms at most. Another process costs about as much as 200 kB."""
@@ -55,7 +51,7 @@ def shaped(model: type[BaseModel]) -> GetPydanticSchema:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reading(Generic[B, T]):
+class BodyReader(Generic[B, T]):
     """How bodies of one kind are read. It is sent to other processes: all functions are of a module's top level.
 
     Parameters
@@ -63,8 +59,8 @@ class Reading(Generic[B, T]):
     counts
         What is counted before the body is validated.
     make
-        Takes the body, the digest of what was sent and what `read` was given besides. Raises MarsupialError or
-        HttpProblem.
+        Takes the body, the digest of what was sent, the limits and what `read` was given besides. Raises
+        MarsupialError or HttpProblem.
     cells
         How many cells of images have to be decoded for it.
     is_quick
@@ -85,50 +81,95 @@ class Digested(NamedTuple):
     digest: bytes
 
 
-def digest_of(document: object) -> bytes:
-    """Return what tells a document apart from others: the same for all that say the same."""
-    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).digest()
-
-
-async def read(state: State, sent: Sent, reading: Reading[B, T], *more: Any) -> T:
-    """Return the value of a body. Raises HttpProblem."""
-    limits = state.settings.limits
+async def read(readers: RequestProcesses, limits: ServiceLimits, sent: Sent, reader: BodyReader[B, T], *more: Any) -> T:
+    """Return the value of a body; a large one is read by `readers`. Raises HttpProblem."""
     if len(sent.data) <= INLINE_BYTES:
         document = parse(sent.data)
-        body = _validated(document, reading, limits)
-        if len(sent.data) <= QUICK_BYTES and reading.is_quick is not None and reading.is_quick(body):
-            return _made(document, body, reading, more)
-        if reading.cells is None or reading.cells(body) <= INLINE_CELLS:
-            return await asyncio.to_thread(_made, document, body, reading, more)
-    job = sent.data, reading, limits, more
-    found = await read_in_turn(state, sent.owner, read_elsewhere, job)
+        body = _validated(document, reader, limits)
+        if len(sent.data) <= QUICK_BYTES and reader.is_quick is not None and reader.is_quick(body):
+            return _made(document, body, reader, limits, more)
+        if reader.cells is None or reader.cells(body) <= INLINE_CELLS:
+            return await asyncio.to_thread(_made, document, body, reader, limits, more)
+    job = sent.data, reader, limits, more
+    found = await readers.value_of(sent.owner, read_elsewhere, job)
     if isinstance(found, HttpProblem):
         raise found
     return found  # type: ignore[return-value]
 
 
 def read_elsewhere(
-    job: tuple[bytes, Reading[B, T], ServiceLimits, tuple[Any, ...]],
+    job: tuple[bytes, BodyReader[B, T], ServiceLimits, tuple[Any, ...]],
 ) -> Iterator[T | HttpProblem]:
     """Yield the value of a body, or what is wrong with it; the function of a job."""
-    data, reading, limits, more = job
+    data, reader, limits, more = job
     try:
         document = parse(data)
-        yield _made(document, _validated(document, reading, limits), reading, more)
+        yield _made(document, _validated(document, reader, limits), reader, limits, more)
     except HttpProblem as problem:
         yield problem
 
 
-def _validated(document: Any, reading: Reading[B, T], limits: ServiceLimits) -> B:
-    check_counts(document, reading.counts, limits)
+def _validated(document: Any, reader: BodyReader[B, T], limits: ServiceLimits) -> B:
+    check_counts(document, reader.counts, limits)
     try:
-        return reading.model.model_validate(document)
+        return reader.model.model_validate(document)
     except ValidationError as error:
         raise problem_of_shape(error, document) from None
 
 
-def _made(document: Any, body: B, reading: Reading[B, T], more: tuple[Any, ...]) -> T:
+def _made(document: Any, body: B, reader: BodyReader[B, T], limits: ServiceLimits, more: tuple[Any, ...]) -> T:
     try:
-        return reading.make(body, Digested(document, digest_of(document)), *more)
+        return reader.make(body, Digested(document, digest_of(document)), limits, *more)
     except MarsupialError as error:
         raise problem_of(error, document) from None
+
+
+_REASONS = {
+    UnicodeDecodeError: "is not UTF-8 text",
+    UnicodeEncodeError: "a text has half of a surrogate pair in it",
+    RecursionError: "is nested too deep",
+    ValueError: "a number has too many digits",
+}
+
+
+_LONGEST_SHOWN = 100
+"""Characters of a field's name."""
+
+
+def parse(data: bytes) -> Any:
+    """Return the value that strict JSON text describes. Raises HttpProblem if it is no such text.
+
+    It is UTF-8 with no field twice, no NaN, no half of a surrogate pair, nothing endless. JSON has one kind of number:
+    ``1.0`` and ``1e0`` are read as ``1`` is, so that requests that differ in nothing else are the same request.
+    """
+    try:
+        value = json.loads(
+            data.decode("utf-8"), object_pairs_hook=_unique, parse_constant=_no_constant, parse_float=_number
+        )
+        if b"\\u" in data:
+            json.dumps(value, ensure_ascii=False).encode("utf-8")
+    except json.JSONDecodeError as error:
+        raise HttpProblem("bad-json", f"line {error.lineno}, column {error.colno}: {error.msg}") from None
+    except (ValueError, RecursionError) as error:
+        reason = next(text for kind, text in _REASONS.items() if isinstance(error, kind))
+        raise HttpProblem("bad-json", reason) from None
+    return value
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    fields = dict(pairs)
+    if len(fields) < len(pairs):
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
+        raise HttpProblem("bad-json", f"field {twice[:_LONGEST_SHOWN]!r} is given twice")
+    return fields
+
+
+def _number(text: str) -> float:
+    """Return an int where the number is whole."""
+    value = float(text)
+    return int(value) if value.is_integer() else value
+
+
+def _no_constant(word: str) -> NoReturn:
+    raise HttpProblem("bad-json", f"{word} is no number of JSON")

@@ -25,12 +25,10 @@ from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
 from marsupial_service.intake.counts import check_count
 from marsupial_service.intake.maps import decoded_image, yaml_header
-from marsupial_service.intake.reading import INLINE_CELLS, Digested, Reading
+from marsupial_service.intake.missions import DEFAULT_BUDGET_S, brief_of
+from marsupial_service.intake.reading import INLINE_CELLS, BodyReader, Digested
 from marsupial_service.intake.situations import budget_of, refuse
-from marsupial_service.missions.reading import DEFAULT_BUDGET_S, brief_of
-from marsupial_service.missions.scenarios import mission_document
-from marsupial_service.missions.values import Brief, SimulatedBrief
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.missions.values import MissionBrief
 from marsupial_service.schemas.missions import MissionBody
 from marsupial_service.schemas.simulations import (
     MapSimulationBody,
@@ -38,6 +36,8 @@ from marsupial_service.schemas.simulations import (
     SimulationBody,
     UploadedMapBody,
 )
+from marsupial_service.settings import ServiceLimits
+from marsupial_service.simulation.team import SimulatedBrief, mission_document
 
 Asked = ScenarioSimulationBody | MapSimulationBody
 
@@ -61,7 +61,7 @@ def simulation_of(
         warnings = describe(scenario.grid, scenario.robot_types, reading=reading).warnings
     team = _placed(asked, scenario, warnings)
     brief = _brief(asked, scenario, team, budget, limits, commands)
-    own = {one.name: getattr(brief, one.name) for one in fields(Brief)}
+    own = {one.name: getattr(brief, one.name) for one in fields(MissionBrief)}
     return SimulatedBrief(**own, truth=scenario.grid, speed=asked.speed, warnings=warnings), sent.digest
 
 
@@ -112,7 +112,7 @@ def _brief(
     budget: Budget,
     limits: ServiceLimits,
     commands: Mapping[str, str],
-) -> Brief:
+) -> MissionBrief:
     strategy = asked.strategy
     try:
         planner = str(planner_for(strategy, asked.planner))
@@ -135,4 +135,4 @@ def _elsewhere(_: SimulationBody) -> int:
     return INLINE_CELLS + 1
 
 
-SIMULATION_READING = Reading(model=SimulationBody, counts=(), make=simulation_of, cells=_elsewhere)
+SIMULATION_READER = BodyReader(model=SimulationBody, counts=(), make=simulation_of, cells=_elsewhere)

@@ -19,7 +19,6 @@ from marsupial.model.robots import EnergyModel, RobotType, Role, Routes, TeamMem
 from marsupial.model.situation import SituationGoal
 from marsupial.model.sizes import Extent, ground_faults, radius_fault
 from marsupial.model.world import RobotReport
-from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.mapstates import (
     CarrierTypeBody,
     DockBody,
@@ -31,6 +30,7 @@ from marsupial_service.schemas.mapstates import (
     UndockBody,
 )
 from marsupial_service.schemas.missions import RobotNoteBody
+from marsupial_service.settings import ServiceLimits
 
 ORIGIN = (0.0, 0.0, 0.0)
 """Pose of a map whose origin is not said."""

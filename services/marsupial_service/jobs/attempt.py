@@ -15,11 +15,11 @@ from marsupial.errors import InternalError
 from marsupial.planning.engines import PROCESSES
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
-from marsupial.processes.runner import Room
+from marsupial.processes.runner import Reservation
 from marsupial_service.jobs import table
-from marsupial_service.jobs.messages import Analysed, Closed, Found, WorkerTask
-from marsupial_service.jobs.records import JobOutcome, JobSettings
+from marsupial_service.jobs.records import Analysed, Closed, Found, JobSettings, WorkerTask
 from marsupial_service.jobs.work import GAVE_UP, solve
+from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError, Transaction
 
 _SLACK_S, _COMMAND_SLACK_S = 1.0, 0.5
@@ -38,7 +38,7 @@ _OUTCOMES: Mapping[Ending, JobOutcome] = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lost:
+class AttemptLost:
     """The attempt was ended by something that is not the job's fault; `reason` is empty where that was us."""
 
     reason: str
@@ -52,7 +52,7 @@ class _Storing(NamedTuple):
 
 
 class Attempt:
-    """An attempt at the job of `claim`, in `room`. `cancel` may be called from any thread, at any time.
+    """An attempt at the job of `claim`, in `reservation`. `cancel` may be called from any thread, at any time.
 
     Attributes
     ----------
@@ -61,10 +61,15 @@ class Attempt:
     """
 
     def __init__(
-        self, claim: table.Claim, room: Room, store: Store, settings: JobSettings, now_ms: Callable[[], int]
+        self,
+        claim: table.Claim,
+        reservation: Reservation,
+        store: Store,
+        settings: JobSettings,
+        now_ms: Callable[[], int],
     ) -> None:
         self.claim = claim
-        self._room = room
+        self._reservation = reservation
         self._store = store
         self._settings = settings
         self._now_ms = now_ms
@@ -91,11 +96,11 @@ class Attempt:
             if self._run is not None:
                 self._run.cancel()
 
-    def run(self) -> Closed | Lost:
+    def run(self) -> Closed | AttemptLost:
         """Run it to its end; when this returns, nothing of it is running and its plans are stored."""
         self._begun_s = time.monotonic()
         try:
-            run = self._room.run(self._job())
+            run = self._reservation.run(self._job())
         except InternalError as error:
             return self._lost(str(error))
         finally:
@@ -118,10 +123,10 @@ class Attempt:
 
     def _job(self) -> Job:
         claim, settings = self.claim, self._settings
-        limit_s = settings.steps_limit_s if claim.budget.seconds is None else claim.budget.seconds
+        limit_s = settings.limits.steps_s if claim.budget.seconds is None else claim.budget.seconds
         engine = settings.commands.get(claim.planner, claim.planner)
         task = WorkerTask(task=claim.task, engine=engine, budget=claim.budget, start=claim.start)
-        limits = JobLimits(wall_s=limit_s + self._slack_s(), memory_bytes=settings.memory_bytes)
+        limits = JobLimits(wall_s=limit_s + self._slack_s(), memory_bytes=settings.limits.memory_bytes)
         return Job(function=solve, argument=task, limits=limits)
 
     def _slack_s(self) -> float:
@@ -153,7 +158,7 @@ class Attempt:
                     raise error
                 told = self._store.write(write)
 
-    def _judge(self, ended: Ended) -> Closed | Lost:
+    def _judge(self, ended: Ended) -> Closed | AttemptLost:
         """Put the end of the processes into the words of jobs."""
         if self._cancelled.is_set() or ended.ending in (Ending.KILLED, Ending.CANCELLED):
             return self._lost(ended.detail)
@@ -162,5 +167,5 @@ class Attempt:
             return replace(closed, outcome=JobOutcome.SATISFICING)
         return closed
 
-    def _lost(self, reason: str) -> Lost:
-        return Lost(reason="" if self._cancelled.is_set() else reason)
+    def _lost(self, reason: str) -> AttemptLost:
+        return AttemptLost(reason="" if self._cancelled.is_set() else reason)

@@ -5,27 +5,27 @@ from __future__ import annotations
 import zlib
 
 from marsupial.model.planning import Budget
+from marsupial_service.entries.documents import line, plan_of
 from marsupial_service.entries.records import UnknownEntry
-from marsupial_service.entries.table import EntryTable, Reader, made_of
-from marsupial_service.jobs.documents import line, plan_of
-from marsupial_service.jobs.messages import Analysed
-from marsupial_service.jobs.records import MOVES, JobEventType, JobOutcome, JobRecord, JobState, PlanRecord
+from marsupial_service.entries.table import EntryTable, StoreReader, made_of
+from marsupial_service.jobs.records import MOVES, Analysed, JobRecord, PlanRecord
 from marsupial_service.moments import timestamp
-from marsupial_service.store.engine import Row
+from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
+from marsupial_service.store.engine import StoreRow
 
 _SELECT = """
 SELECT jobs.*, plans.makespan_ms
 FROM jobs LEFT JOIN plans ON plans.job = jobs.number AND plans.revision = jobs.plans"""
 
 
-def plans(reader: Reader, job: str) -> tuple[PlanRecord, ...]:
+def plans(reader: StoreReader, job: str) -> tuple[PlanRecord, ...]:
     """Return the plans of a job in order."""
     sql = "SELECT plans.* FROM plans JOIN jobs ON number = job WHERE id = ? ORDER BY revision"
     rows = reader.execute(sql, (job,))
     return tuple(made_of(PlanRecord, row, plan=plan_of(row["actions"])) for row in rows)
 
 
-def plan_text(reader: Reader, job: str, revision: int) -> str:
+def plan_text(reader: StoreReader, job: str, revision: int) -> str:
     """Return a revision of a job's plan as it is told, without looking at its actions. Raises UnknownEntry."""
     sql = "SELECT plans.* FROM plans JOIN jobs ON number = job WHERE id = ? AND revision = ?"
     row = reader.execute(sql, (job, revision)).fetchone()
@@ -36,21 +36,21 @@ def plan_text(reader: Reader, job: str, revision: int) -> str:
     return f'{head[:-1]},"actions":{row["actions"]},"ipc":{ipc}}}'
 
 
-def analysis(reader: Reader, job: str) -> Analysed | None:
+def analysis(reader: StoreReader, job: str) -> Analysed | None:
     """Return what was found on the map of a job, if it had one and that is done."""
     sql = "SELECT situation, places FROM payloads JOIN jobs ON number = job WHERE id = ? AND situation IS NOT NULL"
     row = reader.execute(sql, (job,)).fetchone()
     return None if row is None else Analysed(situation=row["situation"], places=row["places"])
 
 
-def source_text(reader: Reader, job: str) -> str | None:
+def source_text(reader: StoreReader, job: str) -> str | None:
     """Return the JSON text that was sent for a job."""
     sql = "SELECT source FROM payloads JOIN jobs ON number = job WHERE id = ?"
     row = reader.execute(sql, (job,)).fetchone()
     return None if row is None else zlib.decompress(row["source"]).decode()
 
 
-def _job(row: Row) -> JobRecord:
+def _job(row: StoreRow) -> JobRecord:
     return made_of(
         JobRecord,
         row,

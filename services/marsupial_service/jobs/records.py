@@ -5,41 +5,20 @@ Times are integer milliseconds since 1970 (UTC).
 
 from __future__ import annotations
 
+import json
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Protocol
 
+from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
+from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.entries.records import EntrySettings, StoredEntry
-
-
-class JobState(StrEnum):
-    """Where a job is; the last three are final, and each job reaches exactly one of them once."""
-
-    QUEUED = "queued"
-    RUNNING = "running"
-    SUCCEEDED = "succeeded"
-    FAILED = "failed"
-    CANCELLED = "cancelled"
-
-
-class JobOutcome(StrEnum):
-    """How a job ended."""
-
-    OPTIMAL = "optimal"
-    SATISFICING = "satisficing"
-    UNSOLVABLE = "unsolvable"
-    NO_PLAN = "no_plan"
-    TIMEOUT = "timeout"
-    OUT_OF_MEMORY = "out_of_memory"
-    UNSUPPORTED = "unsupported"
-    ENGINE_FAILED = "engine_failed"
-    INVALID_INPUT = "invalid_input"  # what only the analysis of a map state can find; the problems are in the detail
-    CANCELLED = "cancelled"
-
+from marsupial_service.schemas.words import JobOutcome, JobState
+from marsupial_service.store import kept
 
 STATE_OF: Mapping[JobOutcome, JobState] = {
     **dict.fromkeys(JobOutcome, JobState.FAILED),
@@ -60,57 +39,29 @@ MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
 """The states that may follow each state."""
 
 
-class JobEventType(StrEnum):
-    """What an event of a job tells."""
-
-    STATE = "state"
-    PLAN = "plan"
-    END = "end"
-
-
-class MapTask(Protocol):
-    """A map state, which the worker analyses before it plans. It has to be picklable.
-
-    Both methods may raise `marsupial.errors.InputError`: the job then ends as `INVALID_INPUT`.
-    """
-
-    def situation(self) -> Situation:
-        """Analyse the map and return what the planner is asked."""
-        ...
-
-    def places(self) -> Mapping[str, object]:
-        """Return what places are on the map, ready for JSON; called after `situation`."""
-        ...
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JobRequest:
-    """A job to be done.
+class PackedRequest:
+    """A job to be done as it is stored: `task` pickled, `source` (what was sent) as compressed JSON text.
 
     Parameters
     ----------
     digest
         Of what was sent; two requests with one idempotency key have to agree in it.
-    source
-        What was sent, to be kept with the job.
     """
-
-    planner: str
-    budget: Budget
-    task: Situation | MapTask
-    digest: bytes
-    source: Mapping[str, object]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PackedRequest:
-    """A job to be done as it is stored: `task` pickled, `source` as compressed JSON text."""
 
     planner: str
     budget: Budget
     digest: bytes
     task: bytes
     source: bytes
+
+    @classmethod
+    def of(
+        cls, *, planner: str, budget: Budget, task: Situation | MapState, digest: bytes, source: Mapping[str, object]
+    ) -> PackedRequest:
+        """Pack a job."""
+        packed = zlib.compress(json.dumps(source).encode(), 1)
+        return cls(planner=planner, budget=budget, digest=digest, task=kept.dumps(task), source=packed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -181,7 +132,7 @@ class Metrics:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobSettings(EntrySettings):
-    """What jobs may use, by the words of `ServiceLimits`.
+    """The limits that hold for jobs, and how they are run.
 
     Parameters
     ----------
@@ -191,8 +142,52 @@ class JobSettings(EntrySettings):
         External planners by the name clients use, as engine names (``cmd:...``).
     """
 
-    slots: int = 2
-    queue: int = 100
-    key_queue: int = 100
     max_attempts: int = 3
     commands: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkerTask:
+    """One attempt at a job.
+
+    Parameters
+    ----------
+    task
+        Pickled; only the worker opens it.
+    engine
+        The name for `marsupial.planning.engines.engine`.
+    start
+        The best plan of earlier attempts; only better ones are sent back.
+    """
+
+    task: bytes
+    engine: str
+    budget: Budget
+    start: Plan | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Analysed:
+    """What the worker found on a map: the situation and its places, both as JSON text."""
+
+    situation: str
+    places: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """A plan that the checker accepts and that is better than all before it; its actions as JSON text, and as IPC."""
+
+    score: Value
+    makespan_ms: int
+    actions: str
+    ipc: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Closed:
+    """The worker's own word on how the job ended."""
+
+    outcome: JobOutcome
+    detail: str = ""
+    lower_bound_ms: int | None = None

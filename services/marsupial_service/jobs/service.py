@@ -18,29 +18,19 @@ from typing import NamedTuple
 
 from marsupial.errors import InternalError
 from marsupial.planning import engines
-from marsupial.processes.runner import LOCAL, Room, Runner
+from marsupial.processes.runner import LOCAL, Reservation, Runner
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import RETRY_S, Entries
-from marsupial_service.entries.slots import Place, Slots
+from marsupial_service.entries.slots import Slot, Slots
 from marsupial_service.jobs import lookup, table, turns, work
-from marsupial_service.jobs.attempt import Attempt, Lost
+from marsupial_service.jobs.attempt import Attempt, AttemptLost
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.messages import Analysed, Closed
-from marsupial_service.jobs.packing import pack
-from marsupial_service.jobs.records import (
-    JobOutcome,
-    JobRecord,
-    JobRequest,
-    JobSettings,
-    Metrics,
-    PackedRequest,
-    PlanRecord,
-)
-from marsupial_service.jobs.warm import load_planners
+from marsupial_service.jobs.records import Analysed, Closed, JobRecord, JobSettings, Metrics, PackedRequest, PlanRecord
 from marsupial_service.moments import wall_clock_ms
+from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError
 
-PRELOAD = (*engines.PRELOAD, work, load_planners)
+PRELOAD = (*engines.PRELOAD, work.load_planners)
 """What all workers need, loaded before they are forked."""
 
 _CPUS = 1.0
@@ -55,11 +45,11 @@ log = logging.getLogger("marsupial.jobs")
 
 
 class _Claimed(NamedTuple):
-    """A job that is taken, and where it is to run; leaving `held` gives slot and room back."""
+    """A job that is taken, and where it is to run; leaving `held` gives slot and reservation back."""
 
     claim: table.Claim
-    place: Place
-    room: Room
+    slot: Slot
+    reservation: Reservation
     held: ExitStack
 
 
@@ -74,23 +64,23 @@ class Jobs(Entries[JobRecord]):
         runner: Runner = LOCAL,
         slots: Slots | None = None,
     ) -> None:
-        super().__init__(store, JOBS, settings, now_ms, runner)
+        super().__init__(store, JOBS, settings, settings.limits.kept_jobs, now_ms, runner)
         self._settings = settings
-        self._slots = slots or Slots(settings.slots)
-        self._threads = ThreadPoolExecutor(settings.slots, "job")
+        self._slots = slots or Slots(self._limits.slots)
+        self._threads = ThreadPoolExecutor(self._limits.slots, "job")
         self._anew = engines.PROCESSES | settings.commands.keys()
         self._attempts: set[Attempt] = set()
         self._ours: set[tuple[int, int]] = set()
         self._is_claiming = False
         self._storing = 0
         self._claiming = asyncio.Lock()
-        self._asked: Room | None = None
+        self._asked: Reservation | None = None
 
     async def start(self) -> None:
         """Take up what an earlier run left, and begin to run jobs."""
         await self._begin(PRELOAD)
         self._start("make way", self._make_way)
-        for _ in range(self._settings.slots):
+        for _ in range(self._limits.slots):
             self._start("slot", self._slot)
 
     async def stop(self, grace_s: float = 2.0) -> None:
@@ -111,17 +101,18 @@ class Jobs(Entries[JobRecord]):
         self._threads.shutdown(wait=False)
 
     async def submit(
-        self, request: JobRequest | PackedRequest, *, owner: str, idempotency_key: str | None = None
+        self, request: PackedRequest, *, owner: str, idempotency_key: str | None = None
     ) -> Created[JobRecord]:
         """Store a job; what is returned is committed. Raises TooMany, KeyReused, StoreError."""
-        if self._storing >= self._settings.queue:
+        if self._storing >= self._limits.queue:
             raise table.queue_full(_BUSY_RETRY_S)
         self._storing += 1
         try:
-            packed = request if isinstance(request, PackedRequest) else await asyncio.to_thread(pack, request)
-            job = _new(packed, owner, idempotency_key)
+            job = table.NewJob(
+                id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=request.digest, request=request
+            )
             submitted = await self.write(
-                lambda tx: table.insert(tx, job, self._settings, self.now_ms(), self._room, self.quota)
+                lambda tx: table.insert(tx, job, self._settings, self.now_ms(), self._capacity, self.quota)
             )
         finally:
             self._storing -= 1
@@ -151,10 +142,10 @@ class Jobs(Entries[JobRecord]):
         """Return the job once it is over, or as it is after so many seconds or at `stop`. Raises UnknownEntry."""
         try:
             async with asyncio.timeout(seconds):
-                with self._bells.bell(job) as bell:
+                with self._subscriptions.subscribe(job) as news:
                     while (record := await self._existing(job)).finished_at_ms is None and not self.stopping:
-                        await bell.wait()
-                        bell.clear()
+                        await news.wait()
+                        news.clear()
                     return record
         except TimeoutError:
             return await self._existing(job)
@@ -169,7 +160,7 @@ class Jobs(Entries[JobRecord]):
         await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), ours, self.quota))
 
     async def _make_way(self) -> None:
-        """Have jobs make way for those of owners of whom none run, of whatever server."""
+        """Preempt jobs of any server for owners that have none running."""
         while await self._some_wait():
             await self._pause(_LOOK_S)
             with suppress(StoreError):
@@ -196,30 +187,30 @@ class Jobs(Entries[JobRecord]):
         """Wait for a job, a slot and room, and only then take it: it might run elsewhere meanwhile. None at `stop`."""
         while await self._some_wait():
             with ExitStack() as held:
-                place = held.enter_context(self._slots.taken(await self._slots.for_job()))
-                room = held.enter_context(closing(self._runner.room(_CPUS)))
-                if not await self._is_there(room, place):
+                slot = held.enter_context(self._slots.taken(await self._slots.for_job()))
+                reservation = held.enter_context(closing(self._runner.reserve(_CPUS)))
+                if not await self._is_there(reservation, slot):
                     continue
                 claim = await self._claim()
                 if claim is not None:
-                    return _Claimed(claim, place, room, held.pop_all())
+                    return _Claimed(claim, slot, reservation, held.pop_all())
         return None
 
     async def _some_wait(self) -> bool:
         """Return as soon as a job waits in the queue; no at `stop`."""
-        with self._bells.bell(table.QUEUE) as bell:
+        with self._subscriptions.subscribe(table.QUEUE) as news:
             while not self.stopping:
-                bell.clear()
+                news.clear()
                 if await self._is_queued():
                     return True
-                await bell.wait()
+                await news.wait()
         return False
 
     async def _claim(self) -> table.Claim | None:
         """Take a job, if one waits; it is among ours from now on."""
         self._is_claiming = True
         try:
-            claim = await self.surely(lambda tx: table.claim(tx, self.now_ms(), self._anew))
+            claim = await self.write_until_stored(lambda tx: table.claim(tx, self.now_ms(), self._anew))
             if claim is not None:
                 self._ours.add((claim.number, claim.term))
         finally:
@@ -231,19 +222,19 @@ class Jobs(Entries[JobRecord]):
             return await self.read(table.is_queued)
         return True  # who tries to take it waits for the store
 
-    async def _is_there(self, room: Room, place: Place) -> bool:
+    async def _is_there(self, reservation: Reservation, slot: Slot) -> bool:
         """Wait for room; a mission that wants the slot meanwhile gets it, and `stop` ends the waiting."""
-        self._slots.let_break(place, room.close)
-        self._asked = room
-        there = not self.stopping and await asyncio.get_running_loop().run_in_executor(self._threads, room.wait)
-        place.breaks = self._asked = None
-        return there and not place.is_wanted and not self.stopping
+        self._slots.let_break(slot, reservation.close)
+        self._asked = reservation
+        there = not self.stopping and await asyncio.get_running_loop().run_in_executor(self._threads, reservation.wait)
+        slot.breaks = self._asked = None
+        return there and not slot.is_wanted and not self.stopping
 
     async def _attend(self, claimed: _Claimed) -> None:
         """Do an attempt at a job and store how it ended."""
         claim = claimed.claim
-        attempt = Attempt(claim, claimed.room, self._store, self._settings, self.now_ms)
-        end = await self._attempt(attempt, claimed.place)
+        attempt = Attempt(claim, claimed.reservation, self._store, self._settings, self.now_ms)
+        end = await self._attempt(attempt, claimed.slot)
         self._settings.planned(claim.owner, attempt.took_s)
         try:
             await self._settle(attempt, end)
@@ -253,12 +244,12 @@ class Jobs(Entries[JobRecord]):
         finally:
             self._ours.discard((claim.number, claim.term))
 
-    async def _attempt(self, attempt: Attempt, place: Place) -> Closed | Lost:
+    async def _attempt(self, attempt: Attempt, slot: Slot) -> Closed | AttemptLost:
         claim = attempt.claim
         self._attempts.add(attempt)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
-        self._slots.let_break(place, attempt.cancel)
-        heed = self._start("cancellation", partial(self._heed, attempt))
+        self._slots.let_break(slot, attempt.cancel)
+        watch = self._start("cancellation", partial(self._watch_cancellation, attempt))
         try:
             if self.stopping:
                 attempt.cancel()
@@ -267,16 +258,16 @@ class Jobs(Entries[JobRecord]):
             log.exception("job failed", extra={"job": claim.id})
             return _failed(error)
         finally:
-            heed.cancel()
-            place.breaks = None
+            watch.cancel()
+            slot.breaks = None
             self._attempts.discard(attempt)
 
-    async def _heed(self, attempt: Attempt) -> None:
-        """End an attempt at a job that is cancelled or makes way, through whatever server."""
-        with self._bells.bell(table.broken_off(attempt.claim.id)) as bell:
+    async def _watch_cancellation(self, attempt: Attempt) -> None:
+        """Cancel an attempt when its job is cancelled or preempted, by any server."""
+        with self._subscriptions.subscribe(table.broken_off(attempt.claim.id)) as news:
             while await self._goes_on(attempt.claim):
-                await bell.wait()
-                bell.clear()
+                await news.wait()
+                news.clear()
             attempt.cancel()
 
     async def _goes_on(self, claim: table.Claim) -> bool:
@@ -285,15 +276,17 @@ class Jobs(Entries[JobRecord]):
                 return await self.read(lambda reader: table.is_running(reader, claim))
             await asyncio.sleep(RETRY_S)  # it can't be cancelled then
 
-    async def _settle(self, attempt: Attempt, end: Closed | Lost) -> None:
+    async def _settle(self, attempt: Attempt, end: Closed | AttemptLost) -> None:
         """Store how an attempt ended. Whoever cancelled it has charged it until then; what it took beyond is added."""
         claim, took_ms = attempt.claim, round(1000 * attempt.took_s)
         if isinstance(end, Closed):
-            in_time = await self.surely(lambda tx: table.finish(tx, claim, end, self.now_ms(), self.quota, took_ms))
+            in_time = await self.write_until_stored(
+                lambda tx: table.finish(tx, claim, end, self.now_ms(), self.quota, took_ms)
+            )
             if in_time:
                 log.info("job ended", extra={"job": claim.id, "outcome": end.outcome.value})
         else:
-            in_time = await self.surely(
+            in_time = await self.write_until_stored(
                 lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms(), self.quota, took_ms)
             )
             if in_time:
@@ -305,16 +298,3 @@ class Jobs(Entries[JobRecord]):
 
 def _failed(error: Exception) -> Closed:
     return Closed(outcome=JobOutcome.ENGINE_FAILED, detail=f"internal error ({type(error).__name__})")
-
-
-def _new(request: PackedRequest, owner: str, key: str | None) -> table.NewJob:
-    return table.NewJob(
-        id=uuid.uuid4().hex,
-        owner=owner,
-        key=key,
-        digest=request.digest,
-        planner=request.planner,
-        budget=request.budget,
-        task=request.task,
-        source=request.source,
-    )

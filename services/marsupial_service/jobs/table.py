@@ -14,16 +14,26 @@ from dataclasses import dataclass
 from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
+from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
+from marsupial_service.entries.documents import line, plan_event, plan_of
 from marsupial_service.entries.quota import NO_QUOTA, PREPARATION_S, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.room import BOUNDLESS, Room
-from marsupial_service.entries.table import Reader, made_of
+from marsupial_service.entries.table import StoreReader, made_of
 from marsupial_service.jobs import turns
-from marsupial_service.jobs.documents import line, plan_event, plan_of
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.messages import Analysed, Closed, Found
-from marsupial_service.jobs.records import STATE_OF, JobEventType, JobOutcome, JobRecord, JobSettings, JobState, Metrics
+from marsupial_service.jobs.records import (
+    STATE_OF,
+    Analysed,
+    Closed,
+    Found,
+    JobRecord,
+    JobSettings,
+    Metrics,
+    PackedRequest,
+)
 from marsupial_service.moments import timestamp
+from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
+from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction, documents
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 
@@ -42,12 +52,9 @@ _LONGEST_DETAIL = 4000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewJob(NewEntry):
-    """A job to be stored; `task` is pickled, `source` compressed."""
+    """A job to be stored."""
 
-    planner: str
-    budget: Budget
-    task: bytes
-    source: bytes
+    request: PackedRequest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,39 +77,39 @@ def insert(
     job: NewJob,
     settings: JobSettings,
     now_ms: int,
-    room: Room = BOUNDLESS,
+    capacity: StoreCapacity = UNBOUNDED,
     quota: Quota = NO_QUOTA,
 ) -> Created[JobRecord]:
     """Store a job, or find the one that the same request made before. Raises KeyReused, StoreFull, TooMany."""
 
     def add() -> None:
-        room.check(tx, job.owner)
-        _find_room(tx, job.owner, settings)
-        quota.check(tx, job.owner, quota.reserved_s(job.budget.seconds), now_ms)
+        capacity.check(tx, job.owner)
+        _check_queue(tx, job.owner, settings.limits)
+        quota.check(tx, job.owner, quota.reserved_s(job.request.budget.seconds), now_ms)
         number = JOBS.add(
             tx,
             job,
             JobState.QUEUED,
             now_ms,
-            planner=job.planner,
-            seconds=job.budget.seconds,
-            steps=job.budget.steps,
+            planner=job.request.planner,
+            seconds=job.request.budget.seconds,
+            steps=job.request.budget.steps,
             queued_ms=now_ms,
-            bytes=ENTRY_BYTES + ROW_BYTES + len(job.task) + len(job.source),
+            bytes=ENTRY_BYTES + ROW_BYTES + len(job.request.task) + len(job.request.source),
         )
-        tx.insert("payloads", job=number, task=job.task, source=job.source)
+        tx.insert("payloads", job=number, task=job.request.task, source=job.request.source)
         _tell_state(tx, number, now_ms)
         tx.news.add(QUEUE)
 
     return JOBS.create(tx, job, add)
 
 
-def _find_room(tx: Transaction, owner: str, settings: JobSettings) -> None:
+def _check_queue(tx: Transaction, owner: str, limits: ServiceLimits) -> None:
     sql = "SELECT count(*), avg(seconds) FROM jobs WHERE state = ? AND finished_ms IS NULL"
-    for more, values, most in (("", (), settings.queue), (" AND owner = ?", (owner,), settings.key_queue)):
+    for more, values, most in (("", (), limits.queue), (" AND owner = ?", (owner,), limits.key_queue)):
         waiting, mean_s = tx.execute(sql + more, (JobState.QUEUED, *values)).fetchone()
         if waiting >= most:
-            retry_s = math.ceil((mean_s or settings.steps_limit_s) / settings.slots)
+            retry_s = math.ceil((mean_s or limits.steps_s) / limits.slots)
             raise queue_full(min(_LONGEST_RETRY_S, max(1, retry_s)), yours=bool(more))
 
 
@@ -117,7 +124,7 @@ def queue_full(retry_after_s: int, *, yours: bool = False) -> TooMany:
     return TooMany(f"{whose} is full, try again in {retry_after_s} s", retry_after_s)
 
 
-def is_queued(reader: Reader) -> bool:
+def is_queued(reader: StoreReader) -> bool:
     """Say whether a job waits."""
     sql = "SELECT 1 FROM jobs WHERE state = ? AND finished_ms IS NULL LIMIT 1"
     return reader.execute(sql, (JobState.QUEUED,)).fetchone() is not None
@@ -152,7 +159,7 @@ def claim(tx: Transaction, now_ms: int, anew: Collection[str] = ()) -> Claim | N
     return made_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
 
 
-def counts(reader: Reader) -> Metrics:
+def counts(reader: StoreReader) -> Metrics:
     """Return counts for operators, all slots free."""
     sql = "SELECT owner, count(*) FROM jobs WHERE state = ? AND finished_ms IS NULL GROUP BY owner"
     return Metrics(
@@ -287,7 +294,7 @@ def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
     return None if row is None else (tuple(json.loads(row["score"])), row["actions"])
 
 
-def is_running(reader: Reader, claim: Claim, lock: str = "") -> bool:
+def is_running(reader: StoreReader, claim: Claim, lock: str = "") -> bool:
     """Say whether an attempt is under way, and neither over nor lost to another one."""
     sql = f"SELECT 1 FROM jobs WHERE number = ? AND state = ? AND term = ?{lock}"
     return reader.execute(sql, (claim.number, JobState.RUNNING, claim.term)).fetchone() is not None

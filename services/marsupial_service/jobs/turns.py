@@ -1,14 +1,35 @@
-"""Whose turn it is: which job is taken next, and which makes way for an owner of whom none run."""
+"""Whose turn it is: which job is taken next, and which makes way for an owner of whom none run.
+
+All servers of a store share one queue, the rows of `jobs` in state `queued`, and take from it one job at a time in a
+transaction. So turns need no scheduler and no leader: each server with a free slot asks for the first job.
+
+    owners     running   waiting                  next
+    ann        2         a3 a4 a5                 cat: none of hers run,
+    bob        1         b2                       and she was served longest ago
+    cat        0         c1 c2            ---->   c1
+    dan        0         d1
+
+Fair share: the owner of whom the fewest run comes first; among equals the one served longest ago (`owners.served`
+counts servings); within an owner the oldest job. A flood of jobs of one owner delays only that owner.
+
+That alone would leave a new owner waiting for as long as the budgets of running jobs last, up to minutes. So a running
+job makes way (`yielding`) once an owner without a running job has waited for `PATIENCE_MS`. It goes back into the queue
+with its best plan and the rest of its budget. The victim is the newest job of an owner of whom the most run, and rather
+one that can go on from its plan than one that has to begin anew. An owner's only job is spared until it has run for as
+long as in all its attempts before: its turns grow twofold, and beginning anew costs at most half of its time.
+
+Missions do not wait in this queue. Their plannings take slots of their own server before any job (`entries.slots`).
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Sequence
 
-from marsupial_service.entries.table import Reader
-from marsupial_service.jobs.records import JobState
+from marsupial_service.entries.table import StoreReader
+from marsupial_service.schemas.words import JobState
 from marsupial_service.store import Transaction
-from marsupial_service.store.engine import Row
+from marsupial_service.store.engine import StoreRow
 
 PATIENCE_MS = 1000
 """How long an owner of whom no job runs waits before one of somebody else makes way."""
@@ -53,7 +74,7 @@ def _first_of(tx: Transaction, owner: str) -> int | None:
     return number
 
 
-def unserved(reader: Reader, now_ms: int) -> list[str]:
+def unserved(reader: StoreReader, now_ms: int) -> list[str]:
     """Return the owners of whom no job runs, none ended just now and one waits too long: the longest first."""
     rows = reader.execute(
         "SELECT owner FROM (SELECT owner, min(queued_ms) AS since_ms FROM jobs WHERE finished_ms IS NULL GROUP BY owner"
@@ -64,7 +85,7 @@ def unserved(reader: Reader, now_ms: int) -> list[str]:
     return [row["owner"] for row in rows.fetchall()]
 
 
-def yielding(tx: Transaction, now_ms: int, anew: Collection[str]) -> Row | None:
+def yielding(tx: Transaction, now_ms: int, anew: Collection[str]) -> StoreRow | None:
     """Return number and id of the running job that makes way for an owner of whom none run, if one is to.
 
     It is the newest one of an owner of whom the most run, rather none that would begin again from nothing: one with a

@@ -12,15 +12,18 @@ from dataclasses import replace
 from marsupial.errors import EngineUnavailable, InputError, UsageError
 from marsupial.formats.pddl.plantext import write_plan_text
 from marsupial.formats.situation import situation_to_json
+from marsupial.library.first_use import trial_situation, try_planner
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Finished, Improved, Outcome
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
+from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.incumbent import Incumbent
-from marsupial_service.jobs.documents import actions_text, line
-from marsupial_service.jobs.messages import Analysed, Closed, Found, WorkerTask
-from marsupial_service.jobs.records import JobOutcome, MapTask
+from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.entries.documents import actions_text, line
+from marsupial_service.jobs.records import Analysed, Closed, Found, WorkerTask
+from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import kept
 
 _LEAST_S = 0.05
@@ -44,7 +47,7 @@ def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
     """Do the work: yield what was found on the map, each better plan, and at last how it ended."""
     begun = time.monotonic()
     try:
-        task: Situation | MapTask = kept.loads(work.task)
+        task: Situation | MapState = kept.loads(work.task)
         if isinstance(task, Situation):
             situation = task
         else:
@@ -96,3 +99,22 @@ def _closed(end: Finished, incumbent: Incumbent) -> Closed:
     elif has_plan and (outcome in GAVE_UP or outcome is JobOutcome.UNSOLVABLE):
         outcome = JobOutcome.SATISFICING
     return Closed(outcome=outcome, detail=detail, lower_bound_ms=bound_ms)
+
+
+def try_planning(_: object) -> Iterator[bool]:
+    """Yield whether planning gives a valid plan; the function of a job."""
+    situation = trial_situation()
+    plans = [e.plan for e in engine("greedy").solve(situation, Budget(steps=1)) if isinstance(e, Improved)]
+    yield bool(plans) and check(situation, plans[-1]).valid
+
+
+PLANNERS = ("greedy", "anytime", "exact", "auto")
+
+
+def load_planners() -> None:
+    """Load marsupial's own planners with their compiled code; the first time ever it is compiled, for half a minute.
+
+    Done in the fork server, of which workers are forks: so their first plan comes in milliseconds.
+    """
+    for planner in PLANNERS:
+        try_planner(planner)

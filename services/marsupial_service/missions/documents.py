@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
-from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from marsupial.model.grid import Grid
 from marsupial.model.mission import FrameGrown, Status
-from marsupial.model.robots import Role
 from marsupial.model.strategy import Decision
-from marsupial_service.jobs.documents import action_document, line, plan_of, rounded
-from marsupial_service.missions.values import SimulatedBrief, Wish, planning_of
-from marsupial_service.missions.world import RobotCommand
+from marsupial_service.entries.documents import action_document, line, plan_of, rounded
+from marsupial_service.missions.reported import RobotCommand
+from marsupial_service.missions.values import Control, planning_of
 from marsupial_service.moments import timestamp
 
 
@@ -34,15 +31,6 @@ def command(order: RobotCommand, revision: int, place: str | None, grid: Grid, *
     return head
 
 
-def commands(head: Mapping[str, int | None], robots: Mapping[str, int], commands: Sequence[dict[str, object]]) -> str:
-    """Return what robots are to do after report `n`; the next report is due at `until_ms` of mission time.
-
-    Where `robots` report by their own counts, the last one of each is told as well.
-    """
-    counts: dict[str, object] = {"robots": dict(robots)} if robots else {}
-    return line({**head, **counts, "commands": list(commands)})
-
-
 def frame(grown: FrameGrown, resolution_m: float) -> str:
     """Return the frame that all cells are of from now on; what was cell (x, y) is that plus `shift`."""
     size = {"width": grown.width, "height": grown.height, "resolution_m": resolution_m}
@@ -61,21 +49,14 @@ def decision_of(text: str) -> Decision:
     return Decision(plan=plan_of(line(fields["actions"])), report=planning_of(fields))
 
 
-def state(wish: Wish, t_ms: int) -> str:
+def state(control: Control, t_ms: int) -> str:
     """Return that a mission is paused or goes on."""
-    return line({"state": "paused" if wish is Wish.PAUSE else "running", "t_ms": t_ms})
+    return line({"state": "paused" if control is Control.PAUSE else "running", "t_ms": t_ms})
 
 
 def waiting(reason: str, t_ms: int) -> str:
     """Return that a mission waits for a map on which its robots can stand, and why, or that it goes on."""
     return line({"state": "waiting", "reason": reason, "t_ms": t_ms} if reason else {"state": "running", "t_ms": t_ms})
-
-
-def simulation(brief: SimulatedBrief) -> str:
-    """Return how the robots of a mission are simulated."""
-    roles = Counter(next(kind.role for kind in brief.kinds if kind.name == robot.type) for robot in brief.robots)
-    team = {"carriers": roles[Role.CARRIER], "rovers": roles[Role.ROVER]}
-    return line({"speed": brief.speed, "seed": brief.seed, **team, "warnings": brief.warnings})
 
 
 def quota(reason: str, room_at_ms: int, t_ms: int) -> str:

@@ -1,7 +1,7 @@
 """When simulated robots report: at the pace their mission was asked for, or at once.
 
-What they report next comes with each turn of the mission's process. Whoever keeps the mission has a driver wait until
-it is due; so there is one driver as there is one keeper, and with a new one the robots go on from what is stored.
+What they report next comes with each batch of the mission's process. The supervisor has a driver wait until it is due;
+so there is one driver as there is one supervisor, and with a new one the robots go on from what is stored.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from time import monotonic
 
+from marsupial_service.entries.capacity import StoreFull
 from marsupial_service.entries.records import TooMany
-from marsupial_service.entries.room import StoreFull
-from marsupial_service.missions.values import Told, Turn
+from marsupial_service.missions.values import MissionBatch, StoredReport
 
 CATCH_UP_S = 0.5
 """How far the clock may be ahead of robots that then hurry; after a longer planning they go on from where they are."""
@@ -21,7 +21,7 @@ CATCH_UP_S = 0.5
 _RETRY_S = 1.0
 
 
-class Pace:
+class MissionClock:
     """Which moment on the clock a moment of mission time is, at `speed` seconds of mission time a second."""
 
     def __init__(self, speed: float | None) -> None:
@@ -49,31 +49,31 @@ class Driver:
         Stores a report. Raises StoreFull, TooMany.
     """
 
-    def __init__(self, speed: float | None, take: Callable[[Told], Awaitable[None]]) -> None:
-        self._pace = Pace(speed)
+    def __init__(self, speed: float | None, take: Callable[[StoredReport], Awaitable[None]]) -> None:
+        self._pace = MissionClock(speed)
         self._take = take
-        self._next: Told | None = None
+        self._next: StoredReport | None = None
 
-    def hear(self, turns: Sequence[Turn]) -> None:
-        """Take note of what is to be reported after these turns."""
-        for turn in turns:
-            self._next = turn.next or self._next
+    def hear(self, batches: Sequence[MissionBatch]) -> None:
+        """Take note of what is to be reported after these batches."""
+        for batch in batches:
+            self._next = batch.next or self._next
 
-    async def wait(self, bell: asyncio.Event) -> None:
-        """Wait until the bell rings, or the next report is due; then store it.
+    async def wait(self, news: asyncio.Event) -> None:
+        """Wait until there is news, or the next report is due; then store it.
 
-        One that was stored before, by a keeper that is no more, is found to be and changes nothing.
+        One that was stored before, by a supervisor that is no more, is found to be and changes nothing.
         """
         if self._next is None:
-            await bell.wait()
+            await news.wait()
             return
         now_s = monotonic()
         left_s = self._pace.due_s(self._next.report.t_ms, now_s) - now_s
         if left_s > 0:
             with suppress(TimeoutError):
                 async with asyncio.timeout(left_s):
-                    await bell.wait()
-            if bell.is_set():
+                    await news.wait()
+            if news.is_set():
                 return
         try:
             await self._take(self._next)

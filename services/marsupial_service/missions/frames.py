@@ -21,7 +21,7 @@ _SAME_YAW = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class MissionFrame:
     """A frame: its lower left cell by columns and rows from the one that the mission was created with, and its size."""
 
     x: int
@@ -30,12 +30,12 @@ class Frame:
     height: int
 
     @classmethod
-    def of(cls, grid: Grid) -> Frame:
+    def of(cls, grid: Grid) -> MissionFrame:
         """Return the frame that a mission is created with."""
         return cls(0, 0, grid.width, grid.height)
 
     @classmethod
-    def from_text(cls, text: str) -> Frame:
+    def from_text(cls, text: str) -> MissionFrame:
         """Return the frame that `text` was made of."""
         return cls(*json.loads(text))
 
@@ -49,13 +49,13 @@ class Frame:
         """How many cells it has."""
         return self.width * self.height
 
-    def grown(self, other: Frame) -> Frame:
+    def grown(self, other: MissionFrame) -> MissionFrame:
         """Return the smallest frame that holds both."""
         x, y = min(self.x, other.x), min(self.y, other.y)
         right = max(self.x + self.width, other.x + other.width)
-        return Frame(x, y, right - x, max(self.y + self.height, other.y + other.height) - y)
+        return MissionFrame(x, y, right - x, max(self.y + self.height, other.y + other.height) - y)
 
-    def shift_to(self, larger: Frame) -> FrameShift:
+    def shift_to(self, larger: MissionFrame) -> FrameShift:
         """Return what becomes of its cells in a frame that holds it."""
         return FrameShift(Cell(self.x - larger.x, self.y - larger.y), self.width, larger.width, larger.height)
 
@@ -66,10 +66,10 @@ class Frame:
         return replace(grid, cells=cells, origin_m=origin_m)
 
 
-def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, float] | None) -> Frame | None:
+def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, float] | None) -> MissionFrame | None:
     """Return the frame of that size with its lowest corner at a pose, None if it is turned against the mission's."""
     if origin_m is None:
-        return Frame(0, 0, width, height)
+        return MissionFrame(0, 0, width, height)
     turned = math.remainder(origin_m[2] - grid.origin_m[2], math.tau)
     if abs(turned) > _SAME_YAW:
         return None
@@ -78,14 +78,14 @@ def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, 
     half = 0.5 * grid.resolution_m
     x, y = origin_m[0] + half * (cos - sin), origin_m[1] + half * (sin + cos)
     lowest = grid.cell_at_m(x, y)
-    return Frame(lowest.x, lowest.y, width, height)
+    return MissionFrame(lowest.x, lowest.y, width, height)
 
 
-def laid_out(cells: CellArray, before: Frame, now: Frame) -> CellArray:
+def laid_out(cells: CellArray, before: MissionFrame, now: MissionFrame) -> CellArray:
     """Return the cells (height, width) of a frame in one that holds it, where the rest is unknown."""
     return cells if before == now else before.shift_to(now).laid_out(cells, UNKNOWN)
 
 
-def placed(indices: npt.NDArray[np.int64], of: Frame, now: Frame) -> npt.NDArray[np.int64]:
+def placed(indices: npt.NDArray[np.int64], of: MissionFrame, now: MissionFrame) -> npt.NDArray[np.int64]:
     """Return row-major indices of one frame as they are in one that holds it."""
     return indices if of == now else of.shift_to(now).indices(indices)

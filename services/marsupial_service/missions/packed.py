@@ -1,6 +1,6 @@
-"""What goes into a mission and comes out of it, as rows: an input in each, or all events of a turn, packed.
+"""What goes into a mission and comes out of it, as rows: an input in each, or all events of a batch, packed.
 
-The events of a turn are lines of text, the type before the data.
+The events of a batch are lines of text, the type before the data.
 """
 
 from __future__ import annotations
@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from marsupial_service.entries.table import Reader
-from marsupial_service.missions.values import Event, EventType, Input
+from marsupial_service.entries.table import StoreReader
+from marsupial_service.missions.values import Input, StoredEvent
+from marsupial_service.schemas.words import EventType
 from marsupial_service.store import Transaction, kept, packing
 from marsupial_service.store.tables import ROW_BYTES
 
@@ -34,52 +35,54 @@ def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes
         tx.insert("mission_inputs", **head, part=part, digest=None if part else digest, data=piece)
 
 
-def inputs_from(reader: Reader, number: int, seq: int, most: int) -> tuple[bytes, ...]:
+def inputs_from(reader: StoreReader, number: int, seq: int, most: int) -> tuple[bytes, ...]:
     """Return what is kept of the inputs of the mission with that number from `seq` on, as far as they have come."""
     rows = reader.execute(f"{_INPUTS} AND seq >= ? AND seq < ? {_IN_ORDER}", (number, seq, seq + most))
     return tuple(data for _, data in packing.whole(rows))
 
 
-def inputs_after(reader: Reader, number: int, seq: int) -> Iterator[tuple[Input, bytes | None]]:
+def inputs_after(reader: StoreReader, number: int, seq: int) -> Iterator[tuple[Input, bytes | None]]:
     """Yield the inputs after number `seq`, with their digests."""
     for row, data in packing.whole(reader.execute(f"{_INPUTS} AND seq > ? {_IN_ORDER}", (number, seq))):
         yield kept.loads(data), row["digest"]
 
 
-def add_events(tx: Transaction, number: int, turns: Mapping[int, Sequence[Event]], now_ms: int) -> None:
-    """Store the next events of a mission by the turns that they are of; followers are told once that is committed."""
-    stored = {turn: _packed(_text(events)) for turn, events in turns.items()}
+def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[StoredEvent]], now_ms: int) -> None:
+    """Store the next events of a mission by the batches that they are of; followers are told once that is committed."""
+    stored = {batch: _packed(_text(events)) for batch, events in batches.items()}
     sql = "UPDATE missions SET events = events + ?, bytes = bytes + ? WHERE number = ? RETURNING id, events"
-    count, more = sum(map(len, turns.values())), sum(more for _, more in stored.values())
+    count, more = sum(map(len, batches.values())), sum(more for _, more in stored.values())
     row = tx.execute(sql, (count, more, number)).fetchone()
     last = row["events"] - count
-    for turn, (data, _) in stored.items():
-        last += len(turns[turn])
+    for batch, (data, _) in stored.items():
+        last += len(batches[batch])
         for part, piece in packing.pieces(data):
-            head = {"mission": number, "seq": last, "part": part, "turn": turn}
+            head = {"mission": number, "seq": last, "part": part, "turn": batch}
             tx.insert("mission_events", **head, data=piece, at_ms=now_ms)
     tx.news.add(row["id"])
 
 
-def _text(events: Sequence[Event]) -> bytes:
+def _text(events: Sequence[StoredEvent]) -> bytes:
     return "\n".join(f"{event.type} {event.data}" for event in events).encode()
 
 
-def events_of_turn(reader: Reader, number: int, turn: int) -> tuple[Event, ...]:
-    """Return the events of a turn."""
-    rows = reader.execute(f"{_EVENTS} AND turn = ? {_IN_ORDER}", (number, turn))
+def events_of_batch(reader: StoreReader, number: int, batch: int) -> tuple[StoredEvent, ...]:
+    """Return the events of a batch."""
+    rows = reader.execute(f"{_EVENTS} AND turn = ? {_IN_ORDER}", (number, batch))
     return tuple(event for _, event in _events(rows, 0))
 
 
-def events_after(reader: Reader, number: int, seq: int = 0, turns: int | None = None) -> Iterator[tuple[int, Event]]:
-    """Yield the events after number `seq`, with their numbers; those of about so many turns."""
-    if turns is None:
+def events_after(
+    reader: StoreReader, number: int, seq: int = 0, batches: int | None = None
+) -> Iterator[tuple[int, StoredEvent]]:
+    """Yield the events after number `seq`, with their numbers; those of about so many batches."""
+    if batches is None:
         rows = reader.execute(f"{_EVENTS} AND seq > ? {_IN_ORDER}", (number, seq))
     else:
         ends = "SELECT seq FROM mission_events WHERE mission = ? AND seq > ? AND part = 0 ORDER BY seq LIMIT ?"
         last = f"SELECT max(seq) FROM ({ends}) AS ends"
         sql = f"{_EVENTS} AND seq > ? AND seq <= ({last}) {_IN_ORDER}"
-        rows = reader.execute(sql, (number, seq, number, seq, turns))
+        rows = reader.execute(sql, (number, seq, number, seq, batches))
     yield from _events(rows, seq)
 
 
@@ -93,11 +96,11 @@ def remove(tx: Transaction, number: int, most: int) -> int:
     return removed
 
 
-def _events(rows: Any, after: int) -> Iterator[tuple[int, Event]]:
+def _events(rows: Any, after: int) -> Iterator[tuple[int, StoredEvent]]:
     for row, data in packing.whole(rows):
         lines = data.decode().split("\n")
         first = row["seq"] - len(lines) + 1
         for seq, line in enumerate(lines, start=first):
             if seq > after:
                 kind, _, text = line.partition(" ")
-                yield seq, Event(EventType(kind), text)
+                yield seq, StoredEvent(EventType(kind), text)

@@ -8,18 +8,9 @@ from enum import StrEnum
 from typing import Any
 
 from marsupial_service.entries.records import EntrySettings, StoredEntry
-from marsupial_service.missions.frames import Frame
-from marsupial_service.missions.values import Wish
-
-
-class MissionPhase(StrEnum):
-    """Where a mission is; the last one is final."""
-
-    RUNNING = "running"
-    PAUSED = "paused"
-    CANCELLING = "cancelling"
-    ENDED = "ended"
-
+from marsupial_service.missions.frames import MissionFrame
+from marsupial_service.missions.values import Control
+from marsupial_service.schemas.words import MissionPhase
 
 MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
     MissionPhase.RUNNING: frozenset({MissionPhase.PAUSED, MissionPhase.CANCELLING, MissionPhase.ENDED}),
@@ -29,12 +20,12 @@ MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
 }
 """The states that may follow each state."""
 
-WISHED: Mapping[Wish, MissionPhase] = {
-    Wish.PAUSE: MissionPhase.PAUSED,
-    Wish.RESUME: MissionPhase.RUNNING,
-    Wish.CANCEL: MissionPhase.CANCELLING,
+STATE_AFTER: Mapping[Control, MissionPhase] = {
+    Control.PAUSE: MissionPhase.PAUSED,
+    Control.RESUME: MissionPhase.RUNNING,
+    Control.CANCEL: MissionPhase.CANCELLING,
 }
-"""The state that each wish asks for."""
+"""The state that each control leads to."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +38,7 @@ class MissionRecord(StoredEntry):
         Number and time of the last report.
     revision
         Of the plan that was made last.
-    inputs, turns
+    inputs, batches
         How much went in, and how many answers came out: an answer to the brief and then one to each input.
     events
         How many there are in those answers.
@@ -69,15 +60,15 @@ class MissionRecord(StoredEntry):
     t_ms: int
     revision: int
     inputs: int
-    turns: int
+    batches: int
     events: int
-    frame: Frame | None
+    frame: MissionFrame | None
     term: int
     simulation: Mapping[str, Any] | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LastReports:
+class ReportCounts:
     """Number of the last report of the team, the latest time of all, and the numbers of robots by their own counts."""
 
     n: int
@@ -96,7 +87,7 @@ class MissionCounts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSettings(EntrySettings):
-    """What missions may use, by the words of `ServiceLimits`.
+    """The limits that hold for missions, and who is asked and told.
 
     Parameters
     ----------
@@ -106,12 +97,5 @@ class MissionSettings(EntrySettings):
         Is told how long every input has waited for its answer, in s.
     """
 
-    missions: int = 20
-    key_missions: int = 20
-    simulations: int = 4
-    idle_s: float = 86400.0
     may_go_on: Callable[[str], bool] = lambda owner: True
     lag: Callable[[float], None] = lambda seconds: None
-    cells: int = 4_000_000
-    backlog: int = 1000
-    kept: int = 1000

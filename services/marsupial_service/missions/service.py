@@ -14,27 +14,22 @@ from typing import TypeVar
 from marsupial.errors import Problem
 from marsupial.model.grid import Grid
 from marsupial.processes.runner import LOCAL, Runner
-from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
 from marsupial_service.entries.slots import Slots
-from marsupial_service.intake import analyses, jobs, simulations
-from marsupial_service.missions import host, reading, table, telling
+from marsupial_service.missions import process as host
+from marsupial_service.missions import table
 from marsupial_service.missions.driver import Driver
-from marsupial_service.missions.keeper import Keeper
-from marsupial_service.missions.ledger import Conflict, Ledger
-from marsupial_service.missions.ledgers import Ledgers, brief
-from marsupial_service.missions.records import LastReports, MissionCounts, MissionRecord, MissionSettings
+from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings, ReportCounts
+from marsupial_service.missions.state import MissionState, ReportConflict
+from marsupial_service.missions.states import MissionStates, brief
+from marsupial_service.missions.supervisor import MissionSupervisor
 from marsupial_service.missions.table import MISSIONS
-from marsupial_service.missions.values import Brief, Report, SimulatedBrief, Told, Wish
+from marsupial_service.missions.values import Control, MissionBrief, MissionReport, StoredReport
 from marsupial_service.moments import wall_clock_ms
 from marsupial_service.store import Store, StoreError, kept, packing
 from marsupial_service.store.engine import Connection
 
-READERS = (load_analysis, reading, telling, jobs, analyses, simulations)
-"""What analyses need, and those who read and write what is large: they work on the server itself in any case."""
-
-PRELOAD = (*READERS, host.load_missions)
 _AT_A_TIME = 4
 
 T = TypeVar("T")
@@ -51,18 +46,21 @@ class Missions(Entries[MissionRecord]):
         runner: Runner = LOCAL,
         slots: Slots | None = None,
     ) -> None:
-        super().__init__(store, MISSIONS, settings, now_ms, runner)
+        super().__init__(store, MISSIONS, settings, settings.limits.kept_missions, now_ms, runner)
         self._settings = settings
-        self._slots = slots or Slots(settings.missions)
-        self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
-        self._keepers: dict[str, Keeper] = {}
+        self._slots = slots or Slots(self._limits.missions)
+        self._threads = ThreadPoolExecutor(2 * self._limits.missions, "mission")  # one listens, one talks
+        self._supervisors: dict[str, MissionSupervisor] = {}
         self._creating: set[str] = set()
-        self._ledgers = Ledgers()
-        self._shown, self._showing = Ledgers(), threading.Lock()  # of what is committed, for the threads that read
+        self._states = MissionStates()
+        self._shown, self._showing = (
+            MissionStates(),
+            threading.Lock(),
+        )  # of what is committed, for the threads that read
 
     async def start(self) -> None:
         """Begin to take up missions that are left open by others, or an earlier run."""
-        await self._begin(PRELOAD)
+        await self._begin((host.load_missions,))
 
     async def stop(self) -> None:
         """End streams and processes; open missions go on at the next start, or with another server."""
@@ -76,7 +74,7 @@ class Missions(Entries[MissionRecord]):
             await self.write(table.leave)
 
     async def create(
-        self, brief: Brief, digest: bytes, *, owner: str, idempotency_key: str | None = None
+        self, brief: MissionBrief, digest: bytes, *, owner: str, idempotency_key: str | None = None
     ) -> Created[MissionRecord]:
         """Store a mission and begin it, or find the one that an earlier request with the same key had made.
 
@@ -88,30 +86,32 @@ class Missions(Entries[MissionRecord]):
         )
         return await asyncio.shield(asyncio.ensure_future(self._create(new)))
 
-    async def brief(self, record: MissionRecord) -> Brief:
+    async def brief(self, record: MissionRecord) -> MissionBrief:
         """Return what a mission was created with."""
-        known = self._ledgers.brief(record.id)
+        known = self._states.brief(record.id)
         return await self.read(lambda reader: brief(reader, record)) if known is None else known
 
-    async def reports(self, record: MissionRecord, sent: Sequence[tuple[Report, bytes]]) -> MissionRecord:
+    async def reports(self, record: MissionRecord, sent: Sequence[tuple[MissionReport, bytes]]) -> MissionRecord:
         """Take reports in, with their digests: all of them, or none; what is returned is committed.
 
-        Those that were taken before change nothing. Raises Conflict (also where the mission is over), which says whose
-        fault it is, TooMany, StoreFull, StoreError.
+        Those that were taken before change nothing. Raises ReportConflict (also where the mission is over), which says
+        whose fault it is, TooMany, StoreFull, StoreError.
         """
         if record.simulation is not None:
-            raise Conflict(Problem("", "the robots of this mission are simulated by the service: it takes no reports"))
-        ledgers, settings, room = self._ledgers, self._settings, self._room
+            raise ReportConflict(
+                Problem("", "the robots of this mission are simulated by the service: it takes no reports")
+            )
+        states, limits, capacity = self._states, self._limits, self._capacity
         return await asyncio.shield(
-            self.write(lambda tx: table.add_reports(tx, ledgers, record.id, sent, settings, self.now_ms(), room))
+            self.write(lambda tx: table.add_reports(tx, states, record.id, sent, limits, self.now_ms(), capacity))
         )
 
-    async def wish(self, record: MissionRecord, wish: Wish) -> MissionRecord:
+    async def control(self, record: MissionRecord, control: Control) -> MissionRecord:
         """Pause, resume or cancel a mission; asking twice is asking once.
 
-        Raises Conflict (a mission that is over can only be cancelled), StoreError.
+        Raises ReportConflict (a mission that is over can only be cancelled), StoreError.
         """
-        return await asyncio.shield(self.write(lambda tx: table.add_wish(tx, record.id, wish, self.now_ms())))
+        return await asyncio.shield(self.write(lambda tx: table.add_control(tx, record.id, control, self.now_ms())))
 
     async def log(self, record: MissionRecord) -> str:
         """Return the mission log as far as there is one."""
@@ -121,19 +121,19 @@ class Missions(Entries[MissionRecord]):
     async def known(self, record: MissionRecord) -> Grid:
         """Return the map after the last report."""
 
-        frame, cells = await self._look(record, lambda ledger: (ledger.frame, ledger.cells.copy()))
+        frame, cells = await self._look(record, lambda state: (state.frame, state.cells.copy()))
         return frame.grid((await self.brief(record)).grid, cells)
 
-    async def last_reports(self, record: MissionRecord) -> LastReports:
+    async def last_reports(self, record: MissionRecord) -> ReportCounts:
         """Return which reports were the last."""
-        return await self._look(record, lambda ledger: LastReports(n=ledger.n, t_ms=ledger.t_ms, robots=ledger.counts))
+        return await self._look(record, lambda state: ReportCounts(n=state.n, t_ms=state.t_ms, robots=state.counts))
 
-    async def _look(self, record: MissionRecord, look: Callable[[Ledger], T]) -> T:
-        """Return what `look` finds in the ledger of a mission, after its last report."""
+    async def _look(self, record: MissionRecord, look: Callable[[MissionState], T]) -> T:
+        """Return what `look` finds in the state of a mission, after its last report."""
 
         def found(reader: Connection) -> T:
             with self._showing:
-                return look(self._shown.ledger(reader, MISSIONS.existing(reader, record.id)))
+                return look(self._shown.of(reader, MISSIONS.existing(reader, record.id)))
 
         return await self.read(found)
 
@@ -145,7 +145,7 @@ class Missions(Entries[MissionRecord]):
         self._creating.add(new.id)
         try:
             created = await self.write(
-                lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room, self.quota)
+                lambda tx: table.insert(tx, new, self._limits, self.now_ms(), self._capacity, self.quota)
             )
             if not created.replayed:
                 self._open(created.record, new.brief)
@@ -160,38 +160,40 @@ class Missions(Entries[MissionRecord]):
                 self._open(record, await self.brief(record))
 
     def _taken(self) -> Awaitable[tuple[MissionRecord, ...]]:
-        ours = frozenset(self._keepers) | self._creating
+        ours = frozenset(self._supervisors) | self._creating
         return self.write(lambda tx: table.take_up(tx, _AT_A_TIME, ours))
 
     async def _call_off(self) -> None:
         """Cancel missions that nobody reports to any more, or nobody may."""
-        settings, now_ms = self._settings, self.now_ms()
-        for mission, owner, is_idle in await self.read(lambda r: table.abandoned(r, settings.idle_s, now_ms)):
-            if not settings.may_go_on(owner):
+        idle_s, now_ms = self._limits.idle_s, self.now_ms()
+        for mission, owner, is_idle in await self.read(lambda r: table.abandoned(r, idle_s, now_ms)):
+            if not self._settings.may_go_on(owner):
                 reason = "its key has expired or was revoked"
             elif is_idle:
-                reason = f"no report came for {settings.idle_s:g} s"
+                reason = f"no report came for {idle_s:g} s"
             else:
                 continue
             await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))
 
-    def _open(self, record: MissionRecord, brief: Brief) -> None:
+    def _open(self, record: MissionRecord, brief: MissionBrief) -> None:
         driver = None
-        if isinstance(brief, SimulatedBrief):
-            driver = Driver(brief.speed, partial(self._simulated, record))
-        keeper = Keeper(record, brief, self, self._slots, self._threads, self._runner, self._settings, driver)
-        self._keepers[record.id] = keeper
+        if record.simulation is not None:
+            driver = Driver(record.simulation["speed"], partial(self._simulated, record))
+        supervisor = MissionSupervisor(
+            record, brief, self, self._slots, self._threads, self._runner, self._settings, driver
+        )
+        self._supervisors[record.id] = supervisor
         # not started again: a mission that nobody keeps is taken up by `_take_up`
-        self._start("keeper", partial(self._keep, keeper), restart=False)
+        self._start("supervisor", partial(self._keep, supervisor), restart=False)
 
-    async def _simulated(self, record: MissionRecord, told: Told) -> None:
+    async def _simulated(self, record: MissionRecord, told: StoredReport) -> None:
         """Take in what simulated robots report, unless the mission is over or another server's."""
-        ledgers, settings, room = self._ledgers, self._settings, self._room
-        await self.write(lambda tx: table.add_simulated(tx, ledgers, record, told, settings, self.now_ms(), room))
+        states, limits, capacity = self._states, self._limits, self._capacity
+        await self.write(lambda tx: table.add_simulated(tx, states, record, told, limits, self.now_ms(), capacity))
 
-    async def _keep(self, keeper: Keeper) -> None:
+    async def _keep(self, supervisor: MissionSupervisor) -> None:
         try:
-            await keeper.keep()
+            await supervisor.keep()
         finally:
-            if not self.stopping and self._keepers.get(keeper.id) is keeper:
-                del self._keepers[keeper.id]
+            if not self.stopping and self._supervisors.get(supervisor.id) is supervisor:
+                del self._supervisors[supervisor.id]

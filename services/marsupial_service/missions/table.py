@@ -11,35 +11,29 @@ from typing import Any
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
+from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
+from marsupial_service.entries.documents import line
 from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.room import BOUNDLESS, Room
-from marsupial_service.entries.table import EntryTable, Reader, made_of
+from marsupial_service.entries.table import EntryTable, StoreReader, made_of
 from marsupial_service.missions import documents, packed
-from marsupial_service.missions.frames import Frame
-from marsupial_service.missions.ledger import Conflict, new_reports
-from marsupial_service.missions.ledgers import Ledgers
-from marsupial_service.missions.records import (
-    MOVES,
-    WISHED,
-    MissionCounts,
-    MissionPhase,
-    MissionRecord,
-    MissionSettings,
-)
+from marsupial_service.missions.frames import MissionFrame
+from marsupial_service.missions.records import MOVES, STATE_AFTER, MissionCounts, MissionRecord
+from marsupial_service.missions.state import ReportConflict, new_reports
+from marsupial_service.missions.states import MissionStates
 from marsupial_service.missions.values import (
-    Brief,
-    Event,
-    EventType,
+    Control,
     Input,
-    Report,
-    SimulatedBrief,
-    Told,
-    Turn,
-    Wish,
+    MissionBatch,
+    MissionBrief,
+    MissionReport,
+    StoredEvent,
+    StoredReport,
 )
+from marsupial_service.schemas.words import EventType, MissionPhase
+from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction
-from marsupial_service.store.engine import Row
+from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 
 _SIMULATED_S = 10
@@ -48,20 +42,29 @@ _SIMULATED_S = 10
 _LEAST_PLANNING_S = 0.1
 
 
-def _record(row: Row) -> MissionRecord:
-    frame = None if row["frame"] is None else Frame.from_text(row["frame"])
+def _record(row: StoreRow) -> MissionRecord:
+    frame = None if row["frame"] is None else MissionFrame.from_text(row["frame"])
     simulation = None if row["simulation"] is None else json.loads(row["simulation"])
-    return made_of(MissionRecord, row, state=MissionPhase(row["state"]), frame=frame, simulation=simulation)
+    return made_of(
+        MissionRecord,
+        row,
+        state=MissionPhase(row["state"]),
+        batches=row["turns"],
+        frame=frame,
+        simulation=simulation,
+    )
 
 
 class MissionTable(EntryTable[MissionRecord]):
-    """The table of missions, whose events are stored by turns."""
+    """The table of missions, whose events are stored by batches."""
 
     def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: Any) -> None:
-        """Add the next event of a mission, of the turn `turn`."""
-        packed.add_events(tx, number, {more["turn"]: [Event(EventType(kind), data)]}, now_ms)
+        """Add the next event of a mission, of the batch `batch`."""
+        packed.add_events(tx, number, {more["batch"]: [StoredEvent(EventType(kind), data)]}, now_ms)
 
-    def _stored_events(self, reader: Reader, number: int, after: int, limit: int) -> Iterator[tuple[int, str, str]]:
+    def _stored_events(
+        self, reader: StoreReader, number: int, after: int, limit: int
+    ) -> Iterator[tuple[int, str, str]]:
         for seq, event in islice(packed.events_after(reader, number, after, limit), limit):
             yield seq, event.type, event.data
 
@@ -85,16 +88,16 @@ MISSIONS = MissionTable(
 class NewMission(NewEntry):
     """A mission to be stored; `packed` is the brief as it is kept."""
 
-    brief: Brief
+    brief: MissionBrief
     packed: bytes
 
 
 def insert(
     tx: Transaction,
     new: NewMission,
-    settings: MissionSettings,
+    limits: ServiceLimits,
     now_ms: int,
-    room: Room = BOUNDLESS,
+    capacity: StoreCapacity = UNBOUNDED,
     quota: Quota = NO_QUOTA,
 ) -> Created[MissionRecord]:
     """Store a mission, which is this server's, or find the one that the same request made before.
@@ -103,24 +106,29 @@ def insert(
     """
 
     def add() -> None:
-        room.check(tx, new.owner)
+        capacity.check(tx, new.owner)
         sql = "SELECT count(*) FROM missions WHERE finished_ms IS NULL"
         (count,) = tx.execute(sql).fetchone()
-        if count >= settings.missions:
+        if count >= limits.missions:
             raise TooMany(f"there are {count} open missions, more are not allowed at a time")
         (count,) = tx.execute(f"{sql} AND owner = ?", (new.owner,)).fetchone()
-        if count >= settings.key_missions:
+        if count >= limits.key_missions:
             raise TooMany(f"you have {count} open missions, more are not allowed at a time")
         brief = new.brief
-        if isinstance(brief, SimulatedBrief):
+        simulation = brief.simulation()
+        if simulation is not None:
             simulated = f"{sql} AND simulation IS NOT NULL"
             (count,) = tx.execute(simulated).fetchone()
             (own,) = tx.execute(f"{simulated} AND owner = ?", (new.owner,)).fetchone()
-            if own and count >= settings.simulations:  # who has none goes first: others' may go on for hours
+            if own and count >= limits.simulations:  # who has none goes first: others' may go on for hours
                 raise TooMany(f"{count} missions are simulated, more are not allowed at a time", _SIMULATED_S)
         quota.check(tx, new.owner, asked_s(brief), now_ms)
-        simulation = documents.simulation(brief) if isinstance(brief, SimulatedBrief) else None
-        described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner, "simulation": simulation}
+        described = {
+            "name": brief.name,
+            "strategy": brief.strategy,
+            "planner": brief.planner,
+            "simulation": None if simulation is None else line(simulation),
+        }
         size = ENTRY_BYTES + ROW_BYTES + len(new.packed)
         number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described, bytes=size)
         tx.insert("mission_briefs", mission=number, brief=new.packed)
@@ -129,7 +137,7 @@ def insert(
     return MISSIONS.create(tx, new, add)
 
 
-def asked_s(brief: Brief) -> float:
+def asked_s(brief: MissionBrief) -> float:
     """Return how many seconds a mission wants to be left before it plans; where it counts steps nobody knows."""
     return max(_LEAST_PLANNING_S, brief.budget.seconds or 0.0)
 
@@ -139,33 +147,33 @@ def tell_quota(tx: Transaction, mission: str, term: int, reason: str, wait_s: fl
     record = _held(tx, mission, term)
     if record is not None:
         data = documents.quota(reason, now_ms + round(1000 * wait_s), record.t_ms)
-        MISSIONS.tell(tx, record.number, EventType.QUOTA, data, now_ms, turn=record.turns)
+        MISSIONS.tell(tx, record.number, EventType.QUOTA, data, now_ms, batch=record.batches)
 
 
 def add_reports(
     tx: Transaction,
-    ledgers: Ledgers,
+    states: MissionStates,
     mission: str,
-    sent: Sequence[tuple[Report, bytes]],
-    settings: MissionSettings,
+    sent: Sequence[tuple[MissionReport, bytes]],
+    limits: ServiceLimits,
     now_ms: int,
-    room: Room = BOUNDLESS,
+    capacity: StoreCapacity = UNBOUNDED,
 ) -> MissionRecord:
     """Judge reports and store them with their digests, all or none; those that were taken before change nothing.
 
-    Raises Conflict (also where the mission has ended), StoreFull, TooMany if too many wait, UnknownEntry.
+    Raises ReportConflict (also where the mission has ended), StoreFull, TooMany if too many wait, UnknownEntry.
     """
     record = MISSIONS.held(tx, mission)
-    ledger = ledgers.ledger(tx, record)
-    tried = ledger if len(sent) == 1 else ledger.copy()
-    new = new_reports(tried, sent, settings.cells)
+    state = states.of(tx, record)
+    tried = state if len(sent) == 1 else state.copy()
+    new = new_reports(tried, sent, limits.cells)
     if not new:
         return record
     if record.state is MissionPhase.ENDED:
-        raise Conflict(over(record))
-    if record.inputs - record.turns >= settings.backlog:
-        raise TooMany(f"{settings.backlog} reports wait for the planner")
-    room.check(tx, record.owner, of_reports=True)
+        raise ReportConflict(over(record))
+    if record.inputs - record.batches >= limits.backlog:
+        raise TooMany(f"{limits.backlog} reports wait for the planner")
+    capacity.check(tx, record.owner, of_reports=True)
     for report, digest in new:
         _add_input(tx, record, report, digest, now_ms)
         record = replace(
@@ -176,55 +184,55 @@ def add_reports(
         )
     if len(sent) == 1:
         tried.take(*new[0])
-    frame = None if tried.frame == tried.first_frame else tried.frame.text
+    frame = None if tried.frame == tried.map.first_frame else tried.frame.text
     MISSIONS.change(tx, record.number, n=record.n, t_ms=record.t_ms, frame=frame)
-    tx.undone.append(ledgers.replace(record, tried))
+    tx.undone.append(states.replace(record, tried))
     return MISSIONS.existing(tx, mission)
 
 
 def add_simulated(
     tx: Transaction,
-    ledgers: Ledgers,
+    states: MissionStates,
     record: MissionRecord,
-    told: Told,
-    settings: MissionSettings,
+    told: StoredReport,
+    limits: ServiceLimits,
     now_ms: int,
-    room: Room = BOUNDLESS,
+    capacity: StoreCapacity = UNBOUNDED,
 ) -> None:
     """Store what the robots of a simulated mission report, if the term of `record` still runs.
 
-    Raises StoreFull, TooMany; Conflict if the simulation is wrong.
+    Raises StoreFull, TooMany; ReportConflict if the simulation is wrong.
     """
     if _held(tx, record.id, record.term) is not None:
-        add_reports(tx, ledgers, record.id, [told], settings, now_ms, room)
+        add_reports(tx, states, record.id, [told], limits, now_ms, capacity)
 
 
-def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionRecord:
-    """Store a wish that changes something. Raises Conflict if it comes too late, UnknownEntry."""
+def add_control(tx: Transaction, mission: str, control: Control, now_ms: int) -> MissionRecord:
+    """Store a control that changes something. Raises ReportConflict if it comes too late, UnknownEntry."""
     record = MISSIONS.held(tx, mission)
-    if MISSIONS.move(tx, record.number, WISHED[wish], now_ms):
-        _add_input(tx, record, wish, None, now_ms)
-    elif wish is not Wish.CANCEL and record.state is not WISHED[wish]:
-        raise Conflict(over(record))
+    if MISSIONS.move(tx, record.number, STATE_AFTER[control], now_ms):
+        _add_input(tx, record, control, None, now_ms)
+    elif control is not Control.CANCEL and record.state is not STATE_AFTER[control]:
+        raise ReportConflict(over(record))
     return MISSIONS.existing(tx, mission)
 
 
-def add_turns(
-    tx: Transaction, mission: str, term: int, number: int, turns: Sequence[Turn], now_ms: int
+def add_batches(
+    tx: Transaction, mission: str, term: int, number: int, batches: Sequence[MissionBatch], now_ms: int
 ) -> tuple[int, ...] | None:
     """Store what a mission made of its inputs from `number` on, and return how long each input has waited, in ms.
 
-    None if these turns were not due: the mission has ended, or another server has taken it over since `term` began.
+    None if these batches were not due: the mission has ended, or another server has taken it over since `term` began.
     """
     record = _held(tx, mission, term)
-    if record is None or record.turns != number:
+    if record is None or record.batches != number:
         return None
     sql = "SELECT at_ms FROM mission_inputs WHERE mission = ? AND seq BETWEEN ? AND ? AND part = 0 ORDER BY seq"
-    rows = tx.execute(sql, (record.number, number, number + len(turns) - 1)).fetchall()
-    MISSIONS.change(tx, record.number, turns=number + len(turns), revision=turns[-1].revision)
-    packed.add_events(tx, record.number, {i: turn.events for i, turn in enumerate(turns, number)}, now_ms)
-    if turns[-1].over:
-        end = json.loads(turns[-1].events[-1].data)
+    rows = tx.execute(sql, (record.number, number, number + len(batches) - 1)).fetchall()
+    MISSIONS.change(tx, record.number, turns=number + len(batches), revision=batches[-1].revision)
+    packed.add_events(tx, record.number, {i: batch.events for i, batch in enumerate(batches, number)}, now_ms)
+    if batches[-1].over:
+        end = json.loads(batches[-1].events[-1].data)
         MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=end["status"], reason=end["reason"])
     return tuple(now_ms - row["at_ms"] for row in rows)
 
@@ -236,7 +244,7 @@ def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> 
         _end(tx, record, Status.FAILED, reason, now_ms)
 
 
-def counts(reader: Reader) -> MissionCounts:
+def counts(reader: StoreReader) -> MissionCounts:
     """Return counts for operators."""
     open_ones = "FROM missions WHERE finished_ms IS NULL"
     (backlog,) = reader.execute(f"SELECT coalesce(sum(inputs + 1 - turns), 0) {open_ones}").fetchone()
@@ -244,7 +252,7 @@ def counts(reader: Reader) -> MissionCounts:
     return MissionCounts(states=MISSIONS.counts(reader, "state", MissionPhase), backlog=int(backlog), owners=owners)
 
 
-def abandoned(reader: Reader, idle_s: float, now_ms: int) -> tuple[tuple[str, str, bool], ...]:
+def abandoned(reader: StoreReader, idle_s: float, now_ms: int) -> tuple[tuple[str, str, bool], ...]:
     """Return the id and owner of every open mission, and whether nothing was put into it for so long."""
     last = "SELECT at_ms FROM mission_inputs WHERE mission = number ORDER BY seq DESC LIMIT 1"
     rows = reader.execute(
@@ -264,11 +272,11 @@ def _end(tx: Transaction, record: MissionRecord, status: Status, reason: str, no
     if not MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=status, reason=reason):
         return False
     data = documents.end(status, reason, record.t_ms)
-    MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, turn=record.turns)
+    MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, batch=record.batches)
     return True
 
 
-def of_term(reader: Reader, mission: str, term: int) -> MissionRecord | None:
+def of_term(reader: StoreReader, mission: str, term: int) -> MissionRecord | None:
     """Return an open mission if that term of it still runs."""
     record = MISSIONS.find(reader, mission)
     return None if record is None or record.term != term or record.state is MissionPhase.ENDED else record
@@ -308,7 +316,7 @@ def inputs_of(mission: str) -> str:
     return f"{mission}/inputs"
 
 
-def log(reader: Reader, record: MissionRecord) -> tuple[str, ...]:
+def log(reader: StoreReader, record: MissionRecord) -> tuple[str, ...]:
     """Return the lines of the mission's log; where an earlier version began it anew, since then."""
     events = packed.events_after(reader, record.number)
     lines = [event.data for _, event in events if event.type is EventType.LOG]

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -18,14 +18,32 @@ from marsupial.model.planning import Budget, Outcome
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.strategy import PlanningReport
-from marsupial_service.missions.frames import Frame
+from marsupial_service.missions.frames import MissionFrame
+from marsupial_service.schemas.words import EventType
+
+
+class SimulatedRobots(Protocol):
+    """Robots that the process of their mission simulates.
+
+    Attributes
+    ----------
+    paused
+        Whether the mission is.
+    """
+
+    paused: bool
+
+    def report(self, batch: Mapping[str, Any]) -> MissionReport | None:
+        """Carry out the commands of an event `commands`; return the report that it asks for, if it does."""
+        ...
+
 
 Runs = tuple[int, ...]
 """Cells of the map: (start, length, code) three by three, cells numbered row by row, in ascending order."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Brief:
+class MissionBrief:
     """All that is fixed when a mission is created.
 
     Parameters
@@ -52,32 +70,21 @@ class Brief:
     planning_time: PlanningTime
     reachable: Mask | None = None
 
+    def simulation(self) -> Mapping[str, object] | None:
+        """Return how the service simulates the robots, ready for JSON; None if they are the client's."""
+        return None
+
+    def simulated_robots(self) -> SimulatedRobots | None:
+        """Return the robots that the service simulates."""
+        return None
+
     def without_command(self, text: str) -> str:
         """Return what is said of the planner by the name the client has for it."""
         return text.replace(self.engine, self.planner)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SimulatedBrief(Brief):
-    """The brief of a mission whose robots the service simulates.
-
-    Parameters
-    ----------
-    truth
-        The real map.
-    speed
-        Seconds of mission time to a second on the clock; None: as fast as planning allows.
-    warnings
-        What is odd about the map.
-    """
-
-    truth: Grid
-    speed: float | None = None
-    warnings: tuple[str, ...] = ()
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RobotNote:
+class RobotUpdate:
     """What a report says of a robot; None where it says nothing.
 
     Parameters
@@ -106,12 +113,12 @@ class RobotNote:
             put(self, value)
 
 
-_NOTED = tuple(getattr(RobotNote, one.name).__set__ for one in fields(RobotNote))
+_NOTED = tuple(getattr(RobotUpdate, one.name).__set__ for one in fields(RobotUpdate))
 """What sets each field: twice as fast as `object.__setattr__`, and robots are told of in every report."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)  # with slots early Pythons 3.11 put their own __getstate__ in
-class Report:
+class MissionReport:
     """What a client reports of one moment.
 
     Parameters
@@ -134,12 +141,12 @@ class Report:
     t_ms: int
     revealed: tuple[tuple[str, Runs], ...] = ()
     map: CellArray | None = None
-    robots: tuple[RobotNote, ...] = ()
+    robots: tuple[RobotUpdate, ...] = ()
     finished: tuple[int, ...] = ()
     failed: tuple[tuple[int, str], ...] = ()
     lost: tuple[tuple[str, str], ...] = ()
     robot: str | None = None
-    frame: Frame | None = None
+    frame: MissionFrame | None = None
 
     @property
     def runs(self) -> Runs:
@@ -160,10 +167,10 @@ class Report:
             object.__setattr__(self, name, value)
 
 
-_REPORTED = tuple(one.name for one in fields(Report))
+_REPORTED = tuple(one.name for one in fields(MissionReport))
 
 
-class Wish(StrEnum):
+class Control(StrEnum):
     """What a client wants of the mission as a whole."""
 
     PAUSE = "pause"
@@ -171,41 +178,26 @@ class Wish(StrEnum):
     CANCEL = "cancel"
 
 
-Input = Report | Wish
-
-
-class EventType(StrEnum):
-    """What an event tells: a line of the log, a decision, commands, the state, the end, a frame that has grown.
-
-    All of it follows from the inputs, but for `QUOTA`: that the mission waits as its owner may not plan now.
-    """
-
-    LOG = "log"
-    DECISION = "decision"
-    COMMANDS = "commands"
-    STATE = "state"
-    END = "end"
-    FRAME = "frame"
-    QUOTA = "quota"
+Input = MissionReport | Control
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class StoredEvent:
     """One event; `data` is JSON in one line."""
 
     type: EventType
     data: str
 
 
-class Told(NamedTuple):
+class StoredReport(NamedTuple):
     """A report as it is stored: with the digest of what was sent."""
 
-    report: Report
+    report: MissionReport
     digest: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Turn:
+class MissionBatch:
     """What a mission makes of one input (the first one: of its brief); `over` if that was its end.
 
     Parameters
@@ -216,14 +208,14 @@ class Turn:
         What robots that are simulated report then, if they are not to report anything else before.
     """
 
-    events: tuple[Event, ...]
+    events: tuple[StoredEvent, ...]
     over: bool
     revision: int
-    next: Told | None = None
+    next: StoredReport | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Due:
+class PendingInput:
     """An input (None: the brief), or what the store keeps of it, and the decisions made when it had come.
 
     There are such decisions only if the input was answered before, by a process that is no more.
@@ -233,16 +225,16 @@ class Due:
     decisions: tuple[str, ...] = ()
 
 
-class Dues(NamedTuple):
+class PendingInputs(NamedTuple):
     """What the process of a mission gets to answer, in this order."""
 
-    dues: tuple[Due, ...]
+    inputs: tuple[PendingInput, ...]
 
 
-class Turns(NamedTuple):
-    """What it makes of them: a turn for each, in one piece or several."""
+class MissionBatches(NamedTuple):
+    """What it makes of them: a batch for each, in one piece or several."""
 
-    turns: tuple[Turn, ...]
+    batches: tuple[MissionBatch, ...]
 
 
 def planning_of(document: Mapping[str, Any]) -> PlanningReport:

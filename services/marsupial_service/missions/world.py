@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from marsupial.errors import InternalError
 from marsupial.mission.goals import homes_of
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import ActionEnd, PlacedRobot
 from marsupial.model.plan import ActionName
@@ -24,9 +25,9 @@ from marsupial.model.team import Whereabouts
 from marsupial.model.world import Manoeuvres, News, RobotReport
 from marsupial.paths.headings import Odometer
 from marsupial.paths.routes import passing_times_ms
-from marsupial_service.missions.frames import Frame, laid_out, placed
-from marsupial_service.missions.gathered import Gathered
-from marsupial_service.missions.values import Brief, Input, Report, RobotNote, Wish, expand
+from marsupial_service.missions.frames import MissionFrame
+from marsupial_service.missions.reported import MapChange, ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
+from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotUpdate
 
 MOST_FAILURES = 3
 """A robot that fails so often, one command after the other, counts as lost."""
@@ -36,36 +37,6 @@ PAUSED = "paused"
 
 PAUSE_MS = 60_000
 """How far ahead, at least, the next report is asked for during a pause: nothing is to be looked at till it is over."""
-
-
-@dataclass(slots=True, kw_only=True)
-class RobotCommand:
-    """A command that was given and has not ended.
-
-    Parameters
-    ----------
-    route, passed
-        Of a drive: its cells, and the index of the one the robot is at or next at.
-    cell
-        Where the rover docks, or where it is put by an undocking.
-    stopped, halted
-        Whether it was told to stop, and whether that was because of a pause.
-    """
-
-    id: int
-    name: str
-    robot: str
-    carrier: str | None = None
-    route: tuple[Cell, ...] = ()
-    cell: Cell | None = None
-    passed: int = 0
-    stopped: bool = False
-    halted: bool = False
-
-    @property
-    def robots(self) -> tuple[str, ...]:
-        """The robots in it, in the order of their names."""
-        return (self.robot,) if self.carrier is None else tuple(sorted((self.robot, self.carrier)))
 
 
 class Exchange(Protocol):
@@ -80,12 +51,12 @@ class Exchange(Protocol):
         ...
 
 
-@dataclass(slots=True)
-class _Robot:
+@dataclass(slots=True, kw_only=True)
+class TrackedRobot(ReportedRobot[Cell]):
+    """A robot, as far as its reports and the commands that it was given tell."""
+
     kind: RobotType
-    where: Whereabouts[Cell]
     free_at_ms: int = 0
-    lost: bool = False
     order: RobotCommand | None = None
     failures: int = 0
     distance_m: float = 0.0
@@ -95,10 +66,12 @@ class _Robot:
 
     @property
     def cell(self) -> Cell | None:
+        """Where it stands or drives; None while it is aboard."""
         return None if self.where.carrier is not None else self.where.at
 
     @property
     def carrier(self) -> str | None:
+        """The carrier that it has a place on."""
         return self.where.carrier
 
     def passes(self, cell: Cell) -> None:
@@ -123,21 +96,22 @@ class RemoteWorld:
         Whether the client wants the mission to end.
     """
 
-    def __init__(self, brief: Brief, desk: Exchange) -> None:
-        self._desk = desk
+    def __init__(self, brief: MissionBrief, process: Exchange) -> None:
+        self._process = process
         self._first = brief.grid
-        self._frame = Frame.of(brief.grid)
         self._limit_ms = brief.limits.time_ms
         kinds = {kind.name: kind for kind in brief.kinds}
-        self._robots = {r.name: _Robot(kind=kinds[r.type], where=Whereabouts(r.cell, r.carrier)) for r in brief.robots}
-        self._cells = np.full_like(brief.grid.cells, UNKNOWN)
-        self._grid = replace(brief.grid, cells=self._cells)
-        self._orders: dict[int, RobotCommand] = {}
+        self._team = ReportedTeam(
+            {r.name: TrackedRobot(kind=kinds[r.type], where=Whereabouts(r.cell, r.carrier)) for r in brief.robots}
+        )
+        self._robots = self._team.robots
+        self._map = ReportedMap(np.full_like(brief.grid.cells, UNKNOWN), MissionFrame.of(brief.grid))
+        self._grid = replace(brief.grid, cells=self._map.cells)
         self._count = 0
         self._now_ms = 0
         self._paused = self._begun = False
-        self._gathered = Gathered()
-        self._redraw(next(iter(self._robots)), brief.grid.cells)
+        self._gathered = PendingNews()
+        self._see(self._map.redraw(brief.grid.cells), None)
         self.cancelled = False
         self.homes = homes_of(self.robots(), kinds)
 
@@ -198,7 +172,7 @@ class RemoteWorld:
         order = self._robots[robot].order
         if order is not None and order.name == "drive" and not order.stopped:
             order.stopped = True
-            self._desk.order(order, stop=True)
+            self._process.order(order, stop=True)
 
     def dock(self, rover: str, carrier: str) -> None:
         """Let a free rover dock on a free carrier."""
@@ -216,7 +190,7 @@ class RemoteWorld:
         self._next(until_ms)
         while not self.cancelled and (self._paused or not self._begun):
             self._next(max(self._limit_ms, self._now_ms + PAUSE_MS) if self._paused else until_ms)
-        news, self._gathered = self._gathered.at(self._now_ms, self._cells.reshape(-1)), Gathered()
+        news, self._gathered = self._gathered.at(self._now_ms, self._map.cells.reshape(-1)), PendingNews()
         return news
 
     def stop_all(self, *, halted: bool = False) -> None:
@@ -226,7 +200,7 @@ class RemoteWorld:
                 robot.order.halted = halted
                 self.stop(name)
 
-    def _free(self, name: str) -> _Robot:
+    def _free(self, name: str) -> TrackedRobot:
         robot = self._robots[name]
         if robot.order is not None or robot.lost:
             raise InternalError(f"{name} is not free: {'lost' if robot.lost else robot.order}")
@@ -236,7 +210,6 @@ class RemoteWorld:
         guest, host = self._free(rover), self._free(carrier)
         if cell is None:
             raise InternalError(f"{rover} is aboard {guest.carrier}")
-        guest.where = guest.where.begun(name, cell, carrier)
         if name is ActionName.DOCK:
             guest.odometer.lift()
         took_ms = guest.kind.dock_ms if name is ActionName.DOCK else guest.kind.undock_ms
@@ -245,37 +218,35 @@ class RemoteWorld:
 
     def _give(self, order: RobotCommand) -> None:
         self._count = order.id
-        self._orders[order.id] = order
+        self._team.begin(order, order.cell)
         for name in order.robots:
             self._robots[name].order = order
-        self._desk.order(order)
+        self._process.order(order)
 
     def _next(self, until_ms: int) -> None:
         """Take the next input in."""
-        match self._desk.exchange(until_ms):
-            case Report() as report:
+        match self._process.exchange(until_ms):
+            case MissionReport() as report:
                 self._take(report)
-            case Wish.PAUSE:
+            case Control.PAUSE:
                 self._paused = True
                 self.stop_all(halted=True)
-            case Wish.RESUME:
+            case Control.RESUME:
                 self._paused = False
-            case Wish.CANCEL:
+            case Control.CANCEL:
                 self.cancelled = True
 
-    def _take(self, report: Report) -> None:
+    def _take(self, report: MissionReport) -> None:
         since_ms, self._now_ms, self._begun = self._now_ms, max(self._now_ms, report.t_ms), True
         if report.robot is not None:
             teller, self._gathered.partial = self._robots[report.robot], True
             since_ms, teller.told_ms = teller.told_ms, self._now_ms
-        of = Frame.of(self._first) if report.frame is None else report.frame
-        self._grow(self._frame.grown(of))
-        for name, runs in report.revealed:
-            indices, codes = expand(runs)
-            self._see(name, placed(indices, of, self._frame), codes)
-        if report.map is not None:
-            self._redraw(report.robot or next(iter(self._robots)), laid_out(report.map, of, self._frame))
-        shift = None if of == self._frame else of.shift_to(self._frame)
+        if (shift := self._map.grow(report)) is not None:
+            self._grow(shift)
+        for change in self._map.draw(report):
+            self._see(change, report.robot)
+        of = report.frame or self._map.first_frame
+        shift = None if of == self._map.frame else of.shift_to(self._map.frame)
         for note in report.robots:
             if not self._robots[note.name].lost:
                 cell = note.cell if shift is None or note.cell is None else shift.cell(note.cell)
@@ -287,35 +258,22 @@ class RemoteWorld:
         for name, reason in report.lost:
             self._lose(name, reason)
 
-    def _grow(self, frame: Frame) -> None:
-        """Let the map have a frame that holds the one it has."""
-        if frame == self._frame:
-            return
-        shift = self._frame.shift_to(frame)
-        self._cells, self._frame = laid_out(self._cells, self._frame, frame), frame
-        self._grid = frame.grid(self._first, self._cells)
+    def _grow(self, shift: FrameShift) -> None:
+        """Re-index all places after the map grew."""
+        self._grid = self._map.frame.grid(self._first, self._map.cells)
         self._gathered.move(shift)
         for robot in self._robots.values():
             if robot.where.at is not None:
                 robot.where = replace(robot.where, at=shift.cell(robot.where.at))
-        for order in self._orders.values():
+        for order in self._team.commands.values():
             order.route = tuple(map(shift.cell, order.route))
             order.cell = None if order.cell is None else shift.cell(order.cell)
 
-    def _redraw(self, name: str, cells: CellArray) -> None:
-        """Take in a whole map (height, width) as if a robot had seen it."""
-        flat = cells.ravel()
-        indices = np.flatnonzero(flat != self._cells.ravel())
-        self._see(name, indices, flat[indices])
+    def _see(self, change: MapChange, reporter: str | None) -> None:
+        name = change.robot or reporter or next(iter(self._robots))
+        self._gathered.see(name, change.indices, change.before, change.codes)
 
-    def _see(self, name: str, indices: npt.NDArray[np.int64], codes: npt.NDArray[np.uint8]) -> None:
-        """Take in cells by their row-major indices."""
-        flat = self._cells.reshape(-1)
-        before = flat[indices]
-        flat[indices] = codes
-        self._gathered.see(name, indices, before, codes)
-
-    def _note(self, robot: _Robot, note: RobotNote, cell: Cell | None, since_ms: int) -> None:
+    def _note(self, robot: TrackedRobot, note: RobotUpdate, cell: Cell | None, since_ms: int) -> None:
         drives = robot.order is not None and robot.order.name == "drive"
         moved_m = 0.0
         if cell is not None and robot.cell is not None:
@@ -333,7 +291,7 @@ class RemoteWorld:
             robot.driving_ms += self._now_ms - since_ms
 
     def _finish(self, number: int) -> None:
-        order = self._end(number)
+        order = self._end(number, ActionEnd.DONE)
         if order is None:
             return
         if order.halted and self._robots[order.robot].cell != order.route[-1]:
@@ -341,27 +299,20 @@ class RemoteWorld:
             return
         for name in order.robots:
             self._robots[name].failures = 0
-        self._enter(order, ActionEnd.DONE)
         self._gathered.finished += order.robots
 
     def _fail(self, number: int, reason: str) -> None:
-        order = self._end(number)
+        order = self._end(number, ActionEnd.FAILED)
         if order is None:
             return
-        self._enter(order, ActionEnd.FAILED)
         self._gathered.failed += [(name, reason) for name in order.robots]
         for name in order.robots:
             self._robots[name].failures += 1
             if self._robots[name].failures >= MOST_FAILURES:
                 self._lose(name, f"failed {MOST_FAILURES} times in a row: {reason}")
 
-    def _enter(self, order: RobotCommand, end: ActionEnd) -> None:
-        if order.carrier is not None:
-            rover = self._robots[order.robot]
-            rover.where = rover.where.ended(ActionName(order.name), end)
-
-    def _end(self, number: int) -> RobotCommand | None:
-        order = self._orders.pop(number, None)  # None: it ended when one of its robots was lost
+    def _end(self, number: int, end: ActionEnd | None) -> RobotCommand | None:
+        order = self._team.end(number, end)  # None: it ended when one of its robots was lost
         if order is not None:
             for name in order.robots:
                 self._robots[name].order = None
@@ -371,15 +322,67 @@ class RemoteWorld:
         return order
 
     def _lose(self, name: str, reason: str) -> None:
-        robot = self._robots[name]
-        if robot.lost:
-            return
-        robot.lost = True
-        if robot.order is not None:
-            order = self._end(robot.order.id)
-            if order is not None and order.name == ActionName.DOCK and order.carrier == name:
-                self._enter(order, ActionEnd.FAILED)
-        self._gathered.lost.append((name, reason))
-        for rider, other in self._robots.items():
-            if other.carrier == name:
-                self._lose(rider, f"aboard {name}, which is lost")
+        for one in self._team.lose(name):
+            order = self._robots[one].order
+            if order is not None:
+                # a rover that was docking on a lost carrier stands where it is; one that was set down is on the ground
+                missed = order.name == ActionName.DOCK and order.carrier == one
+                self._end(order.id, ActionEnd.FAILED if missed else None)
+            self._gathered.lost.append((one, reason if one == name else f"aboard {name}, which is lost"))
+
+
+Seen = tuple[str, npt.NDArray[np.int64]]
+"""A robot and cells, by row-major indices."""
+
+
+@dataclass(slots=True)
+class PendingNews:
+    """What reports say, gathered until it is news to the mission: at once, or at the end of a pause."""
+
+    revealed: list[Seen] = field(default_factory=list)
+    changed: list[Seen] = field(default_factory=list)
+    moved: FrameShift | None = None
+    partial: bool = False
+    finished: list[str] = field(default_factory=list)
+    failed: list[tuple[str, str]] = field(default_factory=list)
+    lost: list[tuple[str, str]] = field(default_factory=list)
+
+    def see(
+        self, name: str, indices: npt.NDArray[np.int64], before: npt.NDArray[np.uint8], codes: npt.NDArray[np.uint8]
+    ) -> None:
+        """Take in cells and their codes before and now.
+
+        Revealed are those that were unknown at the last news, changed those that were known then.
+        """
+        new, other = (before == UNKNOWN) & (codes != UNKNOWN), (before != UNKNOWN) & (before != codes)
+        if other.any():
+            cells = _without(indices[other], self.revealed)
+            self.changed += [(name, cells)] if len(cells) else []
+        if new.any():
+            cells = _without(indices[new], self.changed)
+            self.revealed += [(name, cells)] if len(cells) else []
+
+    def move(self, shift: FrameShift) -> None:
+        """Call all cells as they are called now that the frame has grown."""
+        self.moved = shift if self.moved is None else self.moved.then(shift)
+        self.revealed = [(name, shift.indices(cells)) for name, cells in self.revealed]
+        self.changed = [(name, shift.indices(cells)) for name, cells in self.changed]
+
+    def at(self, t_ms: int, codes: CellArray) -> News:
+        """Return the news of a moment at which the cells (flat) have these codes."""
+        known = [(name, cells[codes[cells] != UNKNOWN]) for name, cells in self.revealed]
+        return News(
+            t_ms=t_ms,
+            revealed=tuple((name, cells) for name, cells in known if len(cells)),
+            changed=tuple(self.changed),
+            moved=self.moved,
+            partial=self.partial,
+            finished=tuple(self.finished),
+            failed=tuple(self.failed),
+            lost=tuple(self.lost),
+        )
+
+
+def _without(cells: npt.NDArray[np.int64], told: Sequence[Seen]) -> npt.NDArray[np.int64]:
+    """Return the cells that are not among those that were told of before."""
+    return cells[~np.isin(cells, np.concatenate([seen for _, seen in told]))] if told else cells

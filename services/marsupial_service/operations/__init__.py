@@ -1,1 +1,1 @@
-"""What operators decide and see: settings, keys, logs, metrics."""
+"""What operators see and do: metrics, and the upkeep of a store."""

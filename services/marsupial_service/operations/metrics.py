@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
-from marsupial_service.entries.room import Sizes
+from marsupial_service.entries.capacity import Sizes
 from marsupial_service.jobs.records import Metrics
 from marsupial_service.missions.records import MissionCounts
 
@@ -24,7 +24,7 @@ class HttpMetrics:
         self._missions = Gauge("marsupial_missions", "Missions kept, by state.", ("state",), registry=own)
         self._waiting = Gauge("marsupial_jobs_waiting", "Jobs that wait, by owner.", ("owner",), registry=own)
         self._open = Gauge("marsupial_missions_open", "Missions that are open, by owner.", ("owner",), registry=own)
-        self._backlog = Gauge("marsupial_backlog", "Reports and wishes that wait to be answered.", registry=own)
+        self._backlog = Gauge("marsupial_backlog", "Reports and controls that wait to be answered.", registry=own)
         seconds = "Seconds from a report's being stored to its commands' being stored, of this server's missions."
         self._lag = Histogram("marsupial_command_lag_seconds", seconds, registry=own)
         seconds = "Seconds that planning and what belongs to it have taken in this server, by owner."

@@ -14,16 +14,15 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from marsupial.errors import UsageError
-from marsupial_service.entries.records import EntrySettings
-from marsupial_service.entries.room import stored_bytes
-from marsupial_service.entries.table import Reader
+from marsupial_service import keys
+from marsupial_service.entries.capacity import stored_bytes
+from marsupial_service.entries.table import StoreReader
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.missions.table import MISSIONS
-from marsupial_service.operations import keys
 from marsupial_service.store import StoreError, lock, open_store, tables
+from marsupial_service.store.maintenance import MaintenanceConnection, maintained
 from marsupial_service.store.opening import is_shared
 from marsupial_service.store.sqlite import FILE
-from marsupial_service.store.visitor import Visitor, visit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -69,11 +68,11 @@ class StoreInfo:
 
 def info(place: str | Path) -> StoreInfo:
     """Return what a store holds; servers may run meanwhile. Raises StoreError."""
-    with visit(place) as store:
+    with maintained(place) as store:
         return store.read(lambda reader: _info(store, reader))
 
 
-def _info(store: Visitor, reader: Reader) -> StoreInfo:
+def _info(store: MaintenanceConnection, reader: StoreReader) -> StoreInfo:
     def number(sql: str) -> int | None:
         (found,) = reader.execute(sql).fetchone()
         return None if found is None else int(found)
@@ -97,7 +96,7 @@ def _info(store: Visitor, reader: Reader) -> StoreInfo:
 def live_bytes(place: str | Path) -> int:
     """Return what a folder's store would take if its rows lay as close as they can; a copy that is removed tells."""
     _refuse_shared(place, "pg_dump, or the extension pgstattuple")
-    with visit(place) as store, TemporaryDirectory(dir=place) as folder:
+    with maintained(place) as store, TemporaryDirectory(dir=place) as folder:
         dense = Path(folder) / FILE
         store.connection.execute("VACUUM INTO ?", (str(dense),))
         return dense.stat().st_size
@@ -115,15 +114,14 @@ def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: i
     """
     if days is None and kept is None:
         raise UsageError("say what is to be kept: --days, --kept or both")
-    settings = EntrySettings(
-        retention_s=_OLDEST_S if days is None else 86400 * days, kept=_ANY_NUMBER if kept is None else kept
-    )
+    retention_s = _OLDEST_S if days is None else 86400 * days
+    most = _ANY_NUMBER if kept is None else kept
     removed: dict[str, int] = {}
-    with visit(place) as store:
+    with maintained(place) as store:
         for table in (JOBS, MISSIONS):
             count = f"SELECT count(*) FROM {table.name}"
             (before,) = store.read(lambda reader: tuple(reader.execute(count).fetchone()))  # noqa: B023
-            while store.write(lambda tx: table.remove_old(tx, settings, now_ms)):  # noqa: B023
+            while store.write(lambda tx: table.remove_old(tx, retention_s, most, now_ms)):  # noqa: B023
                 pass
             (after,) = store.read(lambda reader: tuple(reader.execute(count).fetchone()))  # noqa: B023
             removed[table.name] = before - after
@@ -138,7 +136,7 @@ def upgrade(place: str | Path) -> tuple[int, int]:
 
     Raises StoreError, StoreInUse.
     """
-    with visit(place) as store:
+    with maintained(place) as store:
         before = store.version
     opened = open_store(place)  # which does it
     try:
@@ -156,7 +154,7 @@ def backup(place: str | Path, target: Path) -> None:
     if target.exists():
         raise UsageError(f"{target} is there already")
     folder = Path(place)
-    with visit(folder) as store, _draft(target) as draft:
+    with maintained(folder) as store, _draft(target) as draft:
         assert isinstance(store.connection, sqlite3.Connection)
         with closing(sqlite3.connect(draft, isolation_level=None)) as copy:
             store.connection.backup(copy)

@@ -7,13 +7,12 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Response
 
 from marsupial_service.analyses import analysis
-from marsupial_service.analyses.in_turn import value_in_turn
 from marsupial_service.http.answers import json_answer, text_answer
 from marsupial_service.http.openapi import errors
-from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import PlanRoute
-from marsupial_service.intake.analyses import ANALYSIS_READING, VALIDATION_READING
+from marsupial_service.intake.analyses import ANALYSIS_READER, VALIDATION_READER
 from marsupial_service.intake.reading import Sent, read, shaped
+from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Owner, Service
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import AnalysisBody, ValidationBody
@@ -25,17 +24,10 @@ router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["analysis"])
 async def analyse(state: Service, owner: Owner, sent: Annotated[Sent, Body(), shaped(AnalysisBody)]) -> Response:
     """Find targets, meeting points, reach and costs on a map, as GeoJSON in metres of the map frame."""
     limits = state.settings.limits
-    await state.running().check_quota(owner)
-    task, include = await read(state, sent, ANALYSIS_READING, limits)
-    found = await value_in_turn(
-        state,
-        state.analyses,
-        owner,
-        analysis.analyse,
-        (task, include, limits.answer_bytes),
-        seconds=limits.analysis_s,
-        memory_bytes=limits.memory_bytes,
-        wait_s=limits.wait_s,
+    await state.jobs.check_quota(owner)
+    task, include = await read(state.readers, limits, sent, ANALYSIS_READER)
+    found = await state.analyses.value_of(
+        owner, analysis.analyse, (task, include, limits.answer_bytes), wait_s=limits.wait_s
     )
     if isinstance(found, HttpProblem):
         raise found
@@ -46,5 +38,5 @@ async def analyse(state: Service, owner: Owner, sent: Annotated[Sent, Body(), sh
 @router.post("/validations", response_model=answers.VerdictAnswer, responses=errors(body=True))
 async def validate(state: Service, sent: Annotated[Sent, Body(), shaped(ValidationBody)]) -> Response:
     """Say whether a plan can be carried out and reaches the goal, or what is wrong with it first."""
-    verdict = await read(state, sent, VALIDATION_READING, state.settings.limits)
+    verdict = await read(state.readers, state.settings.limits, sent, VALIDATION_READER)
     return json_answer(verdict)

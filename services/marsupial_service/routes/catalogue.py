@@ -10,9 +10,9 @@ from fastapi import APIRouter, Path, Response
 from marsupial_service.examples.demos import DEMOS
 from marsupial_service.http.answers import json_answer
 from marsupial_service.http.openapi import errors
-from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import PlanRoute
 from marsupial_service.planners import planner_infos
+from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Service
 from marsupial_service.schemas import answers
 

@@ -9,17 +9,15 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Response
 from fastapi.responses import StreamingResponse
 
-from marsupial_service.analyses.in_turn import read_in_turn
 from marsupial_service.http.answers import UNKEPT, job_path, job_text, json_answer, summary_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
-from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import PlanRoute
-from marsupial_service.intake.jobs import JOB_READING, tell_map
+from marsupial_service.intake.jobs import JOB_READER, situation_text, tell_map, tell_situation
 from marsupial_service.intake.reading import INLINE_BYTES, Sent, read, shaped
-from marsupial_service.jobs.records import JobRecord, JobState
+from marsupial_service.jobs.records import JobRecord
 from marsupial_service.jobs.service import Jobs
-from marsupial_service.jobs.telling import situation_text, tell_situation
+from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
     JobOfPath,
@@ -35,6 +33,7 @@ from marsupial_service.routes.parameters import (
 from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import JobBody
+from marsupial_service.schemas.words import JobState
 
 log = logging.getLogger("marsupial.service")
 
@@ -55,15 +54,16 @@ async def submit_job(
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Store a planning job. With `Prefer: wait` the answer may be the finished job."""
-    request = await read(state, sent, JOB_READING, state.settings.limits, state.settings.planners)
-    created = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
+    settings = state.settings
+    request = await read(state.readers, settings.limits, sent, JOB_READER, settings.planners)
+    created = await state.jobs.submit(request, owner=owner, idempotency_key=idempotency_key)
     job, headers = created.record, headers_of(created, job_path(created.record.id))
     log.info("job taken", extra={"job": job.id, "owner": owner, "planner": job.planner})
-    seconds = wait_seconds(prefer, state.settings.limits.wait_s)
+    seconds = wait_seconds(prefer, settings.limits.wait_s)
     if seconds is not None:
-        job = await state.running().wait(job.id, seconds)
+        job = await state.jobs.wait(job.id, seconds)
         headers["Preference-Applied"] = f"wait={seconds:g}"
-    return await _answer(state.running(), job, 202 if job.finished_at_ms is None else 200, headers)
+    return await _answer(state.jobs, job, 202 if job.finished_at_ms is None else 200, headers)
 
 
 @router.get("", response_model=answers.JobListAnswer, responses=errors())
@@ -76,7 +76,7 @@ async def list_jobs(
 ) -> Response:
     """List one's jobs, the newest first."""
     wanted = None if job_state is None else JobState(job_state)
-    found = await state.running().list(owner, state=wanted, limit=limit + 1, before=before)
+    found = await state.jobs.list(owner, state=wanted, limit=limit + 1, before=before)
     jobs, following = page(found, limit, router.prefix, state=job_state)
     return json_answer(answers.JobListAnswer(jobs=[summary_answer(job) for job in jobs], next=following))
 
@@ -84,13 +84,13 @@ async def list_jobs(
 @router.get("/{job}", response_model=answers.JobAnswer, responses=errors("not-found"))
 async def get_job(state: Service, job: JobOfPath) -> Response:
     """Return a job with its best plan so far."""
-    return await _answer(state.running(), job)
+    return await _answer(state.jobs, job)
 
 
 @router.post("/{job}/cancel", response_model=answers.JobAnswer, responses=errors("not-found", "not-ready"))
 async def cancel_job(state: Service, job: JobOfPath) -> Response:
     """End a job early; it keeps its best plan. A job that has ended does not change."""
-    return await _answer(state.running(), await state.running().cancel(job.id))
+    return await _answer(state.jobs, await state.jobs.cancel(job.id))
 
 
 async def _answer(jobs: Jobs, job: JobRecord, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
@@ -101,7 +101,7 @@ async def _answer(jobs: Jobs, job: JobRecord, status: int = 200, headers: Mappin
 @router.get("/{job}/plans", response_model=answers.PlansAnswer, responses=errors("not-found"))
 async def list_plans(state: Service, job: JobOfPath) -> Response:
     """Return every plan found so far, each better than the one before."""
-    return StreamingResponse(_plans(state.running(), job), headers=UNKEPT, media_type="application/json")
+    return StreamingResponse(_plans(state.jobs, job), headers=UNKEPT, media_type="application/json")
 
 
 async def _plans(jobs: Jobs, job: JobRecord) -> AsyncIterator[bytes]:
@@ -125,20 +125,20 @@ async def follow_job(
     state: Service, owner: Owner, holds: KeyHolds, job: JobOfPath, last_event_id: LastEventId = None
 ) -> Response:
     """Stream the events of a job as they come, the stored ones first."""
-    return await stream(state, owner, holds, state.running(), job.id, last_event_id)
+    return await stream(state, owner, holds, state.jobs, job.id, last_event_id)
 
 
 @router.get("/{job}/situation", response_model=answers.JobSituationAnswer, responses=errors("not-found"))
 async def get_situation(state: Service, owner: Owner, job: JobOfPath) -> Response:
     """Return what the planner is asked; for a map state once that has been analysed."""
-    analysis = await state.running().analysis(job.id)
+    analysis = await state.jobs.analysis(job.id)
     if analysis is not None:
         return text_answer(f'{{"situation":{analysis.situation},"places":{analysis.places}}}'.encode())
-    text = await state.running().source(job.id) or "{}"
+    text = await state.jobs.source(job.id) or "{}"
     if len(text) <= INLINE_BYTES:
         found: object = situation_text(text)
     else:
-        found = await read_in_turn(state, owner, tell_situation, text)
+        found = await state.readers.value_of(owner, tell_situation, text)
     if found is None:
         raise HttpProblem("not-found", "the map has not been analysed yet", headers={"Retry-After": "1"})
     assert isinstance(found, bytes)
@@ -148,8 +148,8 @@ async def get_situation(state: Service, owner: Owner, job: JobOfPath) -> Respons
 @router.get("/{job}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
 async def get_map(state: Service, owner: Owner, job: JobOfPath) -> Response:
     """Return the map that a job was sent with, its cells as runs; a job for a situation has none."""
-    source = await state.running().source(job.id) or "{}"
-    found = await read_in_turn(state, owner, tell_map, (source, state.settings.limits))
+    source = await state.jobs.source(job.id) or "{}"
+    found = await state.readers.value_of(owner, tell_map, (source, state.settings.limits))
     if found is None:
         raise HttpProblem("not-found", "the job was sent with a situation, not with a map")
     assert isinstance(found, bytes)

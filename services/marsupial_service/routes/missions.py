@@ -8,19 +8,23 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Response
 from starlette.responses import PlainTextResponse
 
-from marsupial_service.analyses.in_turn import read_in_turn
 from marsupial_service.entries.records import Created
 from marsupial_service.http.answers import json_answer, mission_answer, mission_path, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import Route
+from marsupial_service.intake.missions import (
+    MISSION_READER,
+    REPORT_READER,
+    changes_in,
+    known_map_text,
+    tell_known_map,
+)
 from marsupial_service.intake.reading import Sent, read, shaped
-from marsupial_service.missions.frames import Frame
-from marsupial_service.missions.reading import MISSION_READING, REPORT_READING
+from marsupial_service.keys import Scope
+from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.missions.telling import changes_in, known_map_text, tell_known_map
-from marsupial_service.missions.values import Wish
-from marsupial_service.operations.keys import Scope
+from marsupial_service.missions.values import Control
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
     KeyHolds,
@@ -70,8 +74,8 @@ async def create_mission(
 ) -> Response:
     """Store a mission and begin it: its first commands ask for the first report."""
     settings = state.settings
-    brief, digest = await read(state, sent, MISSION_READING, settings.limits, settings.planners)
-    return created(await state.flying().create(brief, digest, owner=owner, idempotency_key=idempotency_key))
+    brief, digest = await read(state.readers, settings.limits, sent, MISSION_READER, settings.planners)
+    return created(await state.missions.create(brief, digest, owner=owner, idempotency_key=idempotency_key))
 
 
 @router.get("", response_model=answers.MissionListAnswer, responses=errors())
@@ -82,7 +86,7 @@ async def list_missions(
     before: Annotated[str | None, older_than("mission")] = None,
 ) -> Response:
     """List one's missions, the newest first."""
-    found = await state.flying().list(owner, limit=limit + 1, before=before)
+    found = await state.missions.list(owner, limit=limit + 1, before=before)
     missions, following = page(found, limit, router.prefix)
     shown = [mission_answer(record) for record in missions]
     return json_answer(answers.MissionListAnswer(missions=shown, next=following))
@@ -106,10 +110,10 @@ async def report(
 
     Nor does a report that is refused; of several, all are refused then. A batch is answered by a batch.
     """
-    missions = state.flying()
+    missions = state.missions
     brief = await missions.brief(mission)
-    frame = mission.frame or Frame.of(brief.grid)
-    reports, is_batch = await read(state, sent, REPORT_READING, brief, frame, state.settings.limits)
+    frame = mission.frame or MissionFrame.of(brief.grid)
+    reports, is_batch = await read(state.readers, state.settings.limits, sent, REPORT_READER, brief, frame)
     taken = await missions.reports(mission, reports)
     told = [answers.TakenAnswer.of(one, revision=taken.revision) for one, _ in reports]
     return json_answer(answers.AllTakenAnswer(reports=told) if is_batch else told[0])
@@ -118,7 +122,7 @@ async def report(
 @router.get("/{mission}/reports", response_model=answers.LastReportsAnswer, responses=errors("not-found"))
 async def get_last_reports(state: Service, mission: MissionOfPath) -> Response:
     """Return which reports were the last: where to go on counting."""
-    return json_answer(answers.LastReportsAnswer.of(await state.flying().last_reports(mission)))
+    return json_answer(answers.LastReportsAnswer.of(await state.missions.last_reports(mission)))
 
 
 @router.post(
@@ -126,7 +130,7 @@ async def get_last_reports(state: Service, mission: MissionOfPath) -> Response:
 )
 async def pause_mission(state: Service, mission: MissionOfPath) -> Response:
     """Stop all driving robots and give no commands until the mission is resumed."""
-    return await _wish(state, mission, Wish.PAUSE)
+    return await _control(state, mission, Control.PAUSE)
 
 
 @router.post(
@@ -134,7 +138,7 @@ async def pause_mission(state: Service, mission: MissionOfPath) -> Response:
 )
 async def resume_mission(state: Service, mission: MissionOfPath) -> Response:
     """Resume a paused mission."""
-    return await _wish(state, mission, Wish.RESUME)
+    return await _control(state, mission, Control.RESUME)
 
 
 @router.post(
@@ -142,7 +146,7 @@ async def resume_mission(state: Service, mission: MissionOfPath) -> Response:
 )
 async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
     """End a mission with its final report. A mission that has ended does not change."""
-    return await _wish(state, mission, Wish.CANCEL)
+    return await _control(state, mission, Control.CANCEL)
 
 
 @router.get(
@@ -160,22 +164,22 @@ async def follow_mission(
     state: Service, owner: Owner, holds: KeyHolds, mission: MissionOfPath, last_event_id: LastEventId = None
 ) -> Response:
     """Stream the commands and decisions of a mission as they come, stored ones first, up to the event `end`."""
-    return await stream(state, owner, holds, state.flying(), mission.id, last_event_id)
+    return await stream(state, owner, holds, state.missions, mission.id, last_event_id)
 
 
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))
 async def get_log(state: Service, mission: MissionOfPath) -> Response:
     """Return the mission log so far, as `marsupial replay` reads it."""
-    return LogAnswer(await state.flying().log(mission), headers={"Cache-Control": "no-store"})
+    return LogAnswer(await state.missions.log(mission), headers={"Cache-Control": "no-store"})
 
 
 @router.get("/{mission}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
 async def get_known_map(state: Service, owner: Owner, mission: MissionOfPath) -> Response:
     """Return what is known of the map after the last report."""
-    known = await state.flying().known(mission)
+    known = await state.missions.known(mission)
     if await asyncio.to_thread(changes_in, known.cells) <= _INLINE_CHANGES:
         return text_answer(known_map_text(known))
-    found = await read_in_turn(state, owner, tell_known_map, known)
+    found = await state.readers.value_of(owner, tell_known_map, known)
     assert isinstance(found, bytes)
     return text_answer(found)
 
@@ -186,5 +190,5 @@ def created(made: Created[MissionRecord]) -> Response:
     return json_answer(mission_answer(record), 200 if replayed else 201, headers_of(made, mission_path(record.id)))
 
 
-async def _wish(state: Service, mission: MissionRecord, wish: Wish) -> Response:
-    return json_answer(mission_answer(await state.flying().wish(mission, wish)))
+async def _control(state: Service, mission: MissionRecord, control: Control) -> Response:
+    return json_answer(mission_answer(await state.missions.control(mission, control)))

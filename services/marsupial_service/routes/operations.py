@@ -13,12 +13,12 @@ from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
 from marsupial.processes.runner import LOCAL
-from marsupial_service.analyses.supervised import value_on
 from marsupial_service.http.answers import json_answer
 from marsupial_service.http.openapi import errors
-from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import AdminRoute, Route
-from marsupial_service.jobs.warm import plan_tiny
+from marsupial_service.intake.supervised import value_on
+from marsupial_service.jobs.work import try_planning
+from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Service
 from marsupial_service.schemas import answers
 from marsupial_service.state import State
@@ -59,7 +59,7 @@ async def readyz(state: Service) -> Response:
 @admin.get("/metrics", response_class=PlainTextResponse, responses=errors())
 async def metrics(state: Service) -> Response:
     """Return counts for Prometheus."""
-    jobs, missions = state.running(), state.flying()
+    jobs, missions = state.jobs, state.missions
     streams = sum(state.streams.values())
     counts = await jobs.metrics(), await missions.counts(), await jobs.left_s()
     text = state.metrics.text(*counts, streams, await jobs.sizes())
@@ -73,7 +73,7 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
         if (trouble := state.runner.trouble()) is not None:
             return f"planning has to wait: {trouble}"
         value_of = state.supervised.value_of if state.runner is LOCAL else partial(value_on, state.runner)
-        planned = await value_of(plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
+        planned = await value_of(try_planning, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
     except HttpProblem as error:
         return f"planning {'has to wait' if error.kind == 'not-ready' else 'fails'}: {error}"
     except Exception:
@@ -84,8 +84,8 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     took_ms = round(1000 * (time.monotonic() - begun), 1)
     try:
         async with asyncio.timeout(_STORE_S):
-            await state.running().write(_write_something)
-            await state.running().metrics()
+            await state.jobs.write(_write_something)
+            await state.jobs.metrics()
     except TimeoutError:
         return f"the store does not answer within {_STORE_S:g} s"
     except StoreError as error:

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 from fastapi import Depends, Header, Path, Query, Request
 
 from marsupial_service.jobs.records import JobRecord
+from marsupial_service.keys import Key
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.operations.keys import Key
 from marsupial_service.state import State, state_of
 
 _WAIT = re.compile(r"\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?:;.*)?", re.IGNORECASE)
@@ -64,11 +64,11 @@ def id_of(noun: str) -> Any:
 
 
 async def _job(state: Service, owner: Owner, job: Annotated[str, id_of("job")]) -> JobRecord:
-    return await state.running().of(owner, job)
+    return await state.jobs.of(owner, job)
 
 
 async def _mission(state: Service, owner: Owner, mission: Annotated[str, id_of("mission")]) -> MissionRecord:
-    return await state.flying().of(owner, mission)
+    return await state.missions.of(owner, mission)
 
 
 JobOfPath = Annotated[JobRecord, Depends(_job)]

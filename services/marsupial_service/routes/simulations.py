@@ -15,9 +15,9 @@ from marsupial.model.robots import Role
 from marsupial.strategies.registry import asks_planner, check_suits, strategy, strategy_names
 from marsupial_service.http.answers import json_answer
 from marsupial_service.http.openapi import errors
+from marsupial_service.intake.missions import DEFAULT_BUDGET_S
 from marsupial_service.intake.reading import Sent, read, shaped
-from marsupial_service.intake.simulations import SIMULATION_READING
-from marsupial_service.missions.reading import DEFAULT_BUDGET_S
+from marsupial_service.intake.simulations import SIMULATION_READER
 from marsupial_service.planners import planner_infos
 from marsupial_service.routes.missions import MissionRoute, created
 from marsupial_service.routes.parameters import IdempotencyKey, Owner, Service
@@ -72,8 +72,8 @@ async def create_simulation(
 ) -> Response:
     """Store a mission whose robots the service simulates, and begin it. It takes no reports, and ends by itself."""
     settings = state.settings
-    brief, digest = await read(state, sent, SIMULATION_READING, settings.limits, settings.planners)
-    return created(await state.flying().create(brief, digest, owner=owner, idempotency_key=idempotency_key))
+    brief, digest = await read(state.readers, settings.limits, sent, SIMULATION_READER, settings.planners)
+    return created(await state.missions.create(brief, digest, owner=owner, idempotency_key=idempotency_key))
 
 
 @cache

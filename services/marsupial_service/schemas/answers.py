@@ -6,9 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, WithJsonSchema
 
-from marsupial_service.jobs.records import JobOutcome, JobState
-from marsupial_service.missions.records import MissionPhase
 from marsupial_service.schemas.base import Absent, Answer, one_word_of
+from marsupial_service.schemas.words import JobOutcome, JobState, MissionPhase
 
 StateWord = Annotated[str, one_word_of(JobState)]
 OutcomeWord = Annotated[str, one_word_of(JobOutcome)]

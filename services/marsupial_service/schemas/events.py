@@ -11,10 +11,9 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
-from marsupial_service.jobs.records import JobEventType
-from marsupial_service.missions.values import EventType
 from marsupial_service.schemas.answers import ActionAnswer, OutcomeWord, StateWord
 from marsupial_service.schemas.base import Absent, Answer
+from marsupial_service.schemas.words import EventType, JobEventType
 
 CellData = Annotated[list[int], Field(min_length=2, max_length=2, description="Column and row of a cell.")]
 PointData = Annotated[list[float], Field(min_length=2, max_length=2, description="x and y in metres of the map frame.")]

@@ -54,11 +54,11 @@ class MaskBody(RequestBody):
     greys: dict[str, Annotated[list[int], made_of(Grey | list[Grey], _listed)]]
 
 
-class _Map(RequestBody):
+class _MapFields(RequestBody):
     mask: Maybe[MaskBody] = None
 
 
-class RowsMapBody(_Map):
+class RowsMapBody(_MapFields):
     """A map in rows of characters, the top row first: ``#`` obstacle, ``.`` floor, ``~`` rough, ``?`` unknown."""
 
     rows: Annotated[list[Annotated[str, StringConstraints(min_length=1)]], Field(min_length=1)]
@@ -67,7 +67,7 @@ class RowsMapBody(_Map):
     legend: Maybe[dict[str, str]] = None
 
 
-class ImageMapBody(_Map):
+class ImageMapBody(_MapFields):
     """A map as a PNG or PGM image in base64, read as nav2's map server reads it."""
 
     image: Base64
@@ -86,7 +86,7 @@ class Nav2Body(RequestBody):
     image: Base64
 
 
-class Nav2MapBody(_Map):
+class Nav2MapBody(_MapFields):
     """A nav2 map."""
 
     nav2: Nav2Body
@@ -118,7 +118,7 @@ class EnergyBody(RequestBody):
     turn_j: TurnsJ = (0.0, 0.0, 0.0, 0.0)
 
 
-class _RobotType(RequestBody):
+class _RobotTypeFields(RequestBody):
     name: RobotName
     speed_mps: Annotated[float, within("speed_mps")]
     sensor_range_m: Annotated[float, within("sensor_range_m")]
@@ -129,14 +129,14 @@ class _RobotType(RequestBody):
     routes: Literal["shortest", "energy"] = "shortest"
 
 
-class CarrierTypeBody(_RobotType):
+class CarrierTypeBody(_RobotTypeFields):
     """A type of carrier."""
 
     role: Literal["carrier"]
     capacity: Annotated[int, within("capacity")]
 
 
-class RoverTypeBody(_RobotType):
+class RoverTypeBody(_RobotTypeFields):
     """A type of rover."""
 
     role: Literal["rover"]

@@ -37,18 +37,18 @@ BudgetBody = Annotated[
 ]
 
 
-class _Job(RequestBody):
+class _JobFields(RequestBody):
     planner: Name = "auto"
     budget: Maybe[BudgetBody] = None
 
 
-class SituationJobBody(_Job):
+class SituationJobBody(_JobFields):
     """A job that plans for a ready situation."""
 
     situation: SituationBody
 
 
-class MapStateJobBody(_Job):
+class MapStateJobBody(_JobFields):
     """A job that analyses a map state and plans for what it finds."""
 
     map_state: MapStateBody

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 
 
-class Row(Protocol):
+class StoreRow(Protocol):
     """A row of a result: columns by their place or name."""
 
     def __getitem__(self, column: Any, /) -> Any:
@@ -18,7 +18,7 @@ class Row(Protocol):
         ...
 
 
-class Rows(Protocol):
+class StoreRows(Protocol):
     """What a statement found, or how many rows it changed."""
 
     @property
@@ -42,7 +42,7 @@ class Rows(Protocol):
 class Connection(Protocol):
     """A connection, used by one thread at a time."""
 
-    def execute(self, sql: str, values: Sequence[object] = ..., /) -> Rows:
+    def execute(self, sql: str, values: Sequence[object] = ..., /) -> StoreRows:
         """Run one statement."""
         ...
 
@@ -51,7 +51,7 @@ class Connection(Protocol):
         ...
 
 
-class Engine(Protocol):
+class StoreBackend(Protocol):
     """A database that holds the tables, for one server.
 
     Attributes
@@ -97,8 +97,8 @@ class Engine(Protocol):
         """Connect to read. Raises one of `errors`."""
         ...
 
-    def visitor(self) -> Connection:
-        """Connect for somebody who is no server; nothing is made. Raises StoreError if nothing is there."""
+    def maintainer(self) -> Connection:
+        """Connect for maintenance; nothing is made. Raises StoreError if nothing is there."""
         ...
 
     def lock(self, connection: Connection, name: str) -> None:

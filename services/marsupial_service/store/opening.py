@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from marsupial_service.store.engine import Engine
+from marsupial_service.store.engine import StoreBackend
 from marsupial_service.store.errors import StoreError
 from marsupial_service.store.sqlite import Sqlite
 from marsupial_service.store.store import Store
@@ -20,10 +20,10 @@ def open_store(place: str | Path) -> Store:
     return Store(engine_of(place))
 
 
-def engine_of(place: str | Path, *, visits: bool = False) -> Engine:
-    """Return the database of a place, for a server or for one that only `visits`. Raises StoreError."""
+def engine_of(place: str | Path, *, maintains: bool = False) -> StoreBackend:
+    """Return the database of a place, for a server, or for whoever `maintains` it. Raises StoreError."""
     if not is_shared(place):
-        return Sqlite(Path(place), visits=visits)
+        return Sqlite(Path(place), maintains=maintains)
     try:
         from marsupial_service.store.postgres import Postgres  # psycopg is an extra
     except ImportError as error:

@@ -86,7 +86,7 @@ WHERE datname = current_database() AND usename = current_user AND application_na
 log = logging.getLogger("marsupial.store")
 
 
-class Row(tuple[Any, ...]):
+class PostgresRow(tuple[Any, ...]):
     """A row whose columns have names too."""
 
     names: dict[str, int]
@@ -96,22 +96,22 @@ class Row(tuple[Any, ...]):
         return super().__getitem__(self.names[column] if isinstance(column, str) else column)
 
 
-def _rows(cursor: psycopg.Cursor[Any]) -> Callable[[Sequence[Any]], Row]:
+def _rows(cursor: psycopg.Cursor[Any]) -> Callable[[Sequence[Any]], PostgresRow]:
     return _kind(tuple(column.name for column in cursor.description or ()))
 
 
 @cache
-def _kind(names: tuple[str, ...]) -> type[Row]:
-    return type("Row", (Row,), {"names": {name: i for i, name in enumerate(names)}})
+def _kind(names: tuple[str, ...]) -> type[PostgresRow]:
+    return type("PostgresRow", (PostgresRow,), {"names": {name: i for i, name in enumerate(names)}})
 
 
 class _Connection:
     """A connection that takes the statements of this package."""
 
-    def __init__(self, connection: psycopg.Connection[Row]) -> None:
+    def __init__(self, connection: psycopg.Connection[PostgresRow]) -> None:
         self._connection = connection
 
-    def execute(self, sql: str, values: Sequence[object] = (), /) -> psycopg.Cursor[Row]:
+    def execute(self, sql: str, values: Sequence[object] = (), /) -> psycopg.Cursor[PostgresRow]:
         """Run one statement."""
         return self._connection.execute(sql.replace("?", "%s").encode(), values)
 
@@ -166,7 +166,7 @@ class Postgres:
         """Connect to read: such transactions hold nobody up, so they may take as long as the lease."""
         return _Connection(self._connect(idle_s=LEASE_S))
 
-    def visitor(self) -> _Connection:
+    def maintainer(self) -> _Connection:
         """Connect, to read and to write as servers do. Raises StoreError if that fails."""
         try:
             return _Connection(self._connect())
@@ -222,7 +222,7 @@ class Postgres:
         except psycopg.Error as error:
             log.warning("the database can't be told that the server ends", extra={"reason": _said(error)})
 
-    def _connect(self, idle_s: float = _IDLE_S) -> psycopg.Connection[Row]:
+    def _connect(self, idle_s: float = _IDLE_S) -> psycopg.Connection[PostgresRow]:
         settings = {
             "statement_timeout": f"{_STATEMENT_S}s",
             "lock_timeout": f"{_LOCK_S}s",
@@ -244,7 +244,7 @@ class Postgres:
             application_name=f"{_NAME} {self.server[:8]}",
         )
 
-    def _prepare(self, connection: psycopg.Connection[Row]) -> None:
+    def _prepare(self, connection: psycopg.Connection[PostgresRow]) -> None:
         with connection.transaction():
             # whoever comes while another server brings the tables up to date waits for as long as that takes
             connection.execute("SET LOCAL lock_timeout = 0; SET LOCAL statement_timeout = 0")
@@ -263,7 +263,7 @@ class Postgres:
             connection.execute(f"DELETE FROM servers WHERE {_DEAD} - 3600")  # of crashes long past
             connection.execute(_BEAT.encode(), (self.server,))
 
-    def _check_alone(self, connection: psycopg.Connection[Row]) -> None:
+    def _check_alone(self, connection: psycopg.Connection[PostgresRow]) -> None:
         """Raise StoreError if other servers live: of an earlier version, they know nothing of the tables to come."""
         (others,) = connection.execute(f"SELECT count(*) FROM servers WHERE NOT {_DEAD}".encode()).fetchone() or (0,)
         if others:
@@ -285,8 +285,8 @@ class Postgres:
                         if time.monotonic() - look_s > _LOOK_S:
                             look_s = time.monotonic()
                             connection.execute(_END_STUCK.encode())
-                        for letter in connection.notifies(timeout=_LISTEN_S):
-                            sender, *topics = letter.payload.split(" ")
+                        for notice in connection.notifies(timeout=_LISTEN_S):
+                            sender, *topics = notice.payload.split(" ")
                             if sender != self.server:
                                 heard(frozenset(topics))
             except Exception as error:  # whatever it is, others must not take this server for dead

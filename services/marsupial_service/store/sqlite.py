@@ -30,7 +30,7 @@ _SLACK = 50
 class Sqlite:
     """The file in `folder`, which is made if need be. Raises StoreInUse, StoreError.
 
-    One that only `visits` may come while a server runs, makes nothing and takes no lock.
+    One that `maintains` opens without creating or locking, also while a server runs.
     """
 
     begin = "BEGIN IMMEDIATE"
@@ -42,12 +42,12 @@ class Sqlite:
     errors: tuple[type[Exception], ...] = (sqlite3.Error,)
     refusals: tuple[type[Exception], ...] = (sqlite3.IntegrityError, sqlite3.ProgrammingError)
 
-    def __init__(self, folder: Path, *, visits: bool = False) -> None:
+    def __init__(self, folder: Path, *, maintains: bool = False) -> None:
         self.path = folder / FILE
         self.place = str(self.path)
         self.server = uuid.uuid4().hex
         self._lock: int | None = None
-        if visits:
+        if maintains:
             return
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -78,7 +78,7 @@ class Sqlite:
         connection.execute("PRAGMA query_only = ON")
         return connection
 
-    def visitor(self) -> sqlite3.Connection:
+    def maintainer(self) -> sqlite3.Connection:
         """Open the file, which servers may use meanwhile. Raises StoreError if it isn't there."""
         if not self.path.exists():
             raise StoreError(f"{self.path.parent}: there is no store in it")

@@ -9,7 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any, TypeVar
 
-from marsupial_service.store.engine import Connection, Engine
+from marsupial_service.store.engine import Connection, StoreBackend
 from marsupial_service.store.errors import StoreError
 from marsupial_service.store.failpoints import failpoints
 from marsupial_service.store.outage import Outage
@@ -27,7 +27,7 @@ Listener = Callable[[frozenset[str] | None], None]
 class Store:
     """The store of a database, which it closes in the end. Raises StoreError if that can't be used."""
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: StoreBackend) -> None:
         self._engine = engine
         points = failpoints(os.environ)
         self._listeners: list[Listener] = []

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from marsupial_service.store.engine import Connection, Engine, Rows
+from marsupial_service.store.engine import Connection, StoreBackend, StoreRows
 
 
 class Transaction:
@@ -26,7 +26,7 @@ class Transaction:
         Whether that was so before its commit was asked for, so that nothing of it is stored.
     """
 
-    def __init__(self, engine: Engine, connection: Connection) -> None:
+    def __init__(self, engine: StoreBackend, connection: Connection) -> None:
         self._engine = engine
         self._connection = connection
         self.server = engine.server
@@ -61,7 +61,7 @@ class Transaction:
                 self.is_lost = not is_begun or (isinstance(error, engine.breaks) and not is_ending)
             raise
 
-    def execute(self, sql: str, values: Iterable[Any] = ()) -> Rows:
+    def execute(self, sql: str, values: Iterable[Any] = ()) -> StoreRows:
         """Run one statement."""
         return self._connection.execute(sql, tuple(values))
 

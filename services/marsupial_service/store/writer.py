@@ -1,8 +1,28 @@
 """The one thread that writes, and commits in groups.
 
-Whatever waits while one commit is on its way to the disk becomes the next group. A write is told that it is done after
-its commit, so that what is acknowledged is on disk. A write that refuses (raises) takes back its own changes only; if
-the disk fails, the whole group is taken back and every caller in it is told.
+A commit waits for the disk, for milliseconds; that limits writes a second if each commits alone. So writes queue up
+while one commit is under way, and all that wait become the next transaction:
+
+    callers    w1      w2 w3 w4          w5 w6
+               |       |  |  |           |  |
+    writer     [w1]----[w2 w3 w4]--------[w5 w6]----      each bracket is one transaction
+                   commit       commit          commit    a future is resolved after its commit
+
+The more callers there are, the larger the groups: throughput grows with load, and a lone write waits for nobody. A
+future that has its result stands for data on the disk, so what the service acknowledges survives a power cut.
+
+Writes in a group do not share their fate, but for the disk's. Each runs in a savepoint: one that refuses (raises) takes
+back its own changes only, and the others commit. If the commit itself fails, all of the group is taken back and every
+caller told.
+
+A shared database adds two cases. If another server was in the way (a deadlock, a lock held too long), the group is done
+again write by write: then no write of ours waits for a lock while the group holds another that its holder wants. And if
+the session was lost before the commit was asked for, a new session does the group again. If it was lost after that, the
+commit may have happened: the callers are told that it failed, and find out what was stored when they ask again (entries
+by their keys, batches by their numbers).
+
+After a commit listeners are told its topics. After the first commit that follows a failure they are told that anything
+may have changed, as what seemed to fail may be stored.
 """
 
 from __future__ import annotations
@@ -18,7 +38,7 @@ from functools import partial
 from typing import Any
 
 from marsupial_service.store import failpoints
-from marsupial_service.store.engine import Connection, Engine
+from marsupial_service.store.engine import Connection, StoreBackend
 from marsupial_service.store.errors import StoreError
 from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
@@ -31,25 +51,27 @@ _TRYING_S = 8.0
 log = logging.getLogger("marsupial.store")
 
 
-class _Errand:
+class WriteRequest:
+    """A write that waits for its turn, and what became of it."""
+
     def __init__(self, write: Callable[[Transaction], Any]) -> None:
         self.write = write
         self.future: Future[Any] = Future()
         self.result: Any = None
         self.refusal: Exception | None = None
 
-    def run(self, transaction: Transaction, engine: Engine) -> None:
+    def run(self, transaction: Transaction, engine: StoreBackend) -> None:
         """Do it; its changes are taken back if it refuses."""
         self.refusal = None
-        transaction.execute("SAVEPOINT errand")
+        transaction.execute("SAVEPOINT write")
         try:
             self.result = self.write(transaction)
         except Exception as error:
             if isinstance(error, engine.errors) and not isinstance(error, engine.refusals):
                 raise
             self.refusal = error
-            transaction.execute("ROLLBACK TO SAVEPOINT errand")
-        transaction.execute("RELEASE SAVEPOINT errand")
+            transaction.execute("ROLLBACK TO SAVEPOINT write")
+        transaction.execute("RELEASE SAVEPOINT write")
 
     def tell(self) -> None:
         """Tell its result, once committed."""
@@ -66,13 +88,13 @@ class Writer:
     """
 
     def __init__(
-        self, engine: Engine, points: failpoints.Failpoints, tell: Callable[[frozenset[str] | None], None]
+        self, engine: StoreBackend, points: failpoints.Failpoints, tell: Callable[[frozenset[str] | None], None]
     ) -> None:
         self._engine = engine
         self._connection: Connection | None = engine.writer()
         self._points = points
         self._tell = tell
-        self._errands: queue.SimpleQueue[_Errand | None] = queue.SimpleQueue()
+        self._waiting: queue.SimpleQueue[WriteRequest | None] = queue.SimpleQueue()
         self._outage = Outage("the store can't be written")
         self._lock = threading.Lock()
         self._closed = self._untold = False
@@ -81,49 +103,49 @@ class Writer:
 
     def write(self, write: Callable[[Transaction], Any]) -> Future[Any]:
         """Have `write` done; its result comes after its commit. Raises StoreError as `Store.write` says."""
-        errand = _Errand(write)
+        request = WriteRequest(write)
         with self._lock:
             if self._closed:
                 raise StoreError("the store is closed", "the service is ending")
-            self._errands.put(errand)
-        return errand.future
+            self._waiting.put(request)
+        return request.future
 
     def close(self) -> None:
         """Do what waits, then end."""
         with self._lock:
             self._closed = True
-            self._errands.put(None)
+            self._waiting.put(None)
         self._thread.join()
         if self._connection is not None:
             self._connection.close()
 
     def _run(self) -> None:
-        while (first := self._errands.get()) is not None:
+        while (first := self._waiting.get()) is not None:
             group, last = [first], False
-            while len(group) < _LARGEST_GROUP and not last and not self._errands.empty():
-                errand = self._errands.get()
-                if errand is None:
+            while len(group) < _LARGEST_GROUP and not last and not self._waiting.empty():
+                request = self._waiting.get()
+                if request is None:
                     last = True
                 else:
-                    group.append(errand)
-            group = [errand for errand in group if errand.future.set_running_or_notify_cancel()]
+                    group.append(request)
+            group = [request for request in group if request.future.set_running_or_notify_cancel()]
             if not self._done(group):
-                for errand in group:  # each by itself: others can't wait for one while it waits for them
+                for request in group:  # each by itself: others can't wait for one while it waits for them
                     tries, latest_s = 1, time.monotonic() + _TRYING_S
-                    while not self._done([errand], tries >= _MOST_TRIES or time.monotonic() > latest_s):
+                    while not self._done([request], tries >= _MOST_TRIES or time.monotonic() > latest_s):
                         tries += 1
             if last:
                 return
 
-    def _done(self, group: list[_Errand], last_try: bool = False) -> bool:
-        """Do a group of errands and tell how that ended; say no if it is to be tried again."""
+    def _done(self, group: list[WriteRequest], last_try: bool = False) -> bool:
+        """Do a group of writes and tell how that ended; say no if it is to be tried again."""
         transaction, is_new = None, self._connection is None
         try:
             connection = self._connection = self._connection or self._engine.writer()
             transaction = Transaction(self._engine, connection)
             with transaction.committed(partial(self._points.reach, failpoints.BEFORE_COMMIT)):
-                for errand in group:
-                    errand.run(transaction, self._engine)
+                for request in group:
+                    request.run(transaction, self._engine)
         except BaseException as error:
             if transaction is not None and transaction.is_broken:
                 self._disconnect()
@@ -134,8 +156,8 @@ class Writer:
             self._fail(group, error)
             return True
         self._points.reach(failpoints.AFTER_COMMIT)
-        for errand in group:
-            errand.tell()
+        for request in group:
+            request.tell()
         if self._outage.over() or self._untold:
             self._spread(None)  # what failed last may be stored all the same
         elif transaction.news:
@@ -157,9 +179,9 @@ class Writer:
                 self._connection.close()
             self._connection = None
 
-    def _fail(self, group: list[_Errand], error: BaseException) -> None:
+    def _fail(self, group: list[WriteRequest], error: BaseException) -> None:
         self._outage.met(str(error))
-        for errand in group:
+        for request in group:
             told = StoreError(f"nothing was stored: {error}", "nothing was stored; the log says why")
             told.__cause__ = error
-            errand.future.set_exception(told)
+            request.future.set_exception(told)

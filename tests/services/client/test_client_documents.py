@@ -12,9 +12,8 @@ from servers import Server
 from marsupial_client import Client
 from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS
 from marsupial_service.http.openapi import kept_text
-from marsupial_service.jobs.records import JobEventType
-from marsupial_service.missions.values import EventType
 from marsupial_service.schemas import events
+from marsupial_service.schemas.words import EventType, JobEventType
 from services import generate
 
 

@@ -27,7 +27,7 @@ from marsupial_client import (
 )
 from marsupial_client.errors import REFUSALS
 from marsupial_client.http import LONGEST_PAUSE_S
-from marsupial_service.http.problems import KINDS
+from marsupial_service.problems import KINDS
 
 URL = "http://robots.example/plans"
 OK = httpx2.Response(200, json={"well": True})

@@ -8,16 +8,16 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from entry_house import opened
+from entry_house import opened, settings_of
 from mission_house import Driver, open_missions, run, started, team
 from patience import HANG_S
 from situations import one_room
 from undisturbed import undisturbed
 
 from marsupial.model.planning import Budget
-from marsupial.processes.runner import LOCAL, Room
+from marsupial.processes.runner import LOCAL, Reservation
 from marsupial_service.entries.background import LOG_S, BackgroundTasks
-from marsupial_service.jobs.records import JobRequest, JobSettings
+from marsupial_service.jobs.records import JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 
 
@@ -30,11 +30,11 @@ class FailingRunner:
     def __getattr__(self, name: str) -> object:
         return getattr(LOCAL, name)
 
-    def room(self, cpus: float = 1.0) -> Room:
+    def reserve(self, cpus: float = 1.0) -> Reservation:
         if self._left:
             self._left -= 1
             raise RuntimeError("nobody has foreseen this")
-        return LOCAL.room(cpus)
+        return LOCAL.reserve(cpus)
 
 
 def test_a_task_that_fails_starts_again_and_is_logged_once_in_a_while(caplog: pytest.LogCaptureFixture) -> None:
@@ -70,8 +70,8 @@ def test_a_task_that_fails_starts_again_and_is_logged_once_in_a_while(caplog: py
 
 def test_a_slot_that_meets_something_unforeseen_goes_on(tmp_path: Path) -> None:
     failed: list[str] = []
-    wanted = JobRequest(planner="greedy", budget=Budget(steps=1), task=one_room(), digest=b"", source={})
-    settings = JobSettings(slots=1, failed=failed.append)
+    wanted = PackedRequest.of(planner="greedy", budget=Budget(steps=1), task=one_room(), digest=b"", source={})
+    settings = settings_of(JobSettings, slots=1, failed=failed.append)
 
     async def plan() -> bool:
         async with opened(tmp_path, lambda store: Jobs(store, settings, runner=FailingRunner(2))) as jobs:  # type: ignore[arg-type]

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from marsupial_service.entries.records import EntrySettings, KeyReused, NewEntry
+from marsupial_service.entries.records import KeyReused, NewEntry
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.store import Store, Transaction, open_store
 
@@ -56,8 +56,7 @@ def test_what_is_too_old_or_too_much_goes_and_what_is_open_stays(
 ) -> None:
     told: list[frozenset[str]] = []
     store.listen(lambda topics: told.append(topics or frozenset()))
-    settings = EntrySettings(retention_s=0, kept=kept)
-    removed = store.write(lambda tx: JOBS.remove_old(tx, settings, before_ms, most)).result()
+    removed = store.write(lambda tx: JOBS.remove_old(tx, 0, kept, before_ms, most)).result()
     found = store.read(lambda c: [row[0] for row in c.execute("SELECT id FROM jobs ORDER BY id")]).result()
     assert (removed, len(found), found[-1]) == (4 - len(left), len(left), "open")
     assert most < 3 or found == left

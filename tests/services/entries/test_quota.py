@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import pytest
-from entry_house import followed, opened
+from entry_house import followed, opened, settings_of
 from mission_house import Driver, open_missions, run, started, team
 from patience import HANG_S
 from situations import one_room
@@ -18,13 +18,13 @@ from marsupial.model.planning import Budget
 from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
-from marsupial_service.jobs.messages import Closed
-from marsupial_service.jobs.records import JobOutcome, JobRequest, JobSettings
+from marsupial_service.jobs.records import Closed, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
-from marsupial_service.missions.values import Wish
+from marsupial_service.missions.values import Control
 from marsupial_service.schemas.events import QuotaData
+from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, Transaction, open_store
 
 T = TypeVar("T")
@@ -32,13 +32,13 @@ T = TypeVar("T")
 QUOTA = Quota(seconds=60.0, steps_s=40.0)
 """A second of it comes back in a minute."""
 
-SETTINGS = JobSettings(max_attempts=2)
+SETTINGS = settings_of(JobSettings, max_attempts=2)
 DONE = Closed(outcome=JobOutcome.SATISFICING)
 MINUTE_MS = 60_000
 
 
 @dataclass
-class Desk:
+class QuotaHouse:
     """A store, asked and changed at a moment that the test says."""
 
     store: Store
@@ -48,8 +48,8 @@ class Desk:
 
     def add(self, job: str, now_ms: int, owner: str = "me", **budget: float) -> None:
         asked = Budget(**(budget or {"seconds": 10.0}))  # type: ignore[arg-type]
-        head: dict[str, Any] = {"id": job, "owner": owner, "key": None, "digest": b"", "task": b"", "source": b""}
-        new = table.NewJob(**head, planner="greedy", budget=asked)
+        wanted = PackedRequest(planner="greedy", budget=asked, digest=b"", task=b"", source=b"")
+        new = table.NewJob(id=job, owner=owner, key=None, digest=b"", request=wanted)
         self.do(lambda tx: table.insert(tx, new, SETTINGS, now_ms, quota=QUOTA))
 
     def claim(self, now_ms: int) -> table.Claim:
@@ -62,96 +62,102 @@ class Desk:
 
 
 @pytest.fixture
-def desk(place: str) -> Iterator[Desk]:
+def house(place: str) -> Iterator[QuotaHouse]:
     store = open_store(place)
-    yield Desk(store)
+    yield QuotaHouse(store)
     store.close()
 
 
-def test_jobs_reserve_their_budgets_and_what_goes_beyond_is_refused_until_there_is_room(desk: Desk) -> None:
-    desk.add("a", 0, seconds=15.0)
-    desk.add("b", 0, steps=1000)
-    assert desk.left_s(0) == 5.0
+def test_jobs_reserve_their_budgets_and_what_goes_beyond_is_refused_until_there_is_room(house: QuotaHouse) -> None:
+    house.add("a", 0, seconds=15.0)
+    house.add("b", 0, steps=1000)
+    assert house.left_s(0) == 5.0
     with pytest.raises(
         TooMany, match=r"60 s an hour \(key_planning_s\); there may be room for 10 s in 300 s$"
     ) as caught:
-        desk.add("c", 0)
+        house.add("c", 0)
     assert caught.value.retry_after_s == 300
-    desk.add("c", 0, seconds=5.0)
-    desk.add("of_another", 0, owner="you", seconds=60.0)
+    house.add("c", 0, seconds=5.0)
+    house.add("of_another", 0, owner="you", seconds=60.0)
 
 
-def test_what_planning_took_is_charged_when_it_ends_and_comes_back_within_an_hour(desk: Desk) -> None:
-    desk.add("a", 0, seconds=30.0)
-    claim = desk.claim(1000)
-    assert desk.left_s(1000) == 30.0
-    assert desk.do(lambda tx: table.finish(tx, claim, DONE, 13_000, QUOTA))
-    assert desk.left_s(13_000) == pytest.approx(48.0)
-    assert desk.left_s(13_000 + 3 * MINUTE_MS) == pytest.approx(51.0)
-    assert desk.left_s(13_000 + 12 * MINUTE_MS) == pytest.approx(60.0)
-    assert desk.left_s(13_000 + 90 * MINUTE_MS) == 60.0
+def test_what_planning_took_is_charged_when_it_ends_and_comes_back_within_an_hour(house: QuotaHouse) -> None:
+    house.add("a", 0, seconds=30.0)
+    claim = house.claim(1000)
+    assert house.left_s(1000) == 30.0
+    assert house.do(lambda tx: table.finish(tx, claim, DONE, 13_000, QUOTA))
+    assert house.left_s(13_000) == pytest.approx(48.0)
+    assert house.left_s(13_000 + 3 * MINUTE_MS) == pytest.approx(51.0)
+    assert house.left_s(13_000 + 12 * MINUTE_MS) == pytest.approx(60.0)
+    assert house.left_s(13_000 + 90 * MINUTE_MS) == 60.0
 
 
-def test_a_job_that_is_cancelled_before_it_ran_is_charged_nothing(desk: Desk) -> None:
-    desk.add("a", 0)
-    desk.do(lambda tx: table.cancel(tx, "a", 9000, QUOTA))
-    assert desk.left_s(9000) == 60.0
+def test_a_job_that_is_cancelled_before_it_ran_is_charged_nothing(house: QuotaHouse) -> None:
+    house.add("a", 0)
+    house.do(lambda tx: table.cancel(tx, "a", 9000, QUOTA))
+    assert house.left_s(9000) == 60.0
 
 
-def test_one_that_is_cancelled_while_it_runs_is_charged_once(desk: Desk) -> None:
-    desk.add("a", 0)
-    claim = desk.claim(0)
+def test_one_that_is_cancelled_while_it_runs_is_charged_once(house: QuotaHouse) -> None:
+    house.add("a", 0)
+    claim = house.claim(0)
     for now_ms in (6000, 8000):
-        desk.do(lambda tx, now_ms=now_ms: table.cancel(tx, "a", now_ms, QUOTA))  # type: ignore[misc]
-    assert not desk.do(lambda tx: table.finish(tx, claim, DONE, 9000, QUOTA))
-    assert desk.left_s(6000) == pytest.approx(54.0)
+        house.do(lambda tx, now_ms=now_ms: table.cancel(tx, "a", now_ms, QUOTA))  # type: ignore[misc]
+    assert not house.do(lambda tx: table.finish(tx, claim, DONE, 9000, QUOTA))
+    assert house.left_s(6000) == pytest.approx(54.0)
 
 
-def test_one_that_began_again_from_nothing_is_charged_for_all_attempts_and_reserves_nothing_beyond(desk: Desk) -> None:
-    desk.add("a", 0)
+def test_one_that_began_again_from_nothing_is_charged_for_all_attempts_and_reserves_nothing_beyond(
+    house: QuotaHouse,
+) -> None:
+    house.add("a", 0)
     for begun_ms in (0, 8000):
-        claim = desk.do(lambda tx, at=begun_ms: table.claim(tx, at, ["greedy"]))  # type: ignore[misc]
-        desk.do(lambda tx, c=claim, at=begun_ms: table.give_back(tx, c, "", SETTINGS, at + 8000, QUOTA, 8000))  # type: ignore[misc]
-    assert desk.left_s(16_000) == pytest.approx(44.0, abs=0.3)
+        claim = house.do(lambda tx, at=begun_ms: table.claim(tx, at, ["greedy"]))  # type: ignore[misc]
+        house.do(lambda tx, c=claim, at=begun_ms: table.give_back(tx, c, "", SETTINGS, at + 8000, QUOTA, 8000))  # type: ignore[misc]
+    assert house.left_s(16_000) == pytest.approx(44.0, abs=0.3)
 
 
-def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget(desk: Desk) -> None:
-    desk.add("a", 0)
-    claim = desk.claim(0)
-    assert desk.do(lambda tx: table.give_back(tx, claim, "", SETTINGS, 4000, QUOTA))
-    assert desk.left_s(4000) == pytest.approx(50.0)
-    again = desk.claim(5000)
+def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget(house: QuotaHouse) -> None:
+    house.add("a", 0)
+    claim = house.claim(0)
+    assert house.do(lambda tx: table.give_back(tx, claim, "", SETTINGS, 4000, QUOTA))
+    assert house.left_s(4000) == pytest.approx(50.0)
+    again = house.claim(5000)
     assert again.budget.seconds == pytest.approx(6.0)
-    desk.do(lambda tx: table.finish(tx, again, DONE, 7000, QUOTA))
-    assert desk.left_s(7000) == pytest.approx(54.0, abs=0.1)
+    house.do(lambda tx: table.finish(tx, again, DONE, 7000, QUOTA))
+    assert house.left_s(7000) == pytest.approx(54.0, abs=0.1)
 
 
-def test_an_attempt_whose_server_died_long_ago_is_charged_no_more_than_its_budget_and_preparation(desk: Desk) -> None:
-    desk.add("a", 0)
-    desk.claim(0)
-    desk.do(lambda tx: tx.execute("DELETE FROM servers"))
-    desk.do(lambda tx: table.recover(tx, SETTINGS, 50 * MINUTE_MS, quota=QUOTA))
-    assert desk.left_s(50 * MINUTE_MS) == pytest.approx(39.0)
+def test_an_attempt_whose_server_died_long_ago_is_charged_no_more_than_its_budget_and_preparation(
+    house: QuotaHouse,
+) -> None:
+    house.add("a", 0)
+    house.claim(0)
+    house.do(lambda tx: tx.execute("DELETE FROM servers"))
+    house.do(lambda tx: table.recover(tx, SETTINGS, 50 * MINUTE_MS, quota=QUOTA))
+    assert house.left_s(50 * MINUTE_MS) == pytest.approx(39.0)
 
 
-def test_a_small_budget_reserves_what_preparing_for_it_takes(desk: Desk) -> None:
+def test_a_small_budget_reserves_what_preparing_for_it_takes(house: QuotaHouse) -> None:
     for i in range(60):
-        desk.add(f"job{i}", 0, seconds=0.001)
+        house.add(f"job{i}", 0, seconds=0.001)
     with pytest.raises(TooMany, match="key_planning_s"):
-        desk.add("one_too_many", 0, seconds=0.001)
+        house.add("one_too_many", 0, seconds=0.001)
 
 
 def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) -> None:
     used_s: list[float] = []
 
     def jobs_of(store: Store) -> Jobs:
-        settings = JobSettings(slots=2, key_planning_s=60.0, planned=lambda owner, seconds: used_s.append(seconds))
+        settings = settings_of(
+            JobSettings, slots=2, key_planning_s=60.0, planned=lambda owner, seconds: used_s.append(seconds)
+        )
         return Jobs(store, settings, now_ms=lambda: 0)  # nothing comes back meanwhile
 
     async def left_s() -> float:
         async with opened(place, jobs_of) as jobs:
             budget = Budget(seconds=0.001)
-            asked = JobRequest(planner="greedy", budget=budget, task=one_room(), digest=b"", source={})
+            asked = PackedRequest.of(planner="greedy", budget=budget, task=one_room(), digest=b"", source={})
             for job in [(await jobs.submit(asked, owner="me")).record.id for _ in range(5)]:
                 await jobs.wait(job, 60)
             return (await jobs.left_s())["me"]
@@ -193,19 +199,19 @@ def test_servers_charge_the_same_owner_at_the_same_time_and_nothing_is_lost(post
             store.close()
 
 
-def test_without_a_quota_nothing_is_kept_and_nobody_waits(desk: Desk) -> None:
-    desk.do(lambda tx: NO_QUOTA.charge(tx, "me", 10**9, 0))
-    rows = desk.do(lambda tx: tx.execute("SELECT * FROM documents").fetchall())
+def test_without_a_quota_nothing_is_kept_and_nobody_waits(house: QuotaHouse) -> None:
+    house.do(lambda tx: NO_QUOTA.charge(tx, "me", 10**9, 0))
+    rows = house.do(lambda tx: tx.execute("SELECT * FROM documents").fetchall())
     assert len(rows) == 0
-    assert desk.do(lambda tx: NO_QUOTA.wait_s(tx, "me", 1e9, 0)) == 0.0
+    assert house.do(lambda tx: NO_QUOTA.wait_s(tx, "me", 1e9, 0)) == 0.0
 
 
 def test_it_holds_after_a_restart(place: str) -> None:
     def jobs_of(store: Store) -> Jobs:
-        return Jobs(store, JobSettings(slots=1, key_planning_s=30.0))
+        return Jobs(store, settings_of(JobSettings, slots=1, key_planning_s=30.0))
 
-    def wanted(seconds: float) -> JobRequest:
-        return JobRequest(
+    def wanted(seconds: float) -> PackedRequest:
+        return PackedRequest.of(
             planner="greedy", budget=Budget(seconds=seconds), task=one_room(), digest=b"", source={"planner": "greedy"}
         )
 
@@ -275,7 +281,7 @@ def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: str) -
                 await started(missions)
             ending.cancel()  # its next report could cross with the end
             await asyncio.wait([ending])
-            await missions.wish(record, Wish.CANCEL)
+            await missions.control(record, Control.CANCEL)
             told = [event.type async for event in followed(missions, record.id, driver.after)]
             assert told[-1] == "end"
             return await missions.of("me", record.id)

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 from patience import HANG_S
 
-from marsupial_service.entries.slots import Place, Slots
+from marsupial_service.entries.slots import Slot, Slots
 
 
 def test_missions_come_before_jobs_and_owners_in_turn() -> None:
@@ -55,7 +55,7 @@ def test_the_newest_job_is_broken_off_for_a_mission_once() -> None:
     async def plan() -> list[str]:
         slots, broken = Slots(2), list[str]()
 
-        def job(place: Place, name: str) -> None:
+        def job(place: Slot, name: str) -> None:
             def breaks() -> None:
                 broken.append(name)
                 slots.free(place)

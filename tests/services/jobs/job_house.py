@@ -7,15 +7,16 @@ import sys
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 
-from entry_house import followed, opened
+from entry_house import followed, opened, settings_of
 from patience import HANG_S, awaited
 from situations import one_room
 
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.processes.runner import LOCAL, Runner
+from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.entries.records import EventRecord
-from marsupial_service.jobs.records import JobRecord, JobRequest, JobSettings, MapTask
+from marsupial_service.jobs.records import JobRecord, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 
 SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
@@ -24,22 +25,20 @@ SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{doma
 
 def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> AbstractAsyncContextManager[Jobs]:
     """Give the jobs of a folder, one at a time unless told otherwise."""
-    return opened(
-        place,
-        lambda store: Jobs(store, JobSettings(**{"slots": 1, "steps_limit_s": HANG_S, **settings}), runner=runner),
-    )
+    given = settings_of(JobSettings, **{"slots": 1, "steps_s": HANG_S, "queue": 100, "key_queue": 100, **settings})
+    return opened(place, lambda store: Jobs(store, given, runner=runner))
 
 
 def request(
-    task: Situation | MapTask | None = None,
+    task: Situation | MapState | None = None,
     planner: str = "greedy",
     *,
     seconds: float | None = HANG_S,
     steps: int | None = None,
     digest: bytes = b"same",
-) -> JobRequest:
+) -> PackedRequest:
     budget = Budget(seconds=seconds) if steps is None else Budget(steps=steps)
-    return JobRequest(
+    return PackedRequest.of(
         planner=planner,
         budget=budget,
         task=one_room() if task is None else task,
@@ -48,7 +47,7 @@ def request(
     )
 
 
-async def submit(jobs: Jobs, wanted: JobRequest | None = None) -> str:
+async def submit(jobs: Jobs, wanted: PackedRequest | None = None) -> str:
     submitted = await jobs.submit(request() if wanted is None else wanted, owner="me")
     return submitted.record.id
 

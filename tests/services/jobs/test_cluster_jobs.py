@@ -19,15 +19,15 @@ from strange_tasks import Waits, pid_in
 
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.cluster.runner import ClusterRunner
-from marsupial_service.jobs.records import JobOutcome
+from marsupial_service.schemas.words import JobOutcome
 
 pytestmark = needs_ray
 
 
 def actors(nodes: Nodes, job: int) -> list[psutil.Process]:
     """Return the one that process `job` is below: the next attempt may go to any other, dead or not."""
-    outposts = nodes.processes("ray::Outpost")
-    return [one for one in outposts if job in [process.pid for process in one.children(recursive=True)]]
+    agents = nodes.processes("ray::NodeAgent")
+    return [one for one in agents if job in [process.pid for process in one.children(recursive=True)]]
 
 
 def gateways(nodes: Nodes, job: int) -> list[psutil.Process]:

@@ -7,7 +7,7 @@ from job_house import open_jobs, request
 from mission_house import run
 from patience import HANG_S
 
-from marsupial_service.entries.room import Room, StoreFull, stored_bytes
+from marsupial_service.entries.capacity import StoreCapacity, StoreFull, stored_bytes
 
 
 def test_a_full_store_takes_no_job_but_knows_those_it_has(place: str) -> None:
@@ -22,10 +22,10 @@ def test_a_full_store_takes_no_job_but_knows_those_it_has(place: str) -> None:
             with pytest.raises(StoreFull, match=rf"take {mine} bytes, {mine} are allowed"):
                 await jobs.submit(request(), owner="you")
             assert (await jobs.submit(request(), owner="me", idempotency_key="k")).replayed
-        async with open_jobs(place, store_bytes=mine, kept=0) as jobs:
+        async with open_jobs(place, store_bytes=mine, kept_jobs=0) as jobs:
             while await jobs.read(stored_bytes):
                 pass
-            jobs._room = Room(mine)
+            jobs._capacity = StoreCapacity(mine)
             assert not (await jobs.submit(request(), owner="you")).replayed
 
     run(fill())

@@ -4,6 +4,7 @@ import asyncio
 import json
 import tracemalloc
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,7 +20,8 @@ from marsupial.formats.situation import situation_from_json
 from marsupial.model.objective import MAKESPAN
 from marsupial.planning.checker import check
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
-from marsupial_service.jobs.records import FINAL, STATE_OF, JobEventType, JobOutcome, JobState
+from marsupial_service.jobs.records import FINAL, STATE_OF
+from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.store import StoreError, failpoints
 
 MIB = 1 << 20
@@ -119,12 +121,9 @@ def test_the_same_key_gives_the_same_job_and_another_request_is_refused(place: s
 
 
 def test_ten_times_the_queue_is_refused_and_takes_no_memory(place: str, tmp_path: Path) -> None:
-    big = {"map": "x" * MIB}
-
     async def run() -> tuple[int, int]:
         async with open_jobs(place, queue=4) as jobs:
-            wanted = request(Waits(tmp_path))
-            object.__setattr__(wanted, "source", big)
+            wanted = replace(request(Waits(tmp_path)), source=bytes(MIB))
             first = await submit(jobs, wanted)
             await pid_in(tmp_path)
             tracemalloc.start()
@@ -354,7 +353,7 @@ def test_finished_jobs_are_removed_when_too_old_or_too_many(place: str) -> None:
                     await asyncio.sleep(0.01)
             return [job.id for job in await jobs.list("me")] + ids
 
-    kept, *rest = asyncio.run(run(kept=1))
+    kept, *rest = asyncio.run(run(kept_jobs=1))
     assert kept == rest[-1]
     assert len(asyncio.run(run(retention_s=0.0))) == 3
 

@@ -8,8 +8,8 @@ from lost_answers import LostAnswers
 from mission_house import run
 from patience import HANG_S
 
-from marsupial_service.jobs.records import JobOutcome
 from marsupial_service.jobs.service import Jobs
+from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import StoreError
 
 

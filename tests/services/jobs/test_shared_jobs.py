@@ -11,7 +11,7 @@ from job_house import open_jobs, request, submit, told
 from patience import HANG_S
 from strange_tasks import Waits
 
-from marsupial_service.jobs.records import JobOutcome
+from marsupial_service.schemas.words import JobOutcome
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from strange_tasks import Dies, Escapes, Waits, pid_in
 
 from marsupial.planning.checker import check
 from marsupial.processes import launcher as processes
-from marsupial_service.jobs.records import JobEventType, JobOutcome, JobState
+from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.store import failpoints
 
 MARK = "MARSUPIAL_TEST_MARK"

@@ -5,20 +5,21 @@ from dataclasses import replace
 from typing import TypeVar
 
 import pytest
+from entry_house import settings_of
 from patience import HANG_S
 from situations import one_hall
 
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
+from marsupial_service.entries.documents import actions_text, plan_of
 from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
-from marsupial_service.jobs.documents import actions_text, plan_of
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.messages import Analysed, Closed, Found
-from marsupial_service.jobs.records import JobOutcome, JobRecord, JobSettings, JobState
+from marsupial_service.jobs.records import Analysed, Closed, Found, JobRecord, JobSettings, PackedRequest
+from marsupial_service.schemas.words import JobOutcome, JobState
 from marsupial_service.store import Store, Transaction, open_store
 
-SETTINGS = JobSettings(slots=1, queue=2, max_attempts=2)
+SETTINGS = settings_of(JobSettings, slots=1, queue=2, max_attempts=2)
 DONE = Closed(outcome=JobOutcome.SATISFICING)
 
 T = TypeVar("T")
@@ -41,16 +42,8 @@ class Table:
         planner: str = "greedy",
         budget: Budget = Budget(seconds=1.0),  # noqa: B008 (it can't be changed)
     ) -> JobRecord:
-        new = table.NewJob(
-            id=job,
-            owner=owner,
-            key=None,
-            digest=b"",
-            planner=planner,
-            budget=budget,
-            task=b"task",
-            source=b"",
-        )
+        wanted = PackedRequest(planner=planner, budget=budget, digest=b"", task=b"task", source=b"")
+        new = table.NewJob(id=job, owner=owner, key=None, digest=b"", request=wanted)
         return self.do(lambda tx: table.insert(tx, new, settings, 1)).record
 
     def claim(self, now_ms: int = 2) -> table.Claim:
@@ -194,7 +187,7 @@ def test_a_job_given_back_is_before_those_that_came_later(jobs: Table) -> None:
 
 
 def test_owners_are_served_in_turn_however_many_jobs_one_of_them_has(jobs: Table) -> None:
-    many = JobSettings(queue=9, key_queue=9)
+    many = settings_of(JobSettings, queue=9, key_queue=9)
     for job in ("a1", "a2", "a3", "b1", "c1", "b2"):
         jobs.add(job, job[0], many)
     first = [jobs.claim() for _ in range(3)]
@@ -206,7 +199,7 @@ def test_owners_are_served_in_turn_however_many_jobs_one_of_them_has(jobs: Table
 
 
 def test_an_owner_of_whom_nothing_runs_comes_before_others(jobs: Table) -> None:
-    many = JobSettings(queue=9, key_queue=9)
+    many = settings_of(JobSettings, queue=9, key_queue=9)
     for job in ("a1", "a2", "b1"):
         jobs.add(job, job[0], many)
     jobs.claim()
@@ -217,7 +210,7 @@ def test_an_owner_of_whom_nothing_runs_comes_before_others(jobs: Table) -> None:
     assert jobs.claim().id == "b2"
 
 
-MANY = JobSettings(queue=9, key_queue=9)
+MANY = settings_of(JobSettings, queue=9, key_queue=9)
 LONG = Budget(seconds=30.0)
 
 
@@ -292,7 +285,7 @@ def test_an_attempt_that_made_way_changes_nothing_any_more(jobs: Table) -> None:
 
 
 def test_one_owner_can_not_fill_the_queue(jobs: Table) -> None:
-    few = JobSettings(queue=9, key_queue=2)
+    few = settings_of(JobSettings, queue=9, key_queue=2)
     jobs.add("a1", "a", few)
     jobs.add("a2", "a", few)
     with pytest.raises(TooMany, match="your part of the queue is full"):
@@ -312,7 +305,7 @@ def test_nothing_of_a_removed_job_is_left(jobs: Table) -> None:
     claim = jobs.claim()
     jobs.do(lambda tx: table.add_plan(tx, claim, found(9), 3))
     jobs.do(lambda tx: table.finish(tx, claim, DONE, 3))
-    assert jobs.do(lambda tx: JOBS.remove_old(tx, JobSettings(retention_s=10), 10_004)) == 1
+    assert jobs.do(lambda tx: JOBS.remove_old(tx, 10, 10_000, 10_004)) == 1
     tables = ("jobs", "payloads", "plans", "events")
     counts = jobs.do(lambda tx: [tx.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in tables])
     assert counts == [0, 0, 0, 0]

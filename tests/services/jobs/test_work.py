@@ -10,10 +10,10 @@ from marsupial.model.planning import Finished, Improved, Outcome
 from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES
 from marsupial.planning.list_scheduling.greedy import serve
-from marsupial_service.jobs.messages import Closed, Found
-from marsupial_service.jobs.records import JobOutcome
-from marsupial_service.jobs.warm import PLANNERS, tiny
-from marsupial_service.jobs.work import told
+from marsupial_service.examples.demos import tiny
+from marsupial_service.jobs.records import Closed, Found
+from marsupial_service.jobs.work import PLANNERS, told
+from marsupial_service.schemas.words import JobOutcome
 
 GOOD, _ = serve(one_room())
 SHIFTED = Plan(actions=tuple(replace(action, start_ms=action.start_ms + 500) for action in GOOD.actions))

@@ -18,18 +18,18 @@ from mission_house import body
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.maps.footprint import fits
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray
-from marsupial_service.missions.frames import Frame, laid_out
-from marsupial_service.missions.ledger import Ledger
-from marsupial_service.missions.reading import brief_of
-from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, Turn, runs_in
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.intake.missions import brief_of
+from marsupial_service.missions.frames import MissionFrame, laid_out
+from marsupial_service.missions.state import MissionState
+from marsupial_service.missions.values import MissionBatch, MissionBrief, MissionReport, RobotUpdate, Runs, runs_in
 from marsupial_service.schemas.missions import MissionBody
+from marsupial_service.settings import ServiceLimits
 
 SIGHT = 6
 """Cells that a robot sees on each side."""
 
 
-def brief_of_a_part(margin: int = 8) -> tuple[Brief, CellArray, Cell]:
+def brief_of_a_part(margin: int = 8) -> tuple[MissionBrief, CellArray, Cell]:
     """Return a mission that knows a part of the lobby's frame around its team, the lobby, and where the part begins."""
     asked = body("lobby")
     truth = builtin_scenario("lobby").grid.solid().cells
@@ -59,23 +59,23 @@ class Rover:
 class RoamingTeam:
     """Does what it is commanded; `report` returns what one of its robots, or the team, says next."""
 
-    def __init__(self, brief: Brief, truth: CellArray, corner: Cell, seed: int) -> None:
+    def __init__(self, brief: MissionBrief, truth: CellArray, corner: Cell, seed: int) -> None:
         self.draw = random.Random(seed)
         self.brief = brief
         self.truth, self.corner = truth, corner
         self.slam = truth.copy()
-        self.ledger = Ledger(brief)
-        self.last = self.ledger.cells.copy()
+        self.state = MissionState(brief)
+        self.last = self.state.cells.copy()
         self.robots = {robot.name: Rover(robot.cell) for robot in brief.robots}
         self.kinds = {robot.name: next(k for k in brief.kinds if k.name == robot.type) for robot in brief.robots}
         self.handovers: dict[int, tuple[str, str, Cell | None]] = {}
-        self.frame = Frame.of(brief.grid)
+        self.frame = MissionFrame.of(brief.grid)
         self.now_ms = self.n = 0
 
-    def obey(self, turn: Turn) -> None:
-        """Take in the commands of a turn."""
-        for event in turn.events:
-            self.ledger.publish(event)
+    def obey(self, batch: MissionBatch) -> None:
+        """Take in the commands of a batch."""
+        for event in batch.events:
+            self.state.publish(event)
             for command in json.loads(event.data)["commands"] if event.type == "commands" else ():
                 self._obey(command)
 
@@ -85,11 +85,11 @@ class RoamingTeam:
             robot.stopped = True
         elif command["name"] == "drive":
             robot.drive, robot.stopped = command["id"], False
-            frame = self.ledger.frame
+            frame = self.state.frame
             robot.way = [Cell(x + frame.x, y + frame.y) for x, y in command["route"]]
             assert robot.way[0] == robot.at
         else:
-            frame, cell = self.ledger.frame, command.get("cell")
+            frame, cell = self.state.frame, command.get("cell")
             put = None if cell is None else Cell(cell[0] + frame.x, cell[1] + frame.y)
             self.handovers[command["id"]] = (command["robot"], command["carrier"], put)
 
@@ -99,25 +99,25 @@ class RoamingTeam:
             if robot.drive is not None and not robot.stopped:
                 yield name, robot
 
-    def tell(self, report: Report) -> None:
+    def tell(self, report: MissionReport) -> None:
         """Take in what is reported."""
-        before = self.ledger.frame
-        self.ledger.take(report, b"")
-        told = self.ledger.cells
-        self.last = np.where(told == UNKNOWN, laid_out(self.last, before, self.ledger.frame), told)
+        before = self.state.frame
+        self.state.take(report, b"")
+        told = self.state.cells
+        self.last = np.where(told == UNKNOWN, laid_out(self.last, before, self.state.frame), told)
 
     def barred(self, name: str, *, lost: bool = True) -> bool:
         """Say whether a robot drives to where it can't stand, by what was reported, beyond its next cell.
 
         Both cells beside a diagonal step count; cells that are `lost` bar it, or else count as what they were.
         """
-        frame, way = self.ledger.frame, self.robots[name].way[1:]
-        grid = frame.grid(self.brief.grid, self.ledger.cells if lost else self.last)
+        frame, way = self.state.frame, self.robots[name].way[1:]
+        grid = frame.grid(self.brief.grid, self.state.cells if lost else self.last)
         corners = [(a.x, b.y) for a, b in pairwise(way)] + [(b.x, a.y) for a, b in pairwise(way)]
         ahead = [Cell(x, y) for x, y in {*way[1:], *corners} - set(way[:1])]
         return not fits(grid, self.kinds[name], *(Cell(x - frame.x, y - frame.y) for x, y in ahead))
 
-    def report(self) -> Report:
+    def report(self) -> MissionReport:
         """Let a robot, or now and then the team, get on for a moment, and return what it says."""
         team = self.draw.random() < 0.15
         names = list(self.robots) if team or not self.n else [self.draw.choice(list(self.robots))]
@@ -134,13 +134,15 @@ class RoamingTeam:
         more: dict[str, Any] = {"n": robot.count + 1, "robot": names[0], "t_ms": max(robot.t_ms, self._lagging())}
         if len(names) > 1:
             self.n += 1
-            more = {"n": self.n, "t_ms": max(self.now_ms, self.ledger.t_ms)}
+            more = {"n": self.n, "t_ms": max(self.now_ms, self.state.t_ms)}
         else:
             robot.count, robot.t_ms = more["n"], more["t_ms"]
         revealed = {name: self._runs(cells, frame) for name, cells in seen}
         if len(names) > 1:  # they look at one map
             revealed = dict(list(revealed.items())[:1])
-        return Report(revealed=tuple(revealed.items()), robots=notes, finished=tuple(finished), frame=frame, **more)
+        return MissionReport(
+            revealed=tuple(revealed.items()), robots=notes, finished=tuple(finished), frame=frame, **more
+        )
 
     def _lagging(self) -> int:
         """Return the time on a robot's clock: a little late at times."""
@@ -173,11 +175,11 @@ class RoamingTeam:
         code = self.draw.choice([OBSTACLE, FLOOR, UNKNOWN, None, None])
         self.slam[part] = self.truth[part] if code is None else code
 
-    def _view(self, at: Cell | None) -> Frame:
+    def _view(self, at: Cell | None) -> MissionFrame:
         assert at is not None
-        return Frame(at.x - SIGHT, at.y - SIGHT, 2 * SIGHT + 1, 2 * SIGHT + 1)
+        return MissionFrame(at.x - SIGHT, at.y - SIGHT, 2 * SIGHT + 1, 2 * SIGHT + 1)
 
-    def _frame_for(self, views: list[Frame]) -> Frame:
+    def _frame_for(self, views: list[MissionFrame]) -> MissionFrame:
         """Return a frame that holds what is told: that of the mission as the robot knows it, or only what it needs."""
         frame = views[0] if views and self.draw.random() < 0.3 else self.frame
         for view in views:
@@ -185,7 +187,7 @@ class RoamingTeam:
         self.frame = self.frame.grown(frame)
         return frame
 
-    def _runs(self, view: Frame, frame: Frame) -> Runs:
+    def _runs(self, view: MissionFrame, frame: MissionFrame) -> Runs:
         """Return what the map shows in a window, and what it doesn't show any more, in a frame."""
         cells = np.full((view.height, view.width), OBSTACLE, dtype=np.uint8)
         x, y = view.x + self.corner.x, view.y + self.corner.y
@@ -197,9 +199,9 @@ class RoamingTeam:
         runs[2::3] = [UNKNOWN if code == 254 else code for code in runs[2::3]]
         return tuple(runs)
 
-    def _note(self, name: str, frame: Frame) -> RobotNote:
+    def _note(self, name: str, frame: MissionFrame) -> RobotUpdate:
         """Say where a robot is, or would be if it were told to stop."""
         robot = self.robots[name]
         assert robot.at is not None
         cell = robot.way[1] if robot.drive is not None else robot.at
-        return RobotNote(name=name, cell=Cell(cell.x - frame.x, cell.y - frame.y))
+        return RobotUpdate(name=name, cell=Cell(cell.x - frame.x, cell.y - frame.y))

@@ -29,7 +29,7 @@ async def kill_now_and_then(nodes: Nodes, seed: int, times: int, word: str) -> N
 
 
 @pytest.mark.parametrize(
-    ("word", "times"), [("fork_server", 4), pytest.param("ray::Outpost", 4, marks=pytest.mark.slow)]
+    ("word", "times"), [("fork_server", 4), pytest.param("ray::NodeAgent", 4, marks=pytest.mark.slow)]
 )
 def test_a_mission_on_a_cluster_goes_on_as_if_nothing_had_happened(
     tmp_path: Path, nodes: Nodes, cluster: ClusterRunner, word: str, times: int

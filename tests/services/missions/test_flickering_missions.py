@@ -13,9 +13,10 @@ from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import FLOOR, UNKNOWN
 from marsupial.model.mission import Changed, Status
-from marsupial_service.missions.reading import report_of
-from marsupial_service.missions.values import Due, EventType, Report
+from marsupial_service.intake.missions import report_of
+from marsupial_service.missions.values import MissionReport, PendingInput
 from marsupial_service.schemas.missions import ReportBody
+from marsupial_service.schemas.words import EventType
 
 EVERY = 5
 """Reports from one loss to the next."""
@@ -25,24 +26,24 @@ EVERY = 5
 def test_cells_that_are_unknown_again_every_few_reports_do_not_keep_a_mission_from_ending(lasting: int) -> None:
     asked, robots = brief(), team()
     truth = builtin_scenario("lobby").grid.cells.ravel()
-    inputs: list[Report] = []
+    inputs: list[MissionReport] = []
     with Hosted(asked) as hosted:
-        turns = [hosted.turn(Due(input=None))]
+        batches = [hosted.batch(PendingInput(input=None))]
         known: set[int] = set()
-        while not turns[-1].over and len(inputs) < 2000:
-            batch = [json.loads(e.data) for e in turns[-1].events if e.type is EventType.COMMANDS][-1]
+        while not batches[-1].over and len(inputs) < 2000:
+            batch = [json.loads(e.data) for e in batches[-1].events if e.type is EventType.COMMANDS][-1]
             report = robots.answer(batch)
             assert report is not None
             blink(report, known, len(inputs), lasting, truth)
             inputs.append(report_of(ReportBody.model_validate(report), asked))
-            turns.append(hosted.turn(Due(input=inputs[-1])))
-    lines = [event.data for turn in turns for event in turn.events if event.type is EventType.LOG]
+            batches.append(hosted.batch(PendingInput(input=inputs[-1])))
+    lines = [event.data for batch in batches for event in batch.events if event.type is EventType.LOG]
     log = parse_log("".join(f"{line}\n" for line in lines).encode())
     assert log.ended is not None
     assert (log.ended.status, len(log.ended.aboard)) == (Status.COMPLETE, 4)
     assert sum(isinstance(event, Changed) for event in log.events) > 5
     assert log.ended.t_ms < 300_000
-    assert again(asked, inputs, turns) == turns
+    assert again(asked, inputs, batches) == batches
 
 
 def blink(report: dict[str, Any], known: set[int], number: int, lasting: int, truth: Any) -> None:

@@ -7,15 +7,16 @@ from collections import deque
 from mission_house import brief
 
 from marsupial.model.grid import Cell
-from marsupial_service.missions.values import Input, Report, RobotNote
-from marsupial_service.missions.world import RemoteWorld, RobotCommand
+from marsupial_service.missions.reported import RobotCommand
+from marsupial_service.missions.values import Input, MissionReport, RobotUpdate
+from marsupial_service.missions.world import RemoteWorld
 
 
 class Reports:
     """A desk at which reports come in as a test has put them there."""
 
     def __init__(self) -> None:
-        self.coming: deque[Report] = deque()
+        self.coming: deque[MissionReport] = deque()
 
     def order(self, order: RobotCommand, *, stop: bool = False) -> None:
         pass
@@ -35,9 +36,9 @@ class House:
 
     def report(self, t_ms: int, cell: Cell | None = None, *, finished: bool = False) -> None:
         self.reports += 1
-        notes = () if cell is None else (RobotNote(name="carrier1", cell=cell),)
+        notes = () if cell is None else (RobotUpdate(name="carrier1", cell=cell),)
         done = (self.drives,) if finished else ()
-        self.desk.coming.append(Report(n=self.reports, t_ms=t_ms, robots=notes, finished=done))
+        self.desk.coming.append(MissionReport(n=self.reports, t_ms=t_ms, robots=notes, finished=done))
         self.world.advance(t_ms)
 
     def drive(self, *cells: tuple[int, int]) -> None:

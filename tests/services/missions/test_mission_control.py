@@ -16,10 +16,10 @@ from mission_house import Driver, open_missions, run, send, started, team
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.triggers import trigger_text
 from marsupial.model.mission import Changed, MissionEnded, MissionStarted, Planned, RobotLost, Status
-from marsupial_service.missions.ledger import Conflict
-from marsupial_service.missions.records import MissionPhase
-from marsupial_service.missions.simulated import SimulatedTeam
-from marsupial_service.missions.values import Wish, expand, runs_in
+from marsupial_service.missions.state import ReportConflict
+from marsupial_service.missions.values import Control, expand, runs_in
+from marsupial_service.schemas.words import MissionPhase
+from marsupial_service.simulation.team import SimulatedTeam
 
 
 def commands_of(driver: Driver) -> Iterator[dict[str, Any]]:
@@ -43,15 +43,17 @@ def test_a_mission_that_is_paused_and_resumed_at_any_moment_gets_there(place: st
         async with open_missions(place) as missions:
             record = await started(missions)
             driver = Driver(team())
-            with contextlib.suppress(Conflict):  # a wish that came after the last report: it is over, as is seen below
+            with contextlib.suppress(
+                ReportConflict
+            ):  # a wish that came after the last report: it is over, as is seen below
                 while not await driver.drive(missions, record, len(driver.reports) + draw.randint(1, 9)):
-                    paused = await missions.wish(record, Wish.PAUSE)
+                    paused = await missions.control(record, Control.PAUSE)
                     assert paused.state is MissionPhase.PAUSED
-                    assert (await missions.wish(record, Wish.PAUSE)).inputs == paused.inputs
+                    assert (await missions.control(record, Control.PAUSE)).inputs == paused.inputs
                     with contextlib.suppress(TimeoutError):  # it reports no more once everybody stands
                         async with asyncio.timeout(1):
                             await driver.drive(missions, record)
-                    assert (await missions.wish(record, Wish.RESUME)).state is MissionPhase.RUNNING
+                    assert (await missions.control(record, Control.RESUME)).state is MissionPhase.RUNNING
             end = ended(await missions.log(record))
             assert (end.status, end.coverage) == (Status.COMPLETE, 1.0)
             assert len(end.aboard) == 4
@@ -80,17 +82,17 @@ def test_a_mission_is_cancelled_once_with_its_stop_report(place: str, reports: i
             driver = Driver(team())
             if reports:
                 assert not await driver.drive(missions, record, reports)
-            first = await missions.wish(record, Wish.CANCEL)
+            first = await missions.control(record, Control.CANCEL)
             assert first.state is MissionPhase.CANCELLING
-            with pytest.raises(Conflict, match="is being cancelled"):
-                await missions.wish(record, Wish.PAUSE)
+            with pytest.raises(ReportConflict, match="is being cancelled"):
+                await missions.control(record, Control.PAUSE)
             events = [event async for event in followed(missions, record.id)]
             assert [event.type for event in events].count("end") == 1
             last = [json.loads(event.data) for event in events if event.type == "commands"][-1]
             assert all(command["name"] == "stop" for command in last["commands"])
-            assert (await missions.wish(record, Wish.CANCEL)).status == "cancelled"
+            assert (await missions.control(record, Control.CANCEL)).status == "cancelled"
             assert ended(await missions.log(record)).status is Status.CANCELLED
-            with pytest.raises(Conflict, match="has ended"):
+            with pytest.raises(ReportConflict, match="has ended"):
                 await send(missions, record, {"n": reports + 1, "t_ms": 10**9})
 
     run(fly())

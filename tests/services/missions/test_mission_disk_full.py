@@ -22,7 +22,7 @@ from marsupial_service.app import create_app
 from marsupial_service.http.routing import LOCAL_OWNER
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
-from marsupial_service.operations.settings import ServiceSettings
+from marsupial_service.settings import ServiceSettings
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, failpoints, open_store
 from marsupial_service.store.sqlite import FILE
@@ -55,7 +55,7 @@ async def serving(folder: Path) -> AsyncIterator[Service]:
     store = state_of(app).store = open_store(folder)
     transport = httpx.ASGITransport(app)
     async with app.router.lifespan_context(app), httpx.AsyncClient(transport=transport, base_url=URL) as http:
-        yield Service(http, state_of(app).flying(), store)
+        yield Service(http, state_of(app).missions, store)
 
 
 @dataclass(slots=True)

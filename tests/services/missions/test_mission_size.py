@@ -9,12 +9,12 @@ import pytest
 from mission_house import Driver, open_missions, run, started, team
 
 from marsupial_service.entries import table as entry_table
-from marsupial_service.entries.records import EntrySettings
-from marsupial_service.entries.room import stored_bytes
+from marsupial_service.entries.capacity import stored_bytes
 from marsupial_service.missions import packed
 from marsupial_service.missions.table import MISSIONS
-from marsupial_service.missions.values import Event, EventType, Report
+from marsupial_service.missions.values import MissionReport, StoredEvent
 from marsupial_service.operations import upkeep
+from marsupial_service.schemas.words import EventType
 from marsupial_service.store import Store, Transaction, open_store
 from marsupial_service.store.sqlite import FILE
 
@@ -38,9 +38,9 @@ def add_mission(tx: Transaction, name: str, owner: str, reports: int, finished_m
     tx.insert("missions", **NEW, id=name, owner=owner, finished_ms=finished_ms)
     number = MISSIONS.existing(tx, name).number
     for n in range(1, reports + 1):
-        packed.add_input(tx, number, n, Report(n=n, t_ms=n), bytes((n % 256,)) * 32, 0)
+        packed.add_input(tx, number, n, MissionReport(n=n, t_ms=n), bytes((n % 256,)) * 32, 0)
         data = f'{{"event":"reveal","t_ms":{n},"looks":[["carrier",0,"{n * 7919**20:x}"]]}}'
-        packed.add_events(tx, number, {n: [Event(EventType.LOG, data)] * 3}, 0)
+        packed.add_events(tx, number, {n: [StoredEvent(EventType.LOG, data)] * 3}, 0)
 
 
 @pytest.mark.parametrize("by_age", [True, False])
@@ -53,7 +53,7 @@ def test_a_store_shrinks_to_what_is_live_when_missions_are_removed(tmp_path: Pat
     store.close()
 
     async def sweep() -> None:
-        kept = {"retention_s": 0.25, "kept": 99} if by_age else {"retention_s": 99.0, "kept": 3}
+        kept = {"retention_s": 0.25, "kept_missions": 99} if by_age else {"retention_s": 99.0, "kept_missions": 3}
         async with open_missions(tmp_path, **kept) as missions:
             missions.now_ms = lambda: 500
             while is_sweeping(tmp_path, len(await missions.list("me"))):
@@ -82,10 +82,9 @@ def long(place: str, monkeypatch: pytest.MonkeyPatch) -> Store:
 
 
 def test_a_long_mission_is_removed_little_by_little_and_is_not_seen_meanwhile(long: Store) -> None:
-    settings = EntrySettings(retention_s=0.0)
     told: list[str] = []
     long.listen(lambda topics: told.extend(topics or ()))
-    assert long.write(lambda tx: MISSIONS.remove_old(tx, settings, 101)).result() == 1
+    assert long.write(lambda tx: MISSIONS.remove_old(tx, 0.0, 10_000, 101)).result() == 1
     assert told == ["long"]
     assert long.read(lambda c: MISSIONS.find(c, "long")).result() is None
     assert [record.id for record in long.read(lambda c: MISSIONS.newest(c, "me", 9)).result()] == ["short"]
@@ -93,8 +92,8 @@ def test_a_long_mission_is_removed_little_by_little_and_is_not_seen_meanwhile(lo
     count = "SELECT count(*) FROM mission_events"
     left = long.read(lambda c: c.execute(count).fetchone()[0]).result()
     assert 0 < left - 3 < 600
-    assert long.write(lambda tx: MISSIONS.remove_old(tx, settings, 101)).result() == 1
-    assert long.write(lambda tx: MISSIONS.remove_old(tx, settings, 101)).result() == 0
+    assert long.write(lambda tx: MISSIONS.remove_old(tx, 0.0, 10_000, 101)).result() == 1
+    assert long.write(lambda tx: MISSIONS.remove_old(tx, 0.0, 10_000, 101)).result() == 0
     assert long.read(lambda c: c.execute(count).fetchone()[0]).result() == 3
     assert long.read(lambda c: c.execute("SELECT count(*) FROM missions").fetchone()[0]).result() == 1
     long.close()

@@ -16,10 +16,10 @@ from undisturbed import undisturbed
 from marsupial.errors import InternalError
 from marsupial.processes.jobs import Job
 from marsupial.processes.launcher import JobRun
-from marsupial.processes.runner import LocalRunner, Room
-from marsupial_service.missions import keeper
-from marsupial_service.missions.records import MissionPhase
+from marsupial.processes.runner import LocalRunner, Reservation
+from marsupial_service.missions import supervisor
 from marsupial_service.missions.service import Missions
+from marsupial_service.schemas.words import MissionPhase
 from marsupial_service.store import open_store
 
 
@@ -81,9 +81,9 @@ class BrokenLauncher(LocalRunner):
     def __init__(self, times: int) -> None:
         self.times = times
 
-    def room(self, cpus: float = 1.0) -> Room:
+    def reserve(self, cpus: float = 1.0) -> Reservation:
         self.times -= 1
-        return super().room(cpus) if self.times < 0 else NoRoom()
+        return super().reserve(cpus) if self.times < 0 else NoRoom()
 
 
 class NoRoom:
@@ -98,7 +98,7 @@ class NoRoom:
 
 
 def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(keeper, "_LONGEST_PAUSE_S", 0.001)
+    monkeypatch.setattr(supervisor, "_LONGEST_PAUSE_S", 0.001)
     runner = BrokenLauncher(times=50)
 
     async def fly() -> str:

@@ -16,10 +16,10 @@ from marsupial.model.mission import Status
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Job
 from marsupial_service.entries.records import KeyReused, TooMany
-from marsupial_service.missions.reading import brief_of
-from marsupial_service.missions.values import Wish, runs_in
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.intake.missions import brief_of
+from marsupial_service.missions.values import Control, runs_in
 from marsupial_service.schemas.missions import MissionBody
+from marsupial_service.settings import ServiceLimits
 
 
 @pytest.mark.parametrize(
@@ -121,13 +121,13 @@ def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: str) -
 
 def test_missions_that_ended_are_removed_when_they_are_old_or_too_many(place: str) -> None:
     async def fly() -> tuple[int, int]:
-        async with open_missions(place, kept=1) as missions:
+        async with open_missions(place, kept_missions=1) as missions:
             for _ in range(3):
                 record = await started(missions)
-                await missions.wish(record, Wish.CANCEL)
+                await missions.control(record, Control.CANCEL)
                 async for _event in followed(missions, record.id):
                     pass
-        async with open_missions(place, kept=1) as missions:
+        async with open_missions(place, kept_missions=1) as missions:
             while len(await missions.list("me")) > 1:
                 await asyncio.sleep(0.05)
             (left,) = await missions.list("me")
@@ -155,7 +155,7 @@ def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(place: 
                 ended = await missions.get(record.id, owner)
                 assert ended is not None
                 found.append((ended.status, ended.reason))
-            while missions._keepers:
+            while missions._supervisors:
                 await asyncio.sleep(0.02)
             return found
 

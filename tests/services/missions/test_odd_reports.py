@@ -19,11 +19,20 @@ from marsupial.errors import InputError
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import UNKNOWN, Cell
-from marsupial_service.missions.ledger import Conflict, Ledger
-from marsupial_service.missions.reading import brief_of
-from marsupial_service.missions.values import Brief, Due, EventType, Report, RobotNote, Turn, Wish, runs_in
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.intake.missions import brief_of
+from marsupial_service.missions.state import MissionState, ReportConflict
+from marsupial_service.missions.values import (
+    Control,
+    MissionBatch,
+    MissionBrief,
+    MissionReport,
+    PendingInput,
+    RobotUpdate,
+    runs_in,
+)
 from marsupial_service.schemas.missions import MissionBody, ReportBody
+from marsupial_service.schemas.words import EventType
+from marsupial_service.settings import ServiceLimits
 
 Change = Callable[[dict[str, Any], random.Random], object]
 
@@ -64,24 +73,24 @@ def test_what_is_wrong_is_refused_and_changes_nothing(tmp_path: Path, seed: int)
                     odd = copy.deepcopy(driver.reports[-1])
                     odd["n"] += 1
                     WRONG[name](odd, draw)
-                    with pytest.raises((ValidationError, InputError, Conflict)):
+                    with pytest.raises((ValidationError, InputError, ReportConflict)):
                         await offer(odd)
                 old = draw.choice(driver.reports)
                 await send(missions, record, old)
-                with pytest.raises(Conflict, match="was another one"):
+                with pytest.raises(ReportConflict, match="was another one"):
                     await send(missions, record, {**old, "t_ms": old["t_ms"] + 1})
                 ended = [number for report in driver.reports for number in report["finished"]]
                 if ended:
                     last = driver.reports[-1]
                     again = {"n": last["n"] + 1, "t_ms": last["t_ms"], "finished": [draw.choice(ended)]}
-                    with pytest.raises(Conflict, match="was never given, or has ended"):
+                    with pytest.raises(ReportConflict, match="was never given, or has ended"):
                         await send(missions, record, again)
             return await missions.log(record)
 
     assert run(fly()) == undisturbed("lobby")
 
 
-def small_brief(seed: int) -> Brief:
+def small_brief(seed: int) -> MissionBrief:
     asked = body("lobby")
     asked["time_limit_ms"] = 200_000
     asked["planning_time"] = "charged" if seed % 3 == 0 else "instant"
@@ -90,19 +99,19 @@ def small_brief(seed: int) -> Brief:
 
 
 class Fuzz:
-    """A client that reports whatever the ledger lets pass."""
+    """A client that reports whatever the state lets pass."""
 
-    def __init__(self, brief: Brief, seed: int) -> None:
+    def __init__(self, brief: MissionBrief, seed: int) -> None:
         self.brief = brief
         self.draw = random.Random(seed)
-        self.ledger = Ledger(brief)
+        self.state = MissionState(brief)
         self.truth = builtin_scenario("lobby").grid.solid().cells
         self.open: dict[int, dict[str, Any]] = {}
         self.paused = False
 
-    def next(self, turn: Turn) -> Report | Wish:
-        for event in turn.events:
-            self.ledger.publish(event)
+    def next(self, batch: MissionBatch) -> MissionReport | Control:
+        for event in batch.events:
+            self.state.publish(event)
             if event.type == "commands":
                 for command in json.loads(event.data)["commands"]:
                     if command["name"] != "stop":
@@ -110,27 +119,27 @@ class Fuzz:
         wish = self.draw.random()
         if self.paused or wish < 0.05:
             self.paused = not self.paused
-            return Wish.PAUSE if self.paused else Wish.RESUME
+            return Control.PAUSE if self.paused else Control.RESUME
         while True:
             report = self.report()
             try:
-                self.ledger.check(report)
-            except Conflict:
+                self.state.check(report)
+            except ReportConflict:
                 continue
-            self.ledger.take(report, b"")
+            self.state.take(report, b"")
             for number in (*report.finished, *(number for number, _ in report.failed)):
                 del self.open[number]
             return report
 
-    def report(self) -> Report:
+    def report(self) -> MissionReport:
         draw, names = self.draw, [robot.name for robot in self.brief.robots]
         over = [number for number in self.open if draw.random() < 0.5]
         failed = [number for number in over if draw.random() < 0.2]
         lost = [name for name in names if draw.random() < 0.003]
-        return Report(
-            n=self.ledger.n + 1,
-            t_ms=self.ledger.t_ms + draw.choice([0, 1, 500, 3000]),
-            revealed=tuple((name, self.patch()) for name in names[:1] if not self.ledger.n or draw.random() < 0.5),
+        return MissionReport(
+            n=self.state.n + 1,
+            t_ms=self.state.t_ms + draw.choice([0, 1, 500, 3000]),
+            revealed=tuple((name, self.patch()) for name in names[:1] if not self.state.n or draw.random() < 0.5),
             map=self.map() if draw.random() < 0.02 else None,
             robots=tuple(self.note(name, over) for name in names if draw.random() < 0.6),
             finished=tuple(number for number in over if number not in failed),
@@ -143,38 +152,38 @@ class Fuzz:
         height, width = self.truth.shape
         middle = next(robot.cell for robot in self.brief.robots if robot.cell is not None)
         x, y, size = middle.x - 12, middle.y - 12, 24
-        if self.ledger.n:
+        if self.state.n:
             x, y, size = self.draw.randrange(width), self.draw.randrange(height), self.draw.randint(1, 20)
         part = slice(max(0, y), y + size), slice(max(0, x), x + size)
         cells = np.full_like(self.truth, UNKNOWN)
-        cells[part] = np.where(self.ledger.cells[part] == UNKNOWN, self.truth[part], self.ledger.cells[part])
+        cells[part] = np.where(self.state.cells[part] == UNKNOWN, self.truth[part], self.state.cells[part])
         return runs_in(cells)
 
     def map(self) -> Any:
-        cells = self.ledger.cells.copy()
+        cells = self.state.cells.copy()
         row, column, code = self.draw.randrange(40), self.draw.randrange(50), self.draw.choice([0, 1, 255])
         cells[row : row + 3, column : column + 5] = code
         return cells
 
-    def note(self, name: str, over: list[int]) -> RobotNote:
+    def note(self, name: str, over: list[int]) -> RobotUpdate:
         """Say that a robot is where it was sent, or just anywhere."""
         mine = [command for command in self.open.values() if command["robot"] == name and command["id"] in over]
         goals = [command["route"][-1] for command in mine if "route" in command]
         height, width = self.truth.shape
         anywhere = Cell(self.draw.randrange(width), self.draw.randrange(height))
         cell = Cell(*goals[0]) if goals else anywhere if self.draw.random() < 0.05 else None
-        return RobotNote(name=name, cell=cell, free_at_ms=self.draw.choice([None, 0, self.ledger.t_ms + 700]))
+        return RobotUpdate(name=name, cell=cell, free_at_ms=self.draw.choice([None, 0, self.state.t_ms + 700]))
 
 
 @pytest.mark.parametrize("seed", [1, 5, 14, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(15, 45))])
 def test_a_mission_survives_whatever_the_ledger_lets_pass_and_can_be_gone_through_again(seed: int) -> None:
     brief = small_brief(seed)
-    fuzz, inputs, turns = Fuzz(brief, seed), [], []
+    fuzz, inputs, batches = Fuzz(brief, seed), [], []
     with Hosted(brief) as hosted:
-        turns.append(hosted.turn(Due(input=None)))
-        while not turns[-1].over:
-            inputs.append(fuzz.next(turns[-1]) if len(turns) < 400 else Wish.CANCEL)
-            turns.append(hosted.turn(Due(input=inputs[-1])))
-    lines = [event.data for turn in turns for event in turn.events if event.type is EventType.LOG]
+        batches.append(hosted.batch(PendingInput(input=None)))
+        while not batches[-1].over:
+            inputs.append(fuzz.next(batches[-1]) if len(batches) < 400 else Control.CANCEL)
+            batches.append(hosted.batch(PendingInput(input=inputs[-1])))
+    lines = [event.data for batch in batches for event in batch.events if event.type is EventType.LOG]
     assert parse_log("".join(f"{line}\n" for line in lines).encode()).ended is not None
-    assert again(brief, inputs, turns) == turns
+    assert again(brief, inputs, batches) == batches

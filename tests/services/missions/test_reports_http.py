@@ -14,7 +14,7 @@ from talk import frames
 
 from marsupial.formats.missionlog import parse_log
 from marsupial_service.http.openapi import kept_text
-from marsupial_service.missions.values import EventType
+from marsupial_service.schemas.words import EventType
 
 START = {"n": 1, "t_ms": 0}
 

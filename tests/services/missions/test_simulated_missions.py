@@ -17,13 +17,15 @@ from undisturbed import STEPS, undisturbed
 from marsupial_service.entries.records import TooMany
 from marsupial_service.intake.reading import Digested
 from marsupial_service.intake.simulations import simulation_of
-from marsupial_service.missions.driver import CATCH_UP_S, Pace
-from marsupial_service.missions.ledger import Conflict
-from marsupial_service.missions.records import MissionPhase, MissionRecord
+from marsupial_service.missions.driver import CATCH_UP_S, MissionClock
+from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
-from marsupial_service.missions.values import EventType, Report, SimulatedBrief, Wish
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.missions.state import ReportConflict
+from marsupial_service.missions.values import Control, MissionReport
 from marsupial_service.schemas.simulations import SimulationBody
+from marsupial_service.schemas.words import EventType, MissionPhase
+from marsupial_service.settings import ServiceLimits
+from marsupial_service.simulation.team import SimulatedBrief
 
 LOBBY = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}}
 SLOW = {**LOBBY, "speed": 0.5}
@@ -116,12 +118,12 @@ def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None:
         async with open_missions(place) as missions:
             record = await begun(missions, {**LOBBY, "speed": 20})
             await reported(missions, record.id, 5)
-            await missions.wish(record, Wish.PAUSE)
+            await missions.control(record, Control.PAUSE)
             resting = await _resting(missions, record.id)
             assert resting.state is MissionPhase.PAUSED
-            await missions.wish(record, Wish.RESUME)
+            await missions.control(record, Control.RESUME)
             await reported(missions, record.id, resting.n + 3)
-            await missions.wish(record, Wish.CANCEL)
+            await missions.control(record, Control.CANCEL)
             assert (await over(missions, record.id)).status == "cancelled"
 
     run(fly())
@@ -144,7 +146,7 @@ def test_a_mission_that_is_cancelled_is_reported_to_no_more(place: str) -> None:
         async with open_missions(place) as missions:
             record = await begun(missions, SLOW)
             await reported(missions, record.id, 2)
-            await missions.wish(record, Wish.CANCEL)
+            await missions.control(record, Control.CANCEL)
             ended = await over(missions, record.id)
             assert ended.status == "cancelled"
             await asyncio.sleep(0.3)
@@ -157,8 +159,8 @@ def test_others_can_not_report_for_simulated_robots(place: str) -> None:
     async def fly() -> None:
         async with open_missions(place) as missions:
             record = await begun(missions, SLOW)
-            with pytest.raises(Conflict, match="simulated by the service"):
-                await missions.reports(record, [(Report(n=1, t_ms=0), b"mine")])
+            with pytest.raises(ReportConflict, match="simulated by the service"):
+                await missions.reports(record, [(MissionReport(n=1, t_ms=0), b"mine")])
 
     run(fly())
 
@@ -169,7 +171,7 @@ def test_no_more_missions_are_simulated_at_a_time_than_allowed(place: str) -> No
             first = await begun(missions, SLOW)
             with pytest.raises(TooMany, match="1 missions are simulated"):
                 await begun(missions, SLOW)
-            await missions.wish(first, Wish.CANCEL)
+            await missions.control(first, Control.CANCEL)
             await over(missions, first.id)
             await begun(missions, SLOW)
 
@@ -188,7 +190,7 @@ def test_a_key_of_whom_no_mission_is_simulated_gets_one_however_many_others_have
 
 
 def test_a_pace_is_kept_and_what_is_lost_is_not_made_up_for() -> None:
-    pace = Pace(10)
+    pace = MissionClock(10)
     assert pace.due_s(0, 100.0) == 100.0
     assert pace.due_s(5000, 100.0) == 100.5
     assert pace.due_s(5000, 100.6) == 100.5, "a little late: it hurries"
@@ -198,4 +200,4 @@ def test_a_pace_is_kept_and_what_is_lost_is_not_made_up_for() -> None:
 
 
 def test_without_a_pace_everything_is_due_at_once() -> None:
-    assert Pace(None).due_s(10**9, 5.0) == 5.0
+    assert MissionClock(None).due_s(10**9, 5.0) == 5.0

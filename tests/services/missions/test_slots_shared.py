@@ -6,6 +6,7 @@ import asyncio
 import threading
 from pathlib import Path
 
+from entry_house import settings_of
 from mission_house import Driver, run, started, team
 from patience import HANG_S
 from situations import many_rooms
@@ -15,13 +16,14 @@ from marsupial.processes.jobs import Job
 from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import LocalRunner
 from marsupial_service.entries.slots import Slots
-from marsupial_service.jobs.records import JobOutcome, JobRequest, JobSettings
+from marsupial_service.jobs.records import JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import Missions
+from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import open_store
 
-WANTED = JobRequest(
+WANTED = PackedRequest.of(
     planner="anytime",
     budget=Budget(seconds=3.0),
     task=many_rooms(2, 1, 6, 3),
@@ -52,7 +54,7 @@ class FullRunner(LocalRunner):
 
     asked = 0
 
-    def room(self, cpus: float = 1.0) -> NoRoom:
+    def reserve(self, cpus: float = 1.0) -> NoRoom:
         self.asked += 1
         return NoRoom()
 
@@ -60,7 +62,7 @@ class FullRunner(LocalRunner):
 def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_job_goes_on_after(tmp_path: Path) -> None:
     async def plan() -> None:
         slots, store = Slots(1), open_store(tmp_path)
-        jobs = Jobs(store, JobSettings(slots=1), slots=slots)
+        jobs = Jobs(store, settings_of(JobSettings, slots=1), slots=slots)
         missions = Missions(store, MissionSettings(), slots=slots)
         try:
             await jobs.start()
@@ -83,7 +85,7 @@ def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_job_goe
 def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_again_after(tmp_path: Path) -> None:
     async def plan() -> None:
         slots, store, runner = Slots(1), open_store(tmp_path), FullRunner()
-        jobs = Jobs(store, JobSettings(slots=1), runner=runner, slots=slots)
+        jobs = Jobs(store, settings_of(JobSettings, slots=1), runner=runner, slots=slots)
         try:
             await jobs.start()
             await jobs.submit(WANTED, owner="me")

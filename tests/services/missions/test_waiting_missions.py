@@ -12,19 +12,20 @@ from mission_house import Hosted, body, brief
 from marsupial.errors import ScenarioError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import OBSTACLE, UNKNOWN
-from marsupial_service.missions.reading import brief_of
-from marsupial_service.missions.values import Due, EventType, Report, Turn, Wish
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.intake.missions import brief_of
+from marsupial_service.missions.values import Control, MissionBatch, MissionReport, PendingInput
 from marsupial_service.schemas.missions import MissionBody
+from marsupial_service.schemas.words import EventType
+from marsupial_service.settings import ServiceLimits
 
 TRUTH = builtin_scenario("lobby").grid.solid().cells
 
 
-def told(turn: Turn, kind: EventType) -> list[dict[str, Any]]:
+def told(turn: MissionBatch, kind: EventType) -> list[dict[str, Any]]:
     return [json.loads(event.data) for event in turn.events if event.type is kind]
 
 
-def until(turn: Turn) -> int:
+def until(turn: MissionBatch) -> int:
     (commands,) = told(turn, EventType.COMMANDS)
     return int(commands["until_ms"])
 
@@ -41,16 +42,16 @@ def around_the_team(margin: int = 12) -> Any:
 
 def test_a_mission_with_nothing_revealed_waits_for_its_first_map_and_begins_with_it() -> None:
     with Hosted(brief("lobby")) as hosted:
-        hosted.turn(Due(input=None))
-        turn = hosted.turn(Due(input=Report(n=1, t_ms=0)))
+        hosted.batch(PendingInput(input=None))
+        turn = hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0)))
         (state,) = told(turn, EventType.STATE)
         assert state["state"] == "waiting"
         assert "the cell is unknown" in state["reason"]
         for n in range(2, 8):
             assert not turn.over
             assert until(turn) > 0
-            turn = hosted.turn(Due(input=Report(n=n, t_ms=100_000 * n)))
-        turn = hosted.turn(Due(input=Report(n=8, t_ms=800_000, map=around_the_team())))
+            turn = hosted.batch(PendingInput(input=MissionReport(n=n, t_ms=100_000 * n)))
+        turn = hosted.batch(PendingInput(input=MissionReport(n=8, t_ms=800_000, map=around_the_team())))
         assert [state["state"] for state in told(turn, EventType.STATE)] == ["running"]
         plans = [line for line in told(turn, EventType.LOG) if line["event"] == "plan"]
         assert plans[0]["trigger"] == "start"
@@ -61,13 +62,13 @@ def test_robots_that_the_map_shows_inside_obstacles_do_not_complete_a_mission() 
     walled = around_the_team()
     walled[walled != UNKNOWN] = OBSTACLE
     with Hosted(brief("lobby")) as hosted:
-        hosted.turn(Due(input=None))
-        turn = hosted.turn(Due(input=Report(n=1, t_ms=0, map=walled)))
+        hosted.batch(PendingInput(input=None))
+        turn = hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0, map=walled)))
         assert not turn.over
         assert "the cell is obstacle" in told(turn, EventType.STATE)[0]["reason"]
-        turn = hosted.turn(Due(input=Report(n=2, t_ms=10, map=around_the_team())))
+        turn = hosted.batch(PendingInput(input=MissionReport(n=2, t_ms=10, map=around_the_team())))
         assert told(turn, EventType.COMMANDS)[0]["commands"]
-        turn = hosted.turn(Due(input=Report(n=3, t_ms=20, map=walled)))
+        turn = hosted.batch(PendingInput(input=MissionReport(n=3, t_ms=20, map=walled)))
         assert not turn.over
 
 
@@ -75,13 +76,13 @@ def test_a_mission_that_has_begun_waits_a_minute_for_a_map_on_which_its_robots_c
     walled = around_the_team()
     walled[walled != UNKNOWN] = OBSTACLE
     with Hosted(brief("lobby")) as hosted:
-        hosted.turn(Due(input=None))
-        turn = hosted.turn(Due(input=Report(n=1, t_ms=0, map=around_the_team())))
+        hosted.batch(PendingInput(input=None))
+        turn = hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0, map=around_the_team())))
         given = [command["id"] for command in told(turn, EventType.COMMANDS)[0]["commands"]]
-        turn = hosted.turn(Due(input=Report(n=2, t_ms=10, map=walled, finished=tuple(given))))
+        turn = hosted.batch(PendingInput(input=MissionReport(n=2, t_ms=10, map=walled, finished=tuple(given))))
         assert not turn.over
         assert until(turn) == 60_010
-        turn = hosted.turn(Due(input=Report(n=3, t_ms=60_010)))
+        turn = hosted.batch(PendingInput(input=MissionReport(n=3, t_ms=60_010)))
         (end,) = told(turn, EventType.END)
         assert end["status"] == "stalled"
         assert "can't stand" in end["reason"]
@@ -90,12 +91,12 @@ def test_a_mission_that_has_begun_waits_a_minute_for_a_map_on_which_its_robots_c
 def test_during_a_pause_the_next_report_is_asked_for_ahead() -> None:
     asked = replace(brief("lobby"), limits=replace(brief("lobby").limits, time_ms=5000))
     with Hosted(asked) as hosted:
-        hosted.turn(Due(input=None))
-        hosted.turn(Due(input=Report(n=1, t_ms=0, map=around_the_team())))
-        turn = hosted.turn(Due(input=Wish.PAUSE))
+        hosted.batch(PendingInput(input=None))
+        hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0, map=around_the_team())))
+        turn = hosted.batch(PendingInput(input=Control.PAUSE))
         for n, t_ms in ((2, 900), (3, 3000), (4, 9000)):
             assert until(turn) > t_ms - 900
-            turn = hosted.turn(Due(input=Report(n=n, t_ms=t_ms)))
+            turn = hosted.batch(PendingInput(input=MissionReport(n=n, t_ms=t_ms)))
             assert until(turn) > t_ms
 
 

@@ -7,7 +7,7 @@ import pickle
 import pytest
 
 from marsupial.model.scenario import MissionLimits
-from marsupial_service.missions.values import Report, Wish
+from marsupial_service.missions.values import Control, MissionReport
 from marsupial_service.store import kept
 
 FORMER = {
@@ -16,7 +16,7 @@ FORMER = {
 }
 
 
-@pytest.mark.parametrize("value", [Wish.PAUSE, Report(n=1, t_ms=5, finished=(1,)), MissionLimits(time_ms=7)])
+@pytest.mark.parametrize("value", [Control.PAUSE, MissionReport(n=1, t_ms=5, finished=(1,)), MissionLimits(time_ms=7)])
 def test_what_was_stored_under_former_names_is_read(value: object) -> None:
     data = pickle.dumps(value, protocol=0)
     for name, former in FORMER.items():
@@ -27,5 +27,5 @@ def test_what_was_stored_under_former_names_is_read(value: object) -> None:
 
 
 def test_what_is_stored_now_is_read() -> None:
-    report = Report(n=2, t_ms=9, lost=(("joey", "battery"),))
+    report = MissionReport(n=2, t_ms=9, lost=(("joey", "battery"),))
     assert repr(kept.loads(kept.dumps(report))) == repr(report)

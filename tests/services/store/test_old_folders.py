@@ -12,10 +12,9 @@ import pytest
 from marsupial_service.entries.records import EventRecord, NewEntry
 from marsupial_service.jobs import table as job_table
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.records import JobEventType, JobOutcome, JobSettings, JobState
-from marsupial_service.missions.records import MissionPhase
+from marsupial_service.jobs.records import JobSettings
 from marsupial_service.missions.table import MISSIONS
-from marsupial_service.missions.values import EventType
+from marsupial_service.schemas.words import EventType, JobEventType, JobOutcome, JobState, MissionPhase
 from marsupial_service.store import Store, open_store
 from marsupial_service.store.sqlite import FILE
 
@@ -88,8 +87,8 @@ def test_what_an_old_folder_holds_is_found_followed_and_carried_on(old: Store) -
     assert (claim.id, claim.attempt, claim.budget.steps) == ("died", 2, 7)
 
     mission = old.read(lambda c: MISSIONS.existing(c, "trip")).result()
-    assert (mission.state, mission.n, mission.t_ms, mission.turns) == (MissionPhase.PAUSED, 3, 500, 4)
+    assert (mission.state, mission.n, mission.t_ms, mission.batches) == (MissionPhase.PAUSED, 3, 500, 4)
     tell = {"state": "running"}
-    old.write(lambda tx: MISSIONS.tell(tx, mission.number, EventType.STATE, json.dumps(tell), 50, turn=4)).result()
+    old.write(lambda tx: MISSIONS.tell(tx, mission.number, EventType.STATE, json.dumps(tell), 50, batch=4)).result()
     found = old.read(lambda c: MISSIONS.events(c, "trip", 0, 9)).result()
     assert ([event.seq for event in found.events], found.is_open) == ([1, 2], True)

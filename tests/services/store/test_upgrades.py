@@ -9,20 +9,22 @@ from pathlib import Path
 import pytest
 
 from marsupial.errors import UsageError
+from marsupial_service.entries.capacity import stored_bytes
 from marsupial_service.entries.records import EventRecord
-from marsupial_service.entries.room import stored_bytes
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.missions import packed
-from marsupial_service.missions.records import MissionPhase
 from marsupial_service.missions.table import MISSIONS, log
-from marsupial_service.missions.values import Event, EventType, Report, RobotNote, Wish
+from marsupial_service.missions.values import Control, MissionReport, RobotUpdate, StoredEvent
 from marsupial_service.operations import upkeep
+from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.store import Store, StoreError, Transaction, kept, open_store, tables
 from marsupial_service.store.opening import engine_of
 from marsupial_service.store.sqlite import FILE
 
 SCHEMA = (Path(__file__).parent / "schema_2.sql").read_text()
-REPORT = Report(n=1, t_ms=500, revealed=(("joey", (5, 2, 1)),), robots=(RobotNote(name="joey", free_at_ms=600),))
+REPORT = MissionReport(
+    n=1, t_ms=500, revealed=(("joey", (5, 2, 1)),), robots=(RobotUpdate(name="joey", free_at_ms=600),)
+)
 LINES = ('{"event":"mission"}', '{"event":"reveal","t_ms":500}')
 EVENTS = (
     (0, "log", LINES[0]),
@@ -42,7 +44,7 @@ def fill(tx: Transaction) -> None:
     tx.insert("missions", **head, **columns, id="m", state="paused", turns=3, events=len(EVENTS))
     tx.insert("mission_briefs", mission=1, brief=kept.dumps("brief"))
     tx.insert("mission_inputs", mission=1, seq=1, digest=b"r", data=kept.dumps(REPORT), at_ms=2)
-    tx.insert("mission_inputs", mission=1, seq=2, data=kept.dumps(Wish.PAUSE), at_ms=3)
+    tx.insert("mission_inputs", mission=1, seq=2, data=kept.dumps(Control.PAUSE), at_ms=3)
     for seq, (turn, kind, data) in enumerate(EVENTS, start=1):
         tx.insert("mission_events", mission=1, seq=seq, turn=turn, type=kind, data=data, at_ms=2)
 
@@ -70,19 +72,19 @@ def test_everything_is_found_and_goes_on(old: str) -> None:
 
 def check(store: Store) -> None:
     mission = store.read(lambda c: MISSIONS.existing(c, "m")).result()
-    assert (mission.state, mission.inputs, mission.turns, mission.events) == (MissionPhase.PAUSED, 2, 3, 5)
+    assert (mission.state, mission.inputs, mission.batches, mission.events) == (MissionPhase.PAUSED, 2, 3, 5)
     records = tuple(EventRecord(seq=i, type=EventType(e[1]), data=e[2]) for i, e in enumerate(EVENTS, start=1))
     for after in range(6):
         assert store.read(lambda c, a=after: MISSIONS.events(c, "m", a, 99).events).result() == records[after:]
-    turns = [store.read(lambda c, t=turn: packed.events_of_turn(c, 1, t)).result() for turn in range(4)]
-    assert turns == [tuple(Event(EventType(e[1]), e[2]) for e in EVENTS if e[0] == turn) for turn in range(4)]
+    turns = [store.read(lambda c, t=turn: packed.events_of_batch(c, 1, t)).result() for turn in range(4)]
+    assert turns == [tuple(StoredEvent(EventType(e[1]), e[2]) for e in EVENTS if e[0] == turn) for turn in range(4)]
     assert store.read(lambda c: log(c, mission)).result() == LINES
     report, wish = map(kept.loads, store.read(lambda c: packed.inputs_from(c, 1, 1, 9)).result())
-    assert (repr(report), wish) == (repr(REPORT), Wish.PAUSE)
+    assert (repr(report), wish) == (repr(REPORT), Control.PAUSE)
     digests = store.read(lambda c: [digest for _, digest in packed.inputs_after(c, 1, 0)]).result()
     assert digests == [b"r", None]
 
-    store.write(lambda tx: packed.add_events(tx, 1, {3: [Event(EventType.STATE, "{}")] * 2}, 4)).result()
+    store.write(lambda tx: packed.add_events(tx, 1, {3: [StoredEvent(EventType.STATE, "{}")] * 2}, 4)).result()
     found = store.read(lambda c: MISSIONS.events(c, "m", 4, 99).events).result()
     assert [event.seq for event in found] == [5, 6, 7]
     assert store.read(lambda c: JOBS.events(c, "j", 0, 9).events).result()[0].data == "{}"

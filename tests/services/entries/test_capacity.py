@@ -7,8 +7,8 @@ import math
 import pytest
 from mission_house import Driver, brief, open_missions, run, started, team
 
-from marsupial_service.entries.room import RESERVE, Room, StoreFull, stored_bytes
-from marsupial_service.entries.table import Reader
+from marsupial_service.entries.capacity import RESERVE, StoreCapacity, StoreFull, stored_bytes
+from marsupial_service.entries.table import StoreReader
 
 
 class Held:
@@ -25,9 +25,9 @@ class Held:
         return {"bytes": self.bytes}
 
 
-def refuses(room: Room, reader: Reader, *, of_reports: bool) -> bool:
+def refuses(capacity: StoreCapacity, reader: StoreReader, *, of_reports: bool) -> bool:
     try:
-        room.check(reader, "me", of_reports=of_reports)
+        capacity.check(reader, "me", of_reports=of_reports)
     except StoreFull:
         return True
     return False
@@ -40,25 +40,30 @@ def refuses(room: Room, reader: Reader, *, of_reports: bool) -> bool:
 def test_reports_are_taken_longer_than_entries(stored: int, entries: bool, reports: bool) -> None:
     assert RESERVE == 0.1
     held = Held(stored)
-    for room in (Room(1000), Room(key_limit=500), Room(1000, 9999), Room(9999, 500)):
-        assert [refuses(room, held, of_reports=which) for which in (False, True)] == [entries, reports]
-    assert not refuses(Room(math.inf), held, of_reports=False)
+    for capacity in (
+        StoreCapacity(1000),
+        StoreCapacity(key_limit=500),
+        StoreCapacity(1000, 9999),
+        StoreCapacity(9999, 500),
+    ):
+        assert [refuses(capacity, held, of_reports=which) for which in (False, True)] == [entries, reports]
+    assert not refuses(StoreCapacity(math.inf), held, of_reports=False)
 
 
 def test_it_says_whose_part_is_full() -> None:
     with pytest.raises(StoreFull, match=r"^your part of the store is full: your jobs and missions take 1000 bytes"):
-        Room(9999, 900).check(Held(2000), "me")
+        StoreCapacity(9999, 900).check(Held(2000), "me")
 
 
 def test_sums_are_made_once_a_second() -> None:
     now = [10.0]
-    room, held = Room(1000, clock_s=lambda: now[0]), Held(2000)
-    assert refuses(room, held, of_reports=True)
+    capacity, held = StoreCapacity(1000, clock_s=lambda: now[0]), Held(2000)
+    assert refuses(capacity, held, of_reports=True)
     held.bytes = 0
     now[0] += 0.9
-    assert refuses(room, held, of_reports=True)
+    assert refuses(capacity, held, of_reports=True)
     now[0] += 0.2
-    assert not refuses(room, held, of_reports=True)
+    assert not refuses(capacity, held, of_reports=True)
 
 
 def test_a_mission_that_is_open_goes_on_into_the_reserve_and_no_other_begins(place: str) -> None:
@@ -68,14 +73,14 @@ def test_a_mission_that_is_open_goes_on_into_the_reserve_and_no_other_begins(pla
             driver = Driver(team())
             assert not await driver.drive(missions, record, 5)
             stored = await missions.read(stored_bytes)
-            missions._room = Room(stored)
+            missions._capacity = StoreCapacity(stored)
             with pytest.raises(StoreFull):
                 await missions.create(brief(), b"other", owner="me")
             assert not await driver.drive(missions, record, 6)
-            missions._room = Room(stored / (1 + RESERVE))
+            missions._capacity = StoreCapacity(stored / (1 + RESERVE))
             with pytest.raises(StoreFull):
                 await driver.drive(missions, record)
-            missions._room = Room()
+            missions._capacity = StoreCapacity()
             assert await driver.drive(missions, record)
             return driver.batch
 

@@ -1,11 +1,12 @@
 """The process of a mission: the closed loop in a world of reports.
 
-After each input everything it led to goes back in one turn. A process that takes the place of a dead one is given the
-decisions of its predecessor with the inputs, and so comes to the same turns again without planning.
+After each input everything it led to goes back in one batch. A process that takes the place of a dead one is given the
+decisions of its predecessor with the inputs, and so comes to the same batches again without planning.
 """
 
 from __future__ import annotations
 
+import hashlib
 from collections import deque
 from dataclasses import replace
 
@@ -24,26 +25,26 @@ from marsupial.model.mission import (
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
+from marsupial_service.entries.documents import line
 from marsupial_service.missions import documents
-from marsupial_service.missions.robots import SimulatedRobots
+from marsupial_service.missions.reported import RobotCommand
 from marsupial_service.missions.values import (
-    Brief,
-    Due,
-    Dues,
-    Event,
-    EventType,
+    Control,
     HasPlanned,
     Input,
     MayPlan,
-    Report,
-    SimulatedBrief,
-    Told,
-    Turn,
-    Turns,
+    MissionBatch,
+    MissionBatches,
+    MissionBrief,
+    MissionReport,
+    PendingInput,
+    PendingInputs,
+    StoredEvent,
+    StoredReport,
     WantsToPlan,
-    Wish,
 )
-from marsupial_service.missions.world import RemoteWorld, RobotCommand
+from marsupial_service.missions.world import RemoteWorld
+from marsupial_service.schemas.words import EventType
 from marsupial_service.store import kept
 
 
@@ -52,11 +53,11 @@ def load_missions() -> None:
     try_mission("temporal", "auto", rovers=True)
 
 
-def fly(brief: Brief, channel: Channel) -> None:
+def run_mission(brief: MissionBrief, channel: Channel) -> None:
     """Carry out a mission; the function of a job."""
-    desk = Desk(brief, channel)
+    process = MissionProcess(brief, channel)
     kinds = {kind.name: kind for kind in brief.kinds}
-    world = RemoteWorld(brief, desk)
+    world = RemoteWorld(brief, process)
     order = MissionOrder(
         goal=brief.goal,
         limits=brief.limits,
@@ -65,13 +66,13 @@ def fly(brief: Brief, channel: Channel) -> None:
         homes=world.homes,
         waits=True,
     )
-    desk.event(_started(brief, world))
-    MissionLoop(world, kinds, desk, order, desk).run(lambda: world.cancelled)
+    process.event(_started(brief, world))
+    MissionLoop(world, kinds, process, order, process).run(lambda: world.cancelled)
     world.stop_all()
-    desk.end(world.now_ms)
+    process.end(world.now_ms)
 
 
-def _started(brief: Brief, world: RemoteWorld) -> MissionStarted:
+def _started(brief: MissionBrief, world: RemoteWorld) -> MissionStarted:
     return MissionStarted(
         t_ms=world.now_ms,
         scenario=brief.name,
@@ -89,10 +90,10 @@ def _started(brief: Brief, world: RemoteWorld) -> MissionStarted:
     )
 
 
-class Desk(Observer):
-    """Gathers what the mission does into turns, fetches the inputs, and is the strategy whose decisions are kept."""
+class MissionProcess(Observer):
+    """A mission's end of the channel: sends batches, receives inputs, and is the strategy whose decisions are kept."""
 
-    def __init__(self, brief: Brief, channel: Channel) -> None:
+    def __init__(self, brief: MissionBrief, channel: Channel) -> None:
         self._brief = brief
         self._inner = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
         self.name = self._inner.name
@@ -100,19 +101,19 @@ class Desk(Observer):
         if own is not None:
             self.replanning = own
         self._channel = channel
-        self._robots = SimulatedRobots(brief) if isinstance(brief, SimulatedBrief) else None
-        self._next: Told | None = None
+        self._robots = brief.simulated_robots()
+        self._next: StoredReport | None = None
         self._encoder = LogEncoder()
-        self._events: list[Event] = []
+        self._events: list[StoredEvent] = []
         self._commands: list[dict[str, object]] = []
         self._grid = brief.grid
-        self._n = self._t_ms = self._batch = self._revision = 0
+        self._n = self._t_ms = self._sent = self._revision = 0
         self._counts: dict[str, int] = {}
         self._action: ActionStarted | None = None
         self._ended: MissionEnded | None = None
-        self._turns: list[Turn] = []
-        self._dues: deque[Due] = deque()
-        self._decisions = deque(self._due().decisions)
+        self._batches: list[MissionBatch] = []
+        self._pending: deque[PendingInput] = deque()
+        self._decisions = deque(self._next_input().decisions)
 
     def event(self, event: MissionEvent) -> None:
         """Log an event; clients that follow no log are told of a frame that has grown as well."""
@@ -137,16 +138,16 @@ class Desk(Observer):
             text = self._decisions.popleft()
             decision = documents.decision_of(text)
         else:
-            self._send_turns()
+            self._send_batches()
             self._channel.send(WantsToPlan())
             assert isinstance(self._channel.receive(), MayPlan)
-            decision = self._told(self._inner.decide(briefing))
+            decision = self._renamed(self._inner.decide(briefing))
             self._channel.send(HasPlanned())
             text = documents.decision(decision)
         self._tell(EventType.DECISION, text)
         return decision
 
-    def _told(self, decision: Decision) -> Decision:
+    def _renamed(self, decision: Decision) -> Decision:
         """Return a decision that names the planner as the client does."""
         say, report = self._brief.without_command, decision.report
         return replace(decision, report=replace(report, planner=say(report.planner), detail=say(report.detail)))
@@ -161,18 +162,20 @@ class Desk(Observer):
     def exchange(self, until_ms: int) -> Input:
         """Send everything there is, to be answered by `until_ms`, and return the next input once it has come."""
         self._send_commands(until_ms)
-        self._end_turn(over=False)
-        answer = self._due()
+        self._end_batch(over=False)
+        answer = self._next_input()
         assert answer.input is not None
         taken: Input = kept.loads(answer.input) if isinstance(answer.input, bytes) else answer.input
         self._decisions = deque(answer.decisions)
-        if not isinstance(taken, Wish):
+        if not isinstance(taken, Control):
             self._count(taken)
-        elif taken is not Wish.CANCEL:
+        elif taken is not Control.CANCEL:
+            if self._robots is not None:
+                self._robots.paused = taken is Control.PAUSE
             self._tell(EventType.STATE, documents.state(taken, self._t_ms))
         return taken
 
-    def _count(self, report: Report) -> None:
+    def _count(self, report: MissionReport) -> None:
         self._t_ms = max(self._t_ms, report.t_ms)
         if report.robot is None:
             self._n = report.n
@@ -180,40 +183,49 @@ class Desk(Observer):
             self._counts[report.robot] = report.n
 
     def end(self, t_ms: int) -> None:
-        """Send the last turn."""
+        """Send the last batch."""
         if self._commands:
             self._send_commands(None)
         assert self._ended is not None
         self._tell(EventType.END, documents.end(self._ended.status, self._ended.reason, t_ms))
-        self._end_turn(over=True)
-        self._send_turns()
+        self._end_batch(over=True)
+        self._send_batches()
 
     def _tell(self, kind: EventType, data: str) -> None:
-        self._events.append(Event(kind, data))
-        if self._robots is not None:
-            self._next = self._robots.hear(self._events[-1]) or self._next
+        self._events.append(StoredEvent(kind, data))
 
     def _send_commands(self, until_ms: int | None) -> None:
-        self._batch += 1
-        head = {"batch": self._batch, "revision": self._revision, "n": self._n, "t_ms": self._t_ms}
-        data = documents.commands({**head, "until_ms": until_ms}, self._counts, self._commands)
-        self._tell(EventType.COMMANDS, data)
-        self._commands = []
+        self._sent += 1
+        data: dict[str, object] = {
+            "batch": self._sent,
+            "revision": self._revision,
+            "n": self._n,
+            "t_ms": self._t_ms,
+            "until_ms": until_ms,
+        }
+        if self._counts:  # where robots report by their own counts
+            data["robots"] = dict(self._counts)
+        data["commands"], self._commands = self._commands, []
+        self._tell(EventType.COMMANDS, line(data))
+        if self._robots is not None and (report := self._robots.report(data)) is not None:
+            self._next = StoredReport(report, hashlib.sha256(repr(report).encode()).digest())
 
-    def _end_turn(self, *, over: bool) -> None:
-        self._turns.append(Turn(events=tuple(self._events), over=over, revision=self._revision, next=self._next))
+    def _end_batch(self, *, over: bool) -> None:
+        self._batches.append(
+            MissionBatch(events=tuple(self._events), over=over, revision=self._revision, next=self._next)
+        )
         self._events, self._next = [], None
 
-    def _send_turns(self) -> None:
-        if self._turns:
-            self._channel.send(Turns(tuple(self._turns)))
-            self._turns = []
+    def _send_batches(self) -> None:
+        if self._batches:
+            self._channel.send(MissionBatches(tuple(self._batches)))
+            self._batches = []
 
-    def _due(self) -> Due:
-        """Return what is to be answered next; all turns are sent before it is waited for."""
-        if not self._dues:
-            self._send_turns()
+    def _next_input(self) -> PendingInput:
+        """Return what is to be answered next; all batches are sent before it is waited for."""
+        if not self._pending:
+            self._send_batches()
             told = self._channel.receive()
-            assert isinstance(told, Dues)
-            self._dues.extend(told.dues)
-        return self._dues.popleft()
+            assert isinstance(told, PendingInputs)
+            self._pending.extend(told.inputs)
+        return self._pending.popleft()

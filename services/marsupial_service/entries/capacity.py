@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from marsupial_service.entries.table import Reader
+from marsupial_service.entries.table import StoreReader
 
 RESERVE = 0.1
 """What open missions may take beyond the cap, as a part of it."""
@@ -29,7 +29,7 @@ class StoreFull(Exception):
 
 
 @dataclass(slots=True)
-class Room:
+class StoreCapacity:
     """What is left of a store that may hold `limit` bytes, and of one owner `key_limit`; for the thread that writes."""
 
     limit: float = math.inf
@@ -38,7 +38,7 @@ class Room:
     _sums: dict[str | None, int] = field(default_factory=dict, init=False)
     _summed_s: float = field(default=-math.inf, init=False)
 
-    def check(self, reader: Reader, owner: str, *, of_reports: bool = False) -> None:
+    def check(self, reader: StoreReader, owner: str, *, of_reports: bool = False) -> None:
         """Raise StoreFull if there is none for an entry of that owner, or for what is reported."""
         if self.clock_s() - self._summed_s > _FRESH_S:
             self._sums.clear()
@@ -46,7 +46,7 @@ class Room:
         self._check(reader, None, self.limit, of_reports)
         self._check(reader, owner, self.key_limit, of_reports)
 
-    def _check(self, reader: Reader, owner: str | None, limit: float, of_reports: bool) -> None:
+    def _check(self, reader: StoreReader, owner: str | None, limit: float, of_reports: bool) -> None:
         if limit == math.inf:
             return
         if owner not in self._sums:
@@ -57,7 +57,7 @@ class Room:
             raise StoreFull(f"{taken}; old ones are removed in time")
 
 
-BOUNDLESS = Room()
+UNBOUNDED = StoreCapacity()
 
 
 class Sizes(NamedTuple):
@@ -67,7 +67,7 @@ class Sizes(NamedTuple):
     on_disk: int
 
 
-def stored_bytes(reader: Reader, owner: str | None = None) -> int:
+def stored_bytes(reader: StoreReader, owner: str | None = None) -> int:
     """Return about how many bytes all entries take, or those of an owner."""
     of_all = "(SELECT coalesce(sum(bytes), 0) FROM {} WHERE owner = coalesce(?, owner))"
     sql = f"SELECT {of_all.format('jobs')} + {of_all.format('missions')} AS bytes"

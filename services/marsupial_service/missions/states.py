@@ -1,7 +1,7 @@
-"""The ledgers of missions that this server was asked about, each brought up to date before it judges.
+"""The states of missions that this server was asked about, each brought up to date before it judges.
 
 Reports of one mission may come through any server. So a report is judged within the transaction that stores it, and
-by then the ledger has taken in whatever other servers have stored.
+by then the state has taken in whatever other servers have stored.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from marsupial_service.entries.table import Reader
+from marsupial_service.entries.table import StoreReader
 from marsupial_service.missions import packed
-from marsupial_service.missions.ledger import Ledger
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.missions.values import Brief, Report
+from marsupial_service.missions.state import MissionState
+from marsupial_service.missions.values import MissionBrief, MissionReport
 from marsupial_service.store import kept, packing
 
 _MOST_CELLS = 200_000_000
@@ -22,47 +22,47 @@ _MOST_CELLS = 200_000_000
 
 @dataclass(slots=True)
 class _Known:
-    """A ledger, and how many of the mission's inputs and events it has taken in."""
+    """A state, and how many of the mission's inputs and events it has taken in."""
 
-    brief: Brief
-    ledger: Ledger
+    brief: MissionBrief
+    state: MissionState
     inputs: int = 0
     events: int = 0
 
 
-class Ledgers:
-    """The ledgers; those that were not asked for of late are forgotten. Used by one thread, but for `brief`."""
+class MissionStates:
+    """The states; those that were not asked for of late are forgotten. Used by one thread, but for `brief`."""
 
     def __init__(self) -> None:
         self._known: OrderedDict[str, _Known] = OrderedDict()
 
-    def brief(self, mission: str) -> Brief | None:
+    def brief(self, mission: str) -> MissionBrief | None:
         """Return what a mission was created with, if it is known here; for any thread."""
         known = self._known.get(mission)
         return None if known is None else known.brief
 
-    def ledger(self, reader: Reader, record: MissionRecord) -> Ledger:
-        """Return the ledger of a mission with all that is stored of it, commands before reports."""
+    def of(self, reader: StoreReader, record: MissionRecord) -> MissionState:
+        """Return the state of a mission with all that is stored of it, commands before reports."""
         known = self._known.get(record.id)
         if known is None:
             found = brief(reader, record)
-            known = self._known[record.id] = _Known(found, Ledger(found))
+            known = self._known[record.id] = _Known(found, MissionState(found))
         self._known.move_to_end(record.id)
         if record.events > known.events:
             for _, event in packed.events_after(reader, record.number, known.events):
-                known.ledger.publish(event)
+                known.state.publish(event)
             known.events = record.events
         if record.inputs > known.inputs:
             for report, digest in packed.inputs_after(reader, record.number, known.inputs):
                 if digest is not None:
-                    assert isinstance(report, Report)
-                    known.ledger.take(report, digest)
+                    assert isinstance(report, MissionReport)
+                    known.state.take(report, digest)
             known.inputs = record.inputs
         self._forget()
-        return known.ledger
+        return known.state
 
-    def replace(self, record: MissionRecord, ledger: Ledger) -> Callable[[], None]:
-        """Let `ledger`, which has taken in all inputs of `record`, stand for the one there is.
+    def replace(self, record: MissionRecord, state: MissionState) -> Callable[[], None]:
+        """Let `state`, which has taken in all inputs of `record`, stand for the one there is.
 
         Returns
         -------
@@ -70,20 +70,20 @@ class Ledgers:
             To be called if they are not stored after all.
         """
         known = self._known[record.id]
-        known.ledger, known.inputs = ledger, record.inputs
+        known.state, known.inputs = state, record.inputs
         return lambda: self.drop(record.id)
 
     def drop(self, mission: str) -> None:
-        """Forget a ledger."""
+        """Forget a state."""
         self._known.pop(mission, None)
 
     def _forget(self) -> None:
-        while len(self._known) > 1 and sum(known.ledger.cells.size for known in self._known.values()) > _MOST_CELLS:
+        while len(self._known) > 1 and sum(known.state.cells.size for known in self._known.values()) > _MOST_CELLS:
             self._known.popitem(last=False)
 
 
-def brief(reader: Reader, record: MissionRecord) -> Brief:
+def brief(reader: StoreReader, record: MissionRecord) -> MissionBrief:
     """Return what a mission was created with."""
     row = reader.execute("SELECT brief FROM mission_briefs WHERE mission = ?", (record.number,)).fetchone()
-    found: Brief = kept.loads(packing.unpack(row["brief"]))
+    found: MissionBrief = kept.loads(packing.unpack(row["brief"]))
     return found

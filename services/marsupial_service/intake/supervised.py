@@ -5,16 +5,20 @@ from __future__ import annotations
 import asyncio
 import logging
 import threading
+import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from dataclasses import dataclass
 from typing import Any
 
 from marsupial.errors import InternalError
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message
-from marsupial.processes.runner import Room, Runner
-from marsupial_service.http.problems import HttpProblem
+from marsupial.processes.runner import Reservation, Runner
+from marsupial_service.entries.records import TooMany
+from marsupial_service.entries.slots import Slots
+from marsupial_service.problems import HttpProblem
 
 _TRIES = 3
 """How often it is begun where another process kills it."""
@@ -93,18 +97,18 @@ async def value_on(
 ) -> object:
     """Return the first value of a function that is run by `runner`, as `Supervised.value_of` does on this machine."""
     job = Job(function=function, argument=argument, limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes))
-    with closing(runner.room(0)) as room:
+    with closing(runner.reserve(0)) as reservation:
         try:
             async with asyncio.timeout(_ROOM_S):
-                await asyncio.to_thread(room.wait)
+                await asyncio.to_thread(reservation.wait)
         except TimeoutError:
             raise _not_now("no node of the cluster is ready to work") from None
-        return _value_in(await asyncio.to_thread(_event_in, room, job))
+        return _value_in(await asyncio.to_thread(_event_in, reservation, job))
 
 
-def _event_in(room: Room, job: Job) -> Message | Ended:
+def _event_in(reservation: Reservation, job: Job) -> Message | Ended:
     try:
-        run = room.run(job)
+        run = reservation.run(job)
     except InternalError as error:
         raise _no_start(error) from error
     with closing(run):
@@ -129,3 +133,52 @@ def _no_start(error: InternalError) -> HttpProblem:
 
 def _not_now(said: str) -> HttpProblem:
     return HttpProblem("not-ready", said, headers={"Retry-After": str(_RETRY_S)})
+
+
+@dataclass(slots=True, kw_only=True)
+class RequestProcesses:
+    """Processes that work for one request each, so many at a time: keys have turns, and are charged for what they use.
+
+    Parameters
+    ----------
+    seconds, memory_bytes
+        The limits of each process.
+    charge
+        Is given the owner and the seconds that a process took.
+    """
+
+    supervised: Supervised
+    slots: Slots
+    seconds: float
+    memory_bytes: int
+    charge: Callable[[str, float], None]
+
+    async def value_of(
+        self, owner: str, function: Callable[[Any], Iterable[object]], argument: object, wait_s: float | None = None
+    ) -> object:
+        """Return the first value of `function`, run in a process as soon as it is the owner's turn.
+
+        Raises
+        ------
+        TooMany
+            If there was no turn within `wait_s`, or the owner waits for as many turns as there are slots already.
+        HttpProblem
+            If there is no value within the limits.
+        """
+        slots = self.slots
+        said = f"at most {slots.count} at a time, and as many of one key that wait"
+        if wait_s is not None and slots.waiting(owner) >= slots.count:
+            raise TooMany(said)
+        try:
+            async with asyncio.timeout(wait_s):
+                slot = await slots.for_owner(owner)
+        except TimeoutError:
+            raise TooMany(said) from None
+        with slots.taken(slot):
+            begun_s = time.monotonic()
+            try:
+                return await self.supervised.value_of(
+                    function, argument, seconds=self.seconds, memory_bytes=self.memory_bytes
+                )
+            finally:
+                self.charge(owner, time.monotonic() - begun_s)

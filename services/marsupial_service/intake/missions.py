@@ -17,14 +17,16 @@ from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.sizes import Extent
 from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
+from marsupial_service.entries.documents import line
+from marsupial_service.entries.records import digest_of
 from marsupial_service.intake import counts
 from marsupial_service.intake.counts import check_count
-from marsupial_service.intake.reading import Digested, Reading, digest_of
+from marsupial_service.intake.reading import BodyReader, Digested
 from marsupial_service.intake.situations import budget_of, refuse
 from marsupial_service.intake.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
-from marsupial_service.missions.frames import Frame, frame_at
-from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
-from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.missions.frames import MissionFrame, frame_at
+from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate, Runs, expand, fault_of, runs_in
+from marsupial_service.schemas.answers import KnownMapAnswer
 from marsupial_service.schemas.missions import (
     BatchBody,
     MissionBody,
@@ -33,11 +35,12 @@ from marsupial_service.schemas.missions import (
     ReportsBody,
     RobotNoteBody,
 )
+from marsupial_service.settings import ServiceLimits
 
 DEFAULT_BUDGET_S = 1.0
 
 
-def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, str]) -> Brief:
+def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, str]) -> MissionBrief:
     """Return the brief of a request; `commands` are the external planners that the operator allows, by name.
 
     Raises InputError naming everything that is wrong, or HttpProblem if there is too much of something.
@@ -49,7 +52,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     entries = entries_of(body.team, types, grid, notes.below("team"))
     _check_starts(entries, body, types, grid)
     members = [entry.member for entry in entries]
-    brief = Brief(
+    brief = MissionBrief(
         name=body.name,
         strategy=body.strategy,
         planner=body.planner,
@@ -134,8 +137,8 @@ def _check_runs(runs: Sequence[int], size: int, codes: Iterable[int], path: str,
 
 
 def report_of(
-    body: ReportBody, brief: Brief, frame: Frame | None = None, limits: ServiceLimits | None = None
-) -> Report:
+    body: ReportBody, brief: MissionBrief, frame: MissionFrame | None = None, limits: ServiceLimits | None = None
+) -> MissionReport:
     """Return the report of a request, whatever happened before.
 
     Parameters
@@ -145,7 +148,7 @@ def report_of(
 
     Raises ScenarioError naming all that is wrong.
     """
-    notes, first = Notes(), Frame.of(brief.grid)
+    notes, first = Notes(), MissionFrame.of(brief.grid)
     told = frame or first
     if body.frame is not None:
         told = _frame(body.frame, brief.grid, notes, (limits or ServiceLimits()).cells) or told
@@ -155,7 +158,7 @@ def report_of(
     _check_map(body, grid, notes)
     robots = tuple(_note(note, grid, notes.below(f"robots[{i}]")) for i, note in enumerate(body.robots))
     notes.check(ScenarioError)
-    return Report(
+    return MissionReport(
         n=body.n,
         t_ms=body.t_ms,
         revealed=tuple((seen.robot, seen.runs) for seen in body.revealed),
@@ -169,12 +172,14 @@ def report_of(
     )
 
 
-def reports_of(body: ReportsBody, brief: Brief, frame: Frame, limits: ServiceLimits) -> list[Report]:
+def reports_of(
+    body: ReportsBody, brief: MissionBrief, frame: MissionFrame, limits: ServiceLimits
+) -> list[MissionReport]:
     """Return the reports of one request; see `report_of`. Cells of each are of the frame that those before it leave."""
     if isinstance(body.root, ReportBody):
         return [report_of(body.root, brief, frame, limits)]
     _check_maps(body.root, frame, limits)
-    reports: list[Report] = []
+    reports: list[MissionReport] = []
     for i, one in enumerate(body.root.reports):
         with within_batch(i):
             reports.append(report_of(one, brief, frame, limits))
@@ -182,7 +187,7 @@ def reports_of(body: ReportsBody, brief: Brief, frame: Frame, limits: ServiceLim
     return reports
 
 
-def _check_maps(batch: BatchBody, frame: Frame, limits: ServiceLimits) -> None:
+def _check_maps(batch: BatchBody, frame: MissionFrame, limits: ServiceLimits) -> None:
     """Raise HttpProblem if the maps of a batch have more cells in all than one may have: few runs make many cells."""
     frames = [one.frame for one in batch.reports if one.map is not None]
     cells = sum(frame.size if told is None else told.width * told.height for told in frames)
@@ -200,7 +205,7 @@ def within_batch(i: int) -> Iterator[None]:
         raise ScenarioError(notes.problems) from error
 
 
-def _frame(body: ReportFrameBody, grid: Grid, notes: Notes, most_cells: int) -> Frame | None:
+def _frame(body: ReportFrameBody, grid: Grid, notes: Notes, most_cells: int) -> MissionFrame | None:
     """Return the frame that a report names, or None with what is wrong with it noted."""
     if body.width * body.height > most_cells:
         notes.wrong("frame", f"has {body.width * body.height} cells, more than the limit of {most_cells}")
@@ -241,10 +246,10 @@ def _check_map(body: ReportBody, grid: Grid, notes: Notes) -> None:
         _check_runs(numbers, grid.cells.size, codes if path == "map.runs" else codes | {UNKNOWN}, path, notes)
 
 
-def _note(body: RobotNoteBody, grid: Grid, notes: Notes) -> RobotNote:
+def _note(body: RobotNoteBody, grid: Grid, notes: Notes) -> RobotUpdate:
     if body.cell is not None and body.pose_m is not None:
         notes.wrong("pose_m", "give the cell or the pose, not both")
-    return RobotNote(
+    return RobotUpdate(
         name=body.name,
         cell=cell_of(body, grid, notes),
         free_at_ms=body.free_at_ms,
@@ -255,13 +260,13 @@ def _note(body: RobotNoteBody, grid: Grid, notes: Notes) -> RobotNote:
 
 def _mission_of(
     body: MissionBody, sent: Digested, limits: ServiceLimits, commands: Mapping[str, str]
-) -> tuple[Brief, bytes]:
+) -> tuple[MissionBrief, bytes]:
     return brief_of(body, limits, commands), sent.digest
 
 
 def _reports_of(
-    body: ReportsBody, sent: Digested, brief: Brief, frame: Frame, limits: ServiceLimits
-) -> tuple[list[tuple[Report, bytes]], bool]:
+    body: ReportsBody, sent: Digested, limits: ServiceLimits, brief: MissionBrief, frame: MissionFrame
+) -> tuple[list[tuple[MissionReport, bytes]], bool]:
     """Return the reports of a request with their digests, and whether it is a batch."""
     is_batch = isinstance(body.root, BatchBody)
     bodies = body.root.reports if isinstance(body.root, BatchBody) else [body.root]
@@ -281,6 +286,21 @@ def _told(runs: Runs) -> int:
     return sum(runs[1::3])
 
 
-MISSION_READING = Reading(model=MissionBody, counts=counts.MISSION, make=_mission_of)
-REPORT_READING = Reading(model=ReportsBody, counts=counts.REPORTS, make=_reports_of, is_quick=_has_no_map)
+MISSION_READER = BodyReader(model=MissionBody, counts=counts.MISSION, make=_mission_of)
+REPORT_READER = BodyReader(model=ReportsBody, counts=counts.REPORTS, make=_reports_of, is_quick=_has_no_map)
 """How the bodies of missions and reports are read: to what they mean, and the digest of what was sent."""
+
+
+def changes_in(cells: CellArray) -> int:
+    """Return how often a cell differs from the one before it: about as many runs there are."""
+    return int(np.count_nonzero(np.diff(cells.ravel())))
+
+
+def known_map_text(known: Grid) -> bytes:
+    """Return a map as JSON."""
+    return line(KnownMapAnswer.of(known, runs=runs_in(known.cells)).model_dump()).encode()
+
+
+def tell_known_map(known: Grid) -> Iterator[bytes]:
+    """Yield a map as JSON; the function of a job."""
+    yield known_map_text(known)

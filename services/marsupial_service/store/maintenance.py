@@ -1,4 +1,4 @@
-"""A store as those see it who look after it, also while servers use it: they take nothing up and make no tables."""
+"""A connection for maintenance, also while servers use the store: it takes nothing up and makes no tables."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from marsupial_service.store.engine import Connection, Engine
+from marsupial_service.store.engine import Connection, StoreBackend
 from marsupial_service.store.errors import StoreError
 from marsupial_service.store.opening import engine_of
 from marsupial_service.store.tables import VERSION
@@ -16,8 +16,8 @@ from marsupial_service.store.transaction import Transaction
 T = TypeVar("T")
 
 
-class Visitor:
-    """A store that is there, of any version up to this one.
+class MaintenanceConnection:
+    """A connection to a store that is there, of any version up to this one.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Visitor:
         Of its tables.
     """
 
-    def __init__(self, engine: Engine, connection: Connection) -> None:
+    def __init__(self, engine: StoreBackend, connection: Connection) -> None:
         self.engine = engine
         self.connection = connection
         self.version = engine.version(connection)
@@ -54,13 +54,13 @@ class Visitor:
 
 
 @contextmanager
-def visit(place: str | Path) -> Iterator[Visitor]:
+def maintained(place: str | Path) -> Iterator[MaintenanceConnection]:
     """Give the store of a folder or database that is there. Raises StoreError."""
-    engine = engine_of(place, visits=True)
+    engine = engine_of(place, maintains=True)
     try:
-        connection = engine.visitor()
+        connection = engine.maintainer()
         try:
-            yield Visitor(engine, connection)
+            yield MaintenanceConnection(engine, connection)
         finally:
             connection.close()
     except engine.errors as error:

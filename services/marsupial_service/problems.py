@@ -1,25 +1,26 @@
 """Every error as ``application/problem+json`` (RFC 9457), with pointers to what is wrong in the request.
 
 `KINDS` lists what can go wrong at the rim, `ERROR_KINDS` what each exception of the library becomes there.
+
+Pointers (RFC 6901) lead to fields. The library names a field by a path (``robots[1].type``), where a key may be any
+text, pydantic by a tuple that may hold words that are not in the body. Both are walked through the body itself.
 """
 
 from __future__ import annotations
 
-import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from http import HTTPStatus
+from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
-from starlette.responses import Response
 
 from marsupial import errors as library
 from marsupial.errors import InputError, MarsupialError, Problem
-from marsupial_service.http.pointers import of_location, of_path
-from marsupial_service.schemas.answers import ProblemAnswer, ProblemDetailAnswer
-from marsupial_service.schemas.base import NONE_OF
+from marsupial_service.schemas.answers import ProblemDetailAnswer
+from marsupial_service.schemas.base import NONE_OF, VARIANT
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -101,26 +102,6 @@ MOST_ERRORS = 100
 """No answer lists more."""
 
 
-def answer(problem: HttpProblem, instance: str) -> Response:
-    """Return the response for a problem with the request for the path `instance`."""
-    kind = KINDS[problem.kind]
-    errors = problem.errors[:MOST_ERRORS]
-    body = ProblemAnswer(
-        type=f"urn:marsupial:problem:{problem.kind}",
-        title=kind.title,
-        status=kind.status,
-        detail=problem.detail or summary(errors, len(problem.errors)) or _described(kind),
-        instance=instance,
-        errors=list(errors) or None,
-    )
-    text = json.dumps(body.model_dump())
-    return Response(text.encode(), status_code=kind.status, headers=problem.headers, media_type=MEDIA_TYPE)
-
-
-def _described(kind: Kind) -> str:
-    return HTTPStatus(kind.status).description or kind.title
-
-
 def summary(errors: Sequence[ProblemDetailAnswer], count: int) -> str:
     """Return the first of `count` errors in a line, and how many more there are."""
     if not errors:
@@ -172,3 +153,61 @@ def _place(error: ErrorDetails) -> tuple[str | int, ...]:
 def kind_of(error: MarsupialError) -> str:
     """Return the kind of an exception of the library."""
     return next(ERROR_KINDS[cls] for cls in type(error).__mro__ if cls in ERROR_KINDS)
+
+
+_INDEX = re.compile(r"\[(\d+)\]")
+
+
+def pointer(parts: Sequence[str | int]) -> str:
+    """Return the pointer to the value that the keys and indices lead to; empty for the whole body."""
+    return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in parts)
+
+
+def of_path(path: str, body: object) -> str:
+    """Return the pointer for a path of the library into `body`; what is not there counts as a missing field."""
+    parts: list[str | int] = []
+    while path:
+        part, path = _first(path.removeprefix("."), body)
+        parts.append(part)
+        body = _at(body, part)
+    return pointer(parts)
+
+
+def of_location(location: Sequence[str | int], body: object) -> str:
+    """Return the pointer for a location of pydantic's, without the words by which it tells variants apart."""
+    parts: list[str | int] = []
+    location = [part for part in location if not str(part).startswith(VARIANT)]
+    for i, part in enumerate(location):
+        found = _at(body, part)
+        is_missing = i == len(location) - 1 and isinstance(body, Mapping) and isinstance(part, str)
+        if found is not None or is_missing:
+            parts.append(part)
+            body = found
+    return pointer(parts)
+
+
+def _first(path: str, body: object) -> tuple[str | int, str]:
+    """Split off the first step of a path: the longest key of the body it begins with."""
+    index = _INDEX.match(path)
+    if index is not None:
+        return int(index[1]), path[index.end() :]
+    if isinstance(body, Mapping):
+        keys = [key for key in body if isinstance(key, str) and key and _begins(path, key)]
+        if keys:
+            key = max(keys, key=len)
+            return key, path[len(key) :]
+    match = re.match(r"[^.\[]*", path)
+    word = match[0] if match is not None and match[0] else path
+    return word, path[len(word) :]
+
+
+def _begins(path: str, key: str) -> bool:
+    return path.startswith(key) and path[len(key) : len(key) + 1] in ("", ".", "[")
+
+
+def _at(body: object, part: str | int) -> Any:
+    if isinstance(body, Mapping):
+        return body.get(part)
+    if isinstance(body, list) and isinstance(part, int) and part < len(body):
+        return body[part]
+    return None

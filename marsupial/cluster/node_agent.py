@@ -1,4 +1,4 @@
-"""The outpost on a node: an actor that has jobs run there by a launcher of its own, for one gateway.
+"""The agent on a node: an actor that has jobs run there by a launcher of its own, for one gateway.
 
 It ends with the gateway: Ray ends it when its owner is gone, and it ends itself when the gateway has not asked for so
 long that its server counts as dead to others. What it has launched ends with it, in whatever way.
@@ -39,20 +39,20 @@ _KILL_S = 2.0
 _MOST_BYTES = 32 << 20
 
 
-class Letter(NamedTuple):
-    """One frame of a run, or an order about it, on its way between gateway and outpost."""
+class Envelope(NamedTuple):
+    """One frame of a run, or an order about it, on its way between gateway and agent."""
 
     run: int
     tag: bytes
     payload: bytes = b""
 
 
-class Outpost:
+class NodeAgent:
     """An actor; all its methods run in one event loop."""
 
     def __init__(self) -> None:
-        self._runs: dict[int, _Run] = {}
-        self._out: list[Letter] = []
+        self._runs: dict[int, _AgentRun] = {}
+        self._out: list[Envelope] = []
         self._bytes = 0
         self._held: set[Relay] = set()
         self._heard_s = time.monotonic()
@@ -71,7 +71,7 @@ class Outpost:
         calls = tuple(pickle.loads(one) for one in preload)
         await asyncio.to_thread(partial(launcher.warm_up, preload=calls))
 
-    async def take(self) -> list[Letter]:
+    async def take(self) -> list[Envelope]:
         """Return what the runs send, or nothing after a while."""
         self._heard_s = time.monotonic()
         if not self._out:
@@ -85,21 +85,21 @@ class Outpost:
         self._heard_s = time.monotonic()
         return found
 
-    async def give(self, letters: list[Letter]) -> None:
+    async def give(self, envelopes: list[Envelope]) -> None:
         """Take what is sent to the runs."""
-        for run, tag, payload in letters:
+        for run, tag, payload in envelopes:
             if tag == ORDER:
-                self._runs[run] = _Run(self, run, pickle.loads(payload)._replace(path=sys.path))
+                self._runs[run] = _AgentRun(self, run, pickle.loads(payload)._replace(path=sys.path))
             elif run in self._runs:
                 self._runs[run].give(tag, payload)
 
-    def tell(self, letter: Letter, relay: Relay | None = None) -> None:
-        """Put a letter among those to be taken; one who sends more than is taken has to wait."""
-        self._out.append(letter)
-        self._bytes += len(letter.payload)
+    def tell(self, envelope: Envelope, relay: Relay | None = None) -> None:
+        """Put a envelope among those to be taken; one who sends more than is taken has to wait."""
+        self._out.append(envelope)
+        self._bytes += len(envelope.payload)
         self._news.set()
-        if letter.tag in (frames.ENDED, LOST):
-            self._runs.pop(letter.run, None)
+        if envelope.tag in (frames.ENDED, LOST):
+            self._runs.pop(envelope.run, None)
         elif relay is not None and self._bytes > _MOST_BYTES:
             relay.listen(on=False)
             self._held.add(relay)
@@ -110,11 +110,11 @@ class Outpost:
         os._exit(1)  # the launcher notices
 
 
-class _Run:
+class _AgentRun:
     """A run on this node; what is sent to it before it has begun waits."""
 
-    def __init__(self, outpost: Outpost, number: int, order: JobOrder) -> None:
-        self._outpost = outpost
+    def __init__(self, agent: NodeAgent, number: int, order: JobOrder) -> None:
+        self._agent = agent
         self._number = number
         self._order = order
         self._early: list[tuple[bytes, bytes]] = []
@@ -137,7 +137,7 @@ class _Run:
         except InternalError as error:
             self._end(LOST, str(error).encode())
             return
-        self._outpost.tell(Letter(self._number, frames.START))
+        self._agent.tell(Envelope(self._number, frames.START))
         self._relay = Relay(channel, self._take, self._lost)
         for tag, payload in self._early:
             self.give(tag, payload)
@@ -148,7 +148,7 @@ class _Run:
         if tag == frames.ENDED:
             self._end(tag, payload)
         else:
-            self._outpost.tell(Letter(self._number, tag, payload), self._relay)
+            self._agent.tell(Envelope(self._number, tag, payload), self._relay)
 
     def _lost(self) -> None:
         self._end(LOST)
@@ -156,7 +156,7 @@ class _Run:
     def _end(self, tag: bytes, payload: bytes = b"") -> None:
         if not self._over:
             self._over = True
-            self._outpost.tell(Letter(self._number, tag, payload))
+            self._agent.tell(Envelope(self._number, tag, payload))
             if self._relay is not None:
                 asyncio.get_running_loop().call_soon(self._relay.close)
 

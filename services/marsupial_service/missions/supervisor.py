@@ -1,8 +1,32 @@
-"""Keeps one mission going: starts its process, hands it the inputs, stores what it makes of them, replaces it.
+"""The supervisor of one mission: starts its process, sends it the inputs, stores its batches, replaces it if it dies.
 
-Whatever process there is gets all inputs from the first one. Turns that are stored must come out again as they are;
-the ones after them are new: they are stored, and by that published. A keeper whose turn is not taken, as the mission
-has ended or is another server's, is dismissed.
+A mission is a log of inputs and batches, both numbered, and nothing else. Input 0 is the brief; the others are reports
+and controls, stored as they come by whatever server takes the request. Batch k is all that the process made of input k:
+log lines, decisions, commands. A batch is published by being stored; event streams read the store.
+
+    store     inputs    0 1 2 3 4 5 6 7      written by requests
+              batches   0 1 2 3 4 .          written here, in order, each once
+                            |     |
+    process   #1  0 1 2 3   x died          #2 gets all inputs again, with the decisions stored in batches 0 to 4:
+    process   #2  0 1 2 3 4 | 5 6 7         it repeats 0 to 4 without planning, then goes on with 5
+
+So a process holds nothing that can't be made again, and may be killed at any moment. What #2 repeats must equal what is
+stored, as clients have acted on it: if it differs, `Diverged` ends the mission rather than contradict it.
+
+Who may write is decided by the store. Each server that takes a mission over begins a new term of it, and a write names
+the term: one of an earlier term changes nothing, and its supervisor ends with `Dismissed`. A server that hangs and
+comes back can do no harm, therefore, and two supervisors of a mission can't both go on.
+
+The talk with the process, always in this order:
+
+    supervisor   PendingInputs   ---->   process       up to 32 inputs at a time
+                 WantsToPlan     <----                 it has no stored decision, and waits
+                 MayPlan         ---->                 once the owner's quota and a slot allow it
+                 HasPlanned      <----                 the slot is free again
+                 MissionBatches  <----                 one batch for each input
+
+Only a process that crashes by itself, again and again with nothing new in between, fails its mission. If it was killed,
+or none can be started, the mission has no part in that and is started again, with growing pauses.
 """
 
 from __future__ import annotations
@@ -17,26 +41,26 @@ from contextlib import suppress
 from marsupial.errors import InternalError
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
-from marsupial.processes.runner import Room, Runner
+from marsupial.processes.runner import Reservation, Runner
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import documents, packed, table
 from marsupial_service.missions.driver import Driver
-from marsupial_service.missions.host import fly
-from marsupial_service.missions.ledger import Conflict
-from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
+from marsupial_service.missions.process import run_mission
+from marsupial_service.missions.records import MissionRecord, MissionSettings
+from marsupial_service.missions.state import ReportConflict
 from marsupial_service.missions.values import (
-    Brief,
-    Due,
-    Dues,
-    Event,
-    EventType,
     HasPlanned,
     MayPlan,
-    Turn,
-    Turns,
+    MissionBatch,
+    MissionBatches,
+    MissionBrief,
+    PendingInput,
+    PendingInputs,
+    StoredEvent,
     WantsToPlan,
 )
+from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.store import StoreError
 from marsupial_service.store.engine import Connection
 
@@ -47,7 +71,7 @@ _CPUS = 0.1
 """Processors that a mission is counted as, where they are counted: it plans now and then, and waits in between."""
 
 _AT_A_TIME = 32
-"""Inputs that a process is given at a time, where so many wait: their turns are stored together."""
+"""Inputs that a process is given at a time, where so many wait: their batches are stored together."""
 
 _CHARGED_S = 0.5
 """How much work of a mission is charged at once: each charge is a transaction."""
@@ -72,7 +96,7 @@ class Dismissed(Exception):
     """The mission has ended, or another server has taken it over."""
 
 
-class Keeper:
+class MissionSupervisor:
     """Keeps one open mission that this server holds.
 
     Parameters
@@ -84,7 +108,7 @@ class Keeper:
     def __init__(
         self,
         record: MissionRecord,
-        brief: Brief,
+        brief: MissionBrief,
         missions: Entries[MissionRecord],
         slots: Slots,
         threads: Executor,
@@ -93,7 +117,7 @@ class Keeper:
         driver: Driver | None = None,
     ) -> None:
         self.id = record.id
-        self._turns = record.turns
+        self._batches = record.batches
         self._number = record.number
         self._term = record.term
         self._brief = brief
@@ -111,7 +135,9 @@ class Keeper:
         failure = await self._resume()
         if failure is not None:
             missions = self._missions
-            await missions.surely(lambda tx: table.fail(tx, self.id, self._term, failure, missions.now_ms()))
+            await missions.write_until_stored(
+                lambda tx: table.fail(tx, self.id, self._term, failure, missions.now_ms())
+            )
 
     async def _resume(self) -> str | None:
         """Follow one process after the other; return why that leads nowhere, None if there is no more to do.
@@ -121,7 +147,7 @@ class Keeper:
         """
         crashes = losses = 0
         while True:
-            before = self._turns
+            before = self._batches
             try:
                 ended = await self._live()
             except StoreError:
@@ -132,7 +158,7 @@ class Keeper:
                 return None
             except InternalError as error:  # nothing can be started at the moment
                 ended = Ended(ending=Ending.KILLED, detail=str(error))
-            except (Conflict, Diverged) as error:
+            except (ReportConflict, Diverged) as error:
                 log.exception("a mission failed", extra={"mission": self.id})
                 return str(error)
             except Exception as error:
@@ -142,7 +168,7 @@ class Keeper:
             if ended is None:
                 return None
             log.warning("the process of a mission ended", extra={"mission": self.id, "reason": ended.detail})
-            if self._turns > before:
+            if self._batches > before:
                 crashes = losses = 0
             losses += 1
             crashes += ended.ending is not Ending.KILLED
@@ -160,20 +186,20 @@ class Keeper:
             with suppress(StoreError):
                 record = await self._missions.read(lambda reader: table.of_term(reader, self.id, self._term))
                 if record is not None:
-                    self._turns = record.turns
+                    self._batches = record.batches
                 return record is not None
 
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
-        limits = JobLimits(wall_s=_WALL_S, memory_bytes=self._settings.memory_bytes)
-        run = await self._started(Job(function=fly, argument=self._brief, limits=limits, talks=True))
+        limits = JobLimits(wall_s=_WALL_S, memory_bytes=self._settings.limits.memory_bytes)
+        run = await self._started(Job(function=run_mission, argument=self._brief, limits=limits, talks=True))
         if run is None:
             raise Dismissed
-        loop, turns = asyncio.get_running_loop(), asyncio.Queue[object]()
+        loop, told = asyncio.get_running_loop(), asyncio.Queue[object]()
         ended = loop.run_in_executor(
-            self._threads, run.follow, lambda turn: loop.call_soon_threadsafe(turns.put_nowait, turn)
+            self._threads, run.follow, lambda value: loop.call_soon_threadsafe(told.put_nowait, value)
         )
-        talk = asyncio.create_task(self._talk(run, turns))
+        talk = asyncio.create_task(self._talk(run, told))
         try:
             await asyncio.wait((ended, talk), return_when=asyncio.FIRST_COMPLETED)
             await asyncio.wait((ended, talk), timeout=_LAST_WORDS_S)
@@ -188,17 +214,17 @@ class Keeper:
 
     async def _started(self, job: Job) -> JobRun | None:
         """Start a process where there is room; if that is cancelled, it is ended as soon as it is there."""
-        room = self._runner.room(_CPUS)
-        starting = self._threads.submit(_start, room, job)
+        reservation = self._runner.reserve(_CPUS)
+        starting = self._threads.submit(_start, reservation, job)
         try:
             return await asyncio.wrap_future(starting)
         except asyncio.CancelledError:
-            room.close()
+            reservation.close()
             starting.add_done_callback(_close)
             raise
 
     async def _talk(self, run: JobRun, told: asyncio.Queue[object]) -> None:
-        """Hand out inputs and take turns, until the last one."""
+        """Hand out inputs and take batches, until the last one."""
         try:
             await self._exchange(run, told)
         finally:
@@ -206,18 +232,18 @@ class Keeper:
 
     async def _exchange(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         number = asked = 0
-        with self._missions.bell(table.inputs_of(self.id)) as bell:
-            bell.set()
+        with self._missions.subscribe(table.inputs_of(self.id)) as news:
+            news.set()
             while True:
                 if number == asked:
-                    asked += await self._ask(run, number, bell)
-                match await self._next(told, is_new=number >= self._turns):
-                    case Turns(turns):
-                        await self._take(number, turns)
+                    asked += await self._ask(run, number, news)
+                match await self._next(told, is_new=number >= self._batches):
+                    case MissionBatches(batches):
+                        await self._take(number, batches)
                         if self._driver is not None:
-                            self._driver.hear(turns)
-                        number += len(turns)
-                        if turns[-1].over:
+                            self._driver.hear(batches)
+                        number += len(batches)
+                        if batches[-1].over:
                             return
                     case WantsToPlan():
                         await self._plan(run, told)
@@ -267,7 +293,7 @@ class Keeper:
 
     def _is_told_to_wait(self, reader: Connection) -> bool:
         """Say whether it was told last that the mission waits: perhaps by a server that is no more."""
-        told = [e for e in packed.events_of_turn(reader, self._number, self._turns) if e.type is EventType.QUOTA]
+        told = [e for e in packed.events_of_batch(reader, self._number, self._batches) if e.type is EventType.QUOTA]
         return bool(told) and documents.is_waiting(told[-1].data)
 
     def _quota_wait_s(self, reader: Connection) -> float:
@@ -284,42 +310,50 @@ class Keeper:
         id, term, now_ms = self.id, self._term, self._missions.now_ms()
         await self._missions.write(lambda tx: table.tell_quota(tx, id, term, reason, wait_s, now_ms))
 
-    async def _ask(self, run: JobRun, number: int, bell: asyncio.Event) -> int:
+    async def _ask(self, run: JobRun, number: int, news: asyncio.Event) -> int:
         """Send what is due from input `number` on, as soon as something is, and return how many inputs that are."""
-        dues = (Due(input=None, decisions=await self._decisions(0)),) if number == 0 else await self._dues(number, bell)
-        await self._send(run, Dues(dues))
-        return len(dues)
+        pending = (
+            (PendingInput(input=None, decisions=await self._decisions(0)),)
+            if number == 0
+            else await self._pending_inputs(number, news)
+        )
+        await self._send(run, PendingInputs(pending))
+        return len(pending)
 
-    async def _send(self, run: JobRun, value: Dues | MayPlan) -> None:
+    async def _send(self, run: JobRun, value: PendingInputs | MayPlan) -> None:
         if run.put(value):
             await asyncio.get_running_loop().run_in_executor(self._threads, run.drain)
 
-    async def _take(self, number: int, turns: Sequence[Turn]) -> None:
-        for turn in turns[: self._turns - number]:
-            if await self._stored(number) != turn.events:
+    async def _take(self, number: int, batches: Sequence[MissionBatch]) -> None:
+        for batch in batches[: self._batches - number]:
+            if await self._stored(number) != batch.events:
                 raise Diverged(f"what happened after report {number} can't be repeated: it comes out different")
-            number, turns = number + 1, turns[1:]
-        if not turns:
+            number, batches = number + 1, batches[1:]
+        if not batches:
             return
         now_ms = self._missions.now_ms()
-        lags_ms = await self._missions.write(lambda tx: table.add_turns(tx, self.id, self._term, number, turns, now_ms))
+        lags_ms = await self._missions.write(
+            lambda tx: table.add_batches(tx, self.id, self._term, number, batches, now_ms)
+        )
         if lags_ms is None:
             raise Dismissed
         for lag_ms in lags_ms:
             self._settings.lag(lag_ms / 1000)
-        self._turns = number + len(turns)
+        self._batches = number + len(batches)
 
-    async def _dues(self, number: int, bell: asyncio.Event) -> tuple[Due, ...]:
-        """Return what is due from input `number` on; the bell has rung if something has come since it was looked."""
+    async def _pending_inputs(self, number: int, news: asyncio.Event) -> tuple[PendingInput, ...]:
+        """Return what is due from input `number` on; `news` is set if something has come since it was looked."""
         found: tuple[bytes, ...] = ()
         while not found:
-            if not bell.is_set():
-                await (bell.wait() if self._driver is None else self._driver.wait(bell))
-            bell.clear()
+            if not news.is_set():
+                await (news.wait() if self._driver is None else self._driver.wait(news))
+            news.clear()
             found = await self._missions.read(lambda reader: self._inputs(reader, number))
         if len(found) == _AT_A_TIME:  # there may be more
-            bell.set()
-        return tuple([Due(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)])
+            news.set()
+        return tuple(
+            [PendingInput(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)]
+        )
 
     def _inputs(self, reader: Connection, number: int) -> tuple[bytes, ...]:
         """Return what is kept of the inputs that have come from `number` on. Raises Dismissed."""
@@ -328,18 +362,18 @@ class Keeper:
         return packed.inputs_from(reader, self._number, number, _AT_A_TIME)
 
     async def _decisions(self, number: int) -> tuple[str, ...]:
-        if number >= self._turns:
+        if number >= self._batches:
             return ()
         return tuple(event.data for event in await self._stored(number) if event.type is EventType.DECISION)
 
-    async def _stored(self, number: int) -> tuple[Event, ...]:
+    async def _stored(self, number: int) -> tuple[StoredEvent, ...]:
         """Return what followed from an input, and was stored."""
-        events = await self._missions.read(lambda source: packed.events_of_turn(source, self._number, number))
+        events = await self._missions.read(lambda source: packed.events_of_batch(source, self._number, number))
         return tuple(event for event in events if event.type is not EventType.QUOTA)
 
 
-def _start(room: Room, job: Job) -> JobRun | None:
-    return room.run(job) if room.wait() else None
+def _start(reservation: Reservation, job: Job) -> JobRun | None:
+    return reservation.run(job) if reservation.wait() else None
 
 
 def _close(starting: Future[JobRun | None]) -> None:

@@ -1,0 +1,176 @@
+"""What reports say of the map and the team of a mission, applied.
+
+The server applies every report when it judges the next one (`state`), the process of the mission when it replans
+(`world`). Both use these classes, so that they can't come to believe different things of the same reports.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Generic, NamedTuple, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.frames import FrameShift
+from marsupial.model.grid import Cell, CellArray
+from marsupial.model.mission import ActionEnd
+from marsupial.model.plan import ActionName
+from marsupial.model.team import Whereabouts
+from marsupial_service.missions.frames import MissionFrame, laid_out, placed
+from marsupial_service.missions.values import MissionReport, expand
+
+
+class MapChange(NamedTuple):
+    """Cells (row-major indices) with their codes before and now; `robot` has seen them, None: whoever reports."""
+
+    robot: str | None
+    indices: npt.NDArray[np.int64]
+    before: npt.NDArray[np.uint8]
+    codes: npt.NDArray[np.uint8]
+
+
+class ReportedMap:
+    """The known map.
+
+    Attributes
+    ----------
+    first_frame, frame
+        That of the mission at its creation, and now: it grows to hold the frame of every report.
+    cells
+        Shape (height, width), of `frame`.
+    """
+
+    def __init__(self, cells: CellArray, frame: MissionFrame) -> None:
+        self.first_frame = self.frame = frame
+        self.cells = cells
+
+    def copy(self) -> ReportedMap:
+        """Return a map to try reports on."""
+        other = copy.copy(self)
+        other.cells = self.cells.copy()
+        return other
+
+    def frame_with(self, report: MissionReport) -> MissionFrame:
+        """Return the frame after a report."""
+        return self.frame if report.frame is None else self.frame.grown(report.frame)
+
+    def grow(self, report: MissionReport) -> FrameShift | None:
+        """Let the frame hold that of a report; return where its cells are then, if it grows."""
+        before, self.frame = self.frame, self.frame_with(report)
+        if before == self.frame:
+            return None
+        self.cells = laid_out(self.cells, before, self.frame)
+        return before.shift_to(self.frame)
+
+    def draw(self, report: MissionReport) -> list[MapChange]:
+        """Draw the cells of a report, whose frame the map holds already; return what that has changed."""
+        of = report.frame or self.first_frame
+        changes = []
+        for name, runs in report.revealed:
+            indices, codes = expand(runs)
+            changes.append(self._set(name, placed(indices, of, self.frame), codes))
+        if report.map is not None:
+            changes.append(self.redraw(laid_out(report.map, of, self.frame)))
+        return changes
+
+    def redraw(self, cells: CellArray) -> MapChange:
+        """Draw a whole map (height, width)."""
+        flat = cells.ravel()
+        indices = np.flatnonzero(flat != self.cells.ravel())
+        return self._set(None, indices, flat[indices])
+
+    def _set(self, name: str | None, indices: npt.NDArray[np.int64], codes: npt.NDArray[np.uint8]) -> MapChange:
+        flat = self.cells.reshape(-1)
+        before = flat[indices]
+        flat[indices] = codes
+        return MapChange(name, indices, before, codes)
+
+
+@dataclass(slots=True, kw_only=True)
+class RobotCommand:
+    """A command that was given and has not ended.
+
+    Parameters
+    ----------
+    route, passed
+        Of a drive: its cells, and the index of the one the robot is at or next at.
+    cell
+        Where the rover docks, or where it is put by an undocking.
+    stopped, halted
+        Whether it was told to stop, and whether that was because of a pause.
+    """
+
+    id: int
+    name: str
+    robot: str
+    carrier: str | None = None
+    route: tuple[Cell, ...] = ()
+    cell: Cell | None = None
+    passed: int = 0
+    stopped: bool = False
+    halted: bool = False
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """The robots in it, in the order of their names."""
+        return (self.robot,) if self.carrier is None else tuple(sorted((self.robot, self.carrier)))
+
+
+P = TypeVar("P")
+
+
+@dataclass(slots=True)
+class ReportedRobot(Generic[P]):
+    """A robot: where it is, and whether it has failed for good."""
+
+    where: Whereabouts[P]
+    lost: bool = False
+
+
+R = TypeVar("R", bound=ReportedRobot)
+
+
+class ReportedTeam(Generic[R]):
+    """The robots, and the commands that have not ended."""
+
+    def __init__(self, robots: Mapping[str, R]) -> None:
+        self.robots = dict(robots)
+        self.commands: dict[int, RobotCommand] = {}
+
+    def copy(self) -> ReportedTeam[R]:
+        """Return a team to try reports on."""
+        other = ReportedTeam({name: copy.copy(robot) for name, robot in self.robots.items()})
+        other.commands = dict(self.commands)
+        return other
+
+    def begin(self, command: RobotCommand, at: object) -> None:
+        """Enter a command that was given; a docking or undocking is `at` a place."""
+        self.commands[command.id] = command
+        if command.carrier is not None:
+            rover = self.robots[command.robot]
+            rover.where = rover.where.begun(ActionName(command.name), at, command.carrier)
+
+    def end(self, number: int, end: ActionEnd | None) -> RobotCommand | None:
+        """Enter the end of a command and return it; None if it has ended before.
+
+        Without an `end` its rover stays where it was when the command began.
+        """
+        command = self.commands.pop(number, None)
+        if command is not None and command.carrier is not None and end is not None:
+            rover, name = self.robots[command.robot], ActionName(command.name)
+            if end is ActionEnd.DONE and rover.where.at is not None:
+                # begun again: a client may finish it after one that was given later has failed
+                rover.where = rover.where.begun(name, rover.where.at, command.carrier)
+            rover.where = rover.where.ended(name, end)
+        return command
+
+    def lose(self, name: str) -> tuple[str, ...]:
+        """Enter that a robot is lost, with the rovers aboard; return those that were not before, itself first."""
+        riders = (rover for rover, robot in self.robots.items() if robot.where.aboard == name)
+        newly = tuple(one for one in (name, *riders) if not self.robots[one].lost)
+        for one in newly:
+            self.robots[one].lost = True
+        return newly

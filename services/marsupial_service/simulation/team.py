@@ -1,0 +1,187 @@
+"""Our simulator as a client of missions: does what it is commanded, and reports what happens."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from marsupial.formats.scenario.write import terrain_fields, type_fields
+from marsupial.mission.runs import runs_of
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
+from marsupial.model.mission import PlacedRobot
+from marsupial.model.planning import Budget
+from marsupial.model.robots import RobotType, Role
+from marsupial.model.scenario import Scenario
+from marsupial.model.world import RobotReport
+from marsupial.sim.world import SimulatedWorld
+from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate, runs_in
+
+
+class SimulatedTeam:
+    """A simulated world that takes commands and gives reports, both as JSON.
+
+    Attributes
+    ----------
+    paused
+        Whether the mission is; then time goes on only as long as a robot is busy.
+    """
+
+    def __init__(
+        self,
+        truth: Grid,
+        kinds: Mapping[str, RobotType],
+        robots: Sequence[PlacedRobot],
+        failures: Mapping[str, int] | None = None,
+    ) -> None:
+        self._world = SimulatedWorld(truth, kinds, robots, failures)
+        self._ids: dict[str, int] = {}
+        self._n = 0
+        self.paused = False
+
+    def answer(self, batch: Mapping[str, Any]) -> dict[str, Any] | None:
+        """Carry out commands as `report` does, and return the report as JSON."""
+        report = self.report(batch)
+        return None if report is None else _document(report)
+
+    def report(self, batch: Mapping[str, Any]) -> MissionReport | None:
+        """Carry out a batch of commands until something happens, and return the report of it.
+
+        There is none if the batch doesn't ask for one: it is the last, or answers an earlier report than the last.
+        """
+        for command in batch["commands"]:
+            self._obey(command)
+        if batch["n"] != self._n or batch["until_ms"] is None or (self.paused and not self._ids):
+            return None
+        before = self._state()
+        news = self._world.advance(batch["until_ms"])
+        self._n += 1
+        ids = dict.fromkeys(self._ids.pop(name) for name in news.finished)
+        for name, _ in news.lost:
+            self._ids.pop(name, None)
+        cells = self._world.grid.cells.ravel()
+        return MissionReport(
+            n=self._n,
+            t_ms=news.t_ms,
+            revealed=tuple((name, tuple(runs_of(seen, cells))) for name, seen in news.revealed),
+            robots=tuple(
+                self._note(new)
+                for old, (new, driven) in zip(before, self._state(), strict=True)
+                if (new, driven) != old and new.cell is not None
+            ),
+            finished=tuple(ids),
+            lost=tuple(news.lost),
+        )
+
+    def _state(self) -> list[tuple[RobotReport, float]]:
+        return [(robot, self._world.distance_m(robot.name)) for robot in self._world.robots()]
+
+    def _obey(self, command: Mapping[str, Any]) -> None:
+        robot, name = command["robot"], command["name"]
+        if name == "stop":
+            self._world.stop(robot)
+            return
+        for one in (robot, command.get("carrier")):
+            if one is not None:
+                self._ids[one] = command["id"]
+        if name == "drive":
+            self._world.drive(robot, [Cell(*cell) for cell in command["route"]])
+        elif name == "dock":
+            self._world.dock(robot, command["carrier"])
+        else:
+            self._world.undock(robot, command["carrier"], Cell(*command["cell"]))
+
+    def _note(self, robot: RobotReport) -> RobotUpdate:
+        return RobotUpdate(
+            name=robot.name,
+            cell=robot.cell,
+            free_at_ms=robot.free_at_ms,
+            distance_m=self._world.distance_m(robot.name),
+            driving_ms=self._world.driving_ms(robot.name),
+        )
+
+
+def _document(report: MissionReport) -> dict[str, Any]:
+    return {
+        "n": report.n,
+        "t_ms": report.t_ms,
+        "revealed": [{"robot": name, "runs": list(runs)} for name, runs in report.revealed],
+        "robots": [{**asdict(update), "cell": list(update.cell or ())} for update in report.robots],
+        "finished": list(report.finished),
+        "lost": [{"robot": name, "reason": reason} for name, reason in report.lost],
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SimulatedBrief(MissionBrief):
+    """The brief of a mission whose robots the service simulates.
+
+    Parameters
+    ----------
+    truth
+        The real map.
+    speed
+        Seconds of mission time to a second on the clock; None: as fast as planning allows.
+    warnings
+        What is odd about the map.
+    """
+
+    truth: Grid
+    speed: float | None = None
+    warnings: tuple[str, ...] = ()
+
+    def simulation(self) -> dict[str, object]:
+        """Return how the robots are simulated, ready for JSON."""
+        roles = Counter(next(kind.role for kind in self.kinds if kind.name == robot.type) for robot in self.robots)
+        team = {"carriers": roles[Role.CARRIER], "rovers": roles[Role.ROVER]}
+        return {"speed": self.speed, "seed": self.seed, **team, "warnings": self.warnings}
+
+    def simulated_robots(self) -> SimulatedTeam:
+        """Return the robots; a process that takes the place of another one has them do the same again."""
+        return SimulatedTeam(self.truth, {kind.name: kind for kind in self.kinds}, self.robots)
+
+
+def mission_document(
+    scenario: Scenario,
+    team: Sequence[PlacedRobot],
+    reachable: Mask,
+    *,
+    strategy: str,
+    planner: str,
+    budget: Budget,
+    seed: int,
+) -> dict[str, Any]:
+    """Return the body that asks for a mission of this team in a scenario, whose map is unknown at first.
+
+    `reachable` are the cells (height, width) that there are to explore.
+    """
+    grid = scenario.grid
+    names = {terrain.code: terrain.name for terrain in grid.terrains}
+    area: CellArray = reachable.astype("uint8")
+    area[area == 0] = UNKNOWN
+    return {
+        "name": scenario.name,
+        "frame": {
+            "width": grid.width,
+            "height": grid.height,
+            "resolution_m": grid.resolution_m,
+            "origin_m": list(grid.origin_m),
+        },
+        "terrains": terrain_fields(grid),
+        "robot_types": [type_fields(kind, names) for kind in scenario.robot_types],
+        "team": [_member(robot) for robot in team],
+        "goal": {"recover_rovers": scenario.goal.recover_rovers, "return_home": scenario.goal.return_home},
+        "strategy": strategy,
+        "planner": planner,
+        "budget": {"steps": budget.steps} if budget.seconds is None else {"seconds": budget.seconds},
+        "planning_time": scenario.planning_time.value,
+        "time_limit_ms": scenario.limits.time_ms,
+        "area": list(runs_in(area)),
+        "seed": seed,
+    }
+
+
+def _member(robot: PlacedRobot) -> dict[str, Any]:
+    where = {"carrier": robot.carrier} if robot.cell is None else {"cell": list(robot.cell)}
+    return {"name": robot.name, "type": robot.type, **where}
