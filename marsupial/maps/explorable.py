@@ -16,7 +16,7 @@ import numpy as np
 from marsupial.arrays import Ints, Ints32
 from marsupial.maps.contact import Contact
 from marsupial.maps.growth import GrowingReach, reach_of
-from marsupial.maps.landings import Landings, Looks, covered
+from marsupial.maps.landings import Landings, Looks, covered, roomy
 from marsupial.maps.reach import parts
 from marsupial.maps.sight import Sight
 from marsupial.maps.targets import cell_at
@@ -43,24 +43,26 @@ def explorable_area(grid: Grid, kinds: Sequence[RobotType], robots: Sequence[Pla
     reached = dict(whole.by_type)
     for name, labels in regions.items():
         reached[name] = _entered(labels, _entrances(territory, whole, robots, name))
+        # nobody looks for ground that is hardly larger than a rover: whether it is found is a matter of luck
+        labels[~(reached[name] | roomy(whole.by_type[name], territory.footprints[name]))] = 0
     if any(np.count_nonzero(reached[name]) < np.count_nonzero(labels) for name, labels in regions.items()):
         explored = _Explored(truth, kinds)
         news = True
         while news:
             explored.enter(reached)
-            news = explored.look(reached, _left(whole, reached))
+            news = explored.look(reached, _left(whole, reached, regions))
             for name, cells in explored.reach(robots).items():
-                if name in regions and (cells & ~reached[name]).any():
+                if name in regions and (regions[name][cells & ~reached[name]] > 0).any():
                     reached[name] = _entered(regions[name], reached[name] | cells)
                     news = True
     return np.logical_or.reduce(list(reached.values()))
 
 
-def _left(whole: Reach, reached: Mapping[str, Mask]) -> dict[str, Mask]:
+def _left(whole: Reach, reached: Mapping[str, Mask], regions: Mapping[str, Ints32]) -> dict[str, Mask]:
     """Return where rovers could be set down on ground that is not reached yet, by type."""
     left: dict[str, Mask] = {}
     for (_, rover), docking in whole.docking.items():
-        cells = docking.cells & whole.by_type[rover] & ~reached[rover]
+        cells = docking.cells & (regions[rover] > 0) & ~reached[rover]
         left[rover] = left[rover] | cells if rover in left else cells
     return left
 

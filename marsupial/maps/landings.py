@@ -3,7 +3,8 @@
 Robots touch the ground beside them, so they get to know all ground that is connected to where they are. Not so ground
 that rovers can only be set down on: a carrier docks with a rover that is farther away than it touches, or even sees. As
 long as unknown cells of such ground are in view from somewhere, a robot goes there and looks. So what a team comes to
-know does not depend on what its robots happen to see on their way.
+know does not depend on what its robots happen to see on their way. Ground on which a rover could hardly move, such as
+the corner of a room that nobody has seen, is not worth the way.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ import numpy as np
 
 from marsupial.arrays import Flags, Ints
 from marsupial.maps.contact import Contact
-from marsupial.maps.footprint import disc
-from marsupial.maps.reach import groups
+from marsupial.maps.footprint import Footprint, disc
+from marsupial.maps.reach import groups, parts
 from marsupial.maps.sight import Sight, hopeful_codes
 from marsupial.maps.targets import Frontier, cell_at
 from marsupial.maps.territory import Territory, dock_range_cells
@@ -97,7 +98,8 @@ class Landings:
         counts = {name: int(np.count_nonzero(cells)) for name, cells in reach.items()}
         now = self._territory.revision, frozenset(rovers), counts
         if self._found is None or self._found[0] != now or self._looks.made:
-            landings = {name: self._territory.footprints[name].possible & ~reach[name] for name in rovers}
+            prints = self._territory.footprints
+            landings = {name: roomy(prints[name].possible & ~reach[name], prints[name]) for name in rovers}
             self._found = now, self.towards(landings, reach)
         return self._found[1]
 
@@ -163,6 +165,14 @@ class Landings:
 
     def _touched(self, name: str, cell: Cell) -> Ints:
         return self._contact[name].touched(self._grid.cells, cell)
+
+
+def roomy(ground: Mask, footprint: Footprint) -> Mask:
+    """Return the connected parts of a rover's ground (height, width) that have more cells than its own footprint."""
+    labels, _ = parts(ground)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    return np.asarray((sizes > len(footprint.offsets))[labels])
 
 
 def covered(cells: Ints, radius_cells: float, shape: tuple[int, int]) -> Mask:
