@@ -33,7 +33,7 @@ NICHE = drawn_grid(
     "##..######",
     "##########",
 )
-"""From (2, 2) all of the hall is seen, but only from (3, 2) all of the door above it, through which a rover just fits."""
+"""From (2, 2) all of the hall is seen, but only from (3, 2) all of the door above it."""
 
 RECESS = drawn_grid(
     "##############",
