@@ -73,3 +73,10 @@ def random_cells(
     height, width = draw(st.integers(smallest, largest)), draw(st.integers(smallest, largest))
     flat = draw(st.lists(st.sampled_from(codes), min_size=height * width, max_size=height * width))
     return np.array(flat, dtype=np.uint8).reshape(height, width)
+
+
+@st.composite
+def random_flags(draw: st.DrawFn, shape: tuple[int, int]) -> Mask:
+    """Draw a mask of a shape."""
+    size = shape[0] * shape[1]
+    return np.array(draw(st.lists(st.booleans(), min_size=size, max_size=size)), dtype=np.bool_).reshape(shape)

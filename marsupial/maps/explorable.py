@@ -2,8 +2,8 @@
 
 A robot touches what is one cell beyond its footprint, so it explores all the ground that is connected to where it
 stands. Only a rover that is set down may have to be seen from afar: a carrier that sees less far than it docks never
-knows the ground beside it. Such ground counts only where some robot that gets there sees it. On most maps rovers can be
-set down where carriers drive, and nothing has to be looked at.
+knows the ground beside it. Such ground counts where a robot that looks for it sees it (`marsupial.maps.landings`). On
+most maps rovers can be set down where carriers drive, and nothing has to be looked for.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from marsupial.arrays import Flags, Ints32
+from marsupial.arrays import Ints, Ints32
 from marsupial.maps.contact import Contact
-from marsupial.maps.footprint import disc
 from marsupial.maps.growth import GrowingReach, reach_of
+from marsupial.maps.landings import Landings, Looks, covered, roomy
 from marsupial.maps.reach import parts
 from marsupial.maps.sight import Sight
-from marsupial.maps.targets import TargetFinder
+from marsupial.maps.targets import cell_at
 from marsupial.maps.territory import Reach, Territory
-from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
+from marsupial.model.grid import UNKNOWN, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType, Role
 
@@ -40,13 +40,31 @@ def explorable_area(grid: Grid, kinds: Sequence[RobotType], robots: Sequence[Pla
     territory = Territory(truth, kinds)
     whole = reach_of(territory, robots)
     regions = {kind.name: parts(whole.by_type[kind.name])[0] for kind in territory.of_role(Role.ROVER)}
-    sure = dict(whole.by_type)
+    reached = dict(whole.by_type)
     for name, labels in regions.items():
-        entered = np.unique(labels[_entrances(territory, whole, robots, name)])
-        sure[name] = np.isin(labels, entered[entered > 0])
-    if any(np.count_nonzero(sure[name]) < np.count_nonzero(labels) for name, labels in regions.items()):
-        sure = _Exploration(truth, territory, robots, whole, regions).explored(sure)
-    return np.logical_or.reduce(list(sure.values()))
+        reached[name] = _entered(labels, _entrances(territory, whole, robots, name))
+        # nobody looks for ground that is hardly larger than a rover: whether it is found is a matter of luck
+        labels[~(reached[name] | roomy(whole.by_type[name], territory.footprints[name]))] = 0
+    if any(np.count_nonzero(reached[name]) < np.count_nonzero(labels) for name, labels in regions.items()):
+        explored = _Explored(truth, kinds)
+        news = True
+        while news:
+            explored.enter(reached)
+            news = explored.look(reached, _left(whole, reached, regions))
+            for name, cells in explored.reach(robots).items():
+                if name in regions and (regions[name][cells & ~reached[name]] > 0).any():
+                    reached[name] = _entered(regions[name], reached[name] | cells)
+                    news = True
+    return np.logical_or.reduce(list(reached.values()))
+
+
+def _left(whole: Reach, reached: Mapping[str, Mask], regions: Mapping[str, Ints32]) -> dict[str, Mask]:
+    """Return where rovers could be set down on ground that is not reached yet, by type."""
+    left: dict[str, Mask] = {}
+    for (_, rover), docking in whole.docking.items():
+        cells = docking.cells & (regions[rover] > 0) & ~reached[rover]
+        left[rover] = left[rover] | cells if rover in left else cells
+    return left
 
 
 def _entrances(territory: Territory, reach: Reach, robots: Sequence[PlacedRobot], rover: str) -> Mask:
@@ -62,90 +80,49 @@ def _entrances(territory: Territory, reach: Reach, robots: Sequence[PlacedRobot]
     return found
 
 
-class _Exploration:
-    """A team that goes wherever it can, on a map of which it knows nothing at first.
+def _entered(labels: Ints32, cells: Mask) -> Mask:
+    """Return the connected parts, by their labels (height, width), that hold some of the cells."""
+    numbers = np.unique(labels[cells])
+    return np.isin(labels, numbers[numbers > 0])
 
-    Parameters
-    ----------
-    whole
-        What it could reach if it knew the whole map.
-    regions
-        The labels (height, width) of the connected parts of that, by rover type.
-    """
 
-    def __init__(
-        self,
-        truth: Grid,
-        territory: Territory,
-        robots: Sequence[PlacedRobot],
-        whole: Reach,
-        regions: Mapping[str, Ints32],
-    ) -> None:
-        self._truth, self._robots, self._whole, self._regions = truth, robots, whole, regions
-        self._kinds = territory.kinds
-        self._cells = np.full_like(truth.cells, UNKNOWN)
-        self._known = Territory(replace(truth, cells=self._cells), tuple(self._kinds.values()))
+class _Explored:
+    """What a team knows of a map that goes wherever it can, and looks wherever it has to."""
+
+    def __init__(self, truth: Grid, kinds: Sequence[RobotType]) -> None:
+        self._truth, self._cells = truth, np.full_like(truth.cells, UNKNOWN)
+        self._known = Territory(replace(truth, cells=self._cells), kinds)
         self._growing = GrowingReach(self._known)
-        self._finder = TargetFinder(self._known)
-        self._farthest = max(kind.sensor_range_m for kind in self._kinds.values()) / truth.resolution_m
+        self._landings = Landings(self._known, Looks())
         self._sight = Sight(truth.cells, truth.opaque_codes())
-        self._contact = {name: Contact(kind, truth.resolution_m) for name, kind in self._kinds.items()}
-        self._entered = {name: np.zeros_like(territory.see_through) for name in self._kinds}
-        self._looked = {name: np.zeros_like(territory.see_through) for name in self._kinds}
+        self._entered = {kind.name: np.zeros(truth.cells.shape, dtype=np.bool_) for kind in kinds}
 
-    def explored(self, sure: Mapping[str, Mask]) -> dict[str, Mask]:
-        """Return what each type comes to reach, by name, that does reach `sure`."""
-        reached, near = self._spread(sure), 1
-        while True:
-            # most ground is seen from close by; to look from everywhere takes long on a large map
-            seen = self._look(reached, near)
-            reached = self._spread(self._growing.reach(self._robots).by_type)
-            if not seen and near > self._farthest:
-                return reached
-            near = near if seen else 2 * near
+    def enter(self, reached: Mapping[str, Mask]) -> None:
+        """Get to know the ground that robots come to stand on."""
+        for name, cells in reached.items():
+            stands = np.flatnonzero(cells & ~self._entered[name])
+            self._entered[name].ravel()[stands] = True
+            body = self._known.kinds[name].radius_m / self._truth.resolution_m
+            self._reveal(np.flatnonzero(covered(stands, body, cells.shape)))
 
-    def _spread(self, reached: Mapping[str, Mask]) -> dict[str, Mask]:
-        """Return what a team reaches that has entered an area at all, and let it know that ground."""
-        spread = dict(reached)
-        for name, labels in self._regions.items():
-            parts_in = np.unique(labels[reached[name]])
-            spread[name] = np.isin(labels, parts_in[parts_in > 0])
-        for name, cells in spread.items():
-            entered = cells & ~self._entered[name]
-            self._entered[name] |= cells
-            self._reveal(_covered(entered, self._kinds[name], self._truth.resolution_m))
-        return spread
+    def look(self, reached: Mapping[str, Mask], landings: Mapping[str, Mask]) -> bool:
+        """Look for ground to set rovers down on; say whether there was any place to look from."""
+        looks = [
+            (self._known.kinds[name], cell_at(stand, self._truth.width))
+            for name, frontier in self._landings.towards(landings, reached).items()
+            for stand in frontier.viewpoints.tolist()
+        ]
+        for kind, cell in looks:
+            self._reveal(self._sight.visible(cell, kind.sensor_range_m / self._truth.resolution_m))
+            self._reveal(Contact(kind, self._truth.resolution_m).touched(self._truth.cells, cell))
+        return bool(looks)
 
-    def _look(self, reached: Mapping[str, Mask], near: int) -> bool:
-        """Look round from where robots go to explore, near places to set rovers down; say whether anything is new."""
-        around, seen = np.zeros_like(self._cells, dtype=np.bool_), np.zeros(self._cells.size, dtype=np.bool_)
-        for (_, rover), docking in self._whole.docking.items():
-            for y, x in np.argwhere(docking.cells & self._whole.by_type[rover] & ~reached[rover]).tolist():
-                around[max(0, y - near) : y + near + 1, max(0, x - near) : x + near + 1] = True
-        for name, frontier in self._finder.frontiers(self._growing.reach(self._robots)).items():
-            going = around & ~self._looked[name]
-            fresh = frontier.viewpoints[going.ravel()[frontier.viewpoints]]
-            self._looked[name].ravel()[fresh] = True
-            range_cells = self._kinds[name].sensor_range_m / self._truth.resolution_m
-            for index in fresh.tolist():
-                cell = Cell(index % self._truth.width, index // self._truth.width)
-                seen[self._sight.visible(cell, range_cells)] = True
-                seen[self._contact[name].touched(self._truth.cells, cell)] = True
-        return self._reveal(seen)
+    def reach(self, robots: Sequence[PlacedRobot]) -> Mapping[str, Mask]:
+        """Return where robots of each type can get to as far as they know, by name."""
+        return self._growing.reach(robots).by_type
 
-    def _reveal(self, cells: Flags) -> bool:
-        """Let the team know of cells (row-major); say whether any of them is new to it."""
+    def _reveal(self, cells: Ints) -> None:
         known = self._cells.reshape(-1)
-        fresh = np.flatnonzero(cells & (known == UNKNOWN))
+        fresh = cells[known[cells] == UNKNOWN]
         known[fresh] = self._truth.cells.ravel()[fresh]
         self._known.reveal(fresh)
-        return len(fresh) > 0
-
-
-def _covered(cells: Mask, kind: RobotType, resolution_m: float) -> Flags:
-    """Return which cells (row-major) are under the footprints of robots of a type that stand on `cells`."""
-    stands, width = np.flatnonzero(cells), cells.shape[1]
-    covered = np.zeros(cells.size, dtype=np.bool_)
-    for dx, dy in disc(kind.radius_m / resolution_m).tolist():
-        covered[stands + dy * width + dx] = True
-    return covered

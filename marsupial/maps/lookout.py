@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from marsupial.arrays import Ints
+from marsupial.maps.landings import Looks
 from marsupial.maps.survey import Surveyor
 from marsupial.maps.territory import Territory
 from marsupial.model.frames import FrameShift
@@ -39,13 +40,14 @@ class Lookout:
         self._fresh = False
         self._looked_ms = -LOOK_MS
         self.exploration_ms: int | None = None
+        self._looks = Looks()
         self._analysed: tuple[Territory, Surveyor] | None = self._analysis()
         self._coming: dict[str, list[Ints]] = {}
 
     def _analysis(self) -> tuple[Territory, Surveyor]:
         """Return the analysis of the map as it is, from nothing."""
         territory = Territory(self._world.grid, tuple(self._kinds.values()))
-        return territory, Surveyor(territory, self._homes, self._goal)
+        return territory, Surveyor(territory, self._homes, self._goal, self._looks)
 
     def _current(self) -> tuple[Territory, Surveyor]:
         """Return the analysis, which grows with the map; where known cells have changed it is made anew when needed.
@@ -96,6 +98,7 @@ class Lookout:
     def _move(self, shift: FrameShift) -> None:
         """Call all cells that are remembered as they are called now that the frame has grown."""
         self._homes = shift.cells(self._homes)
+        self._looks = self._looks.moved(shift)
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
         """Return the targets that are left, and the frontiers that are none."""

@@ -12,9 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from marsupial.arrays import Bytes, Floats, Ints, Ints32
-from marsupial.model.grid import Cell, CellArray
+from marsupial.arrays import Bytes, Flags, Floats, Ints, Ints32
+from marsupial.maps.window import Window
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 from marsupial.native import native
+
+LAST_STAMP = np.iinfo(np.int32).max
 
 # forward and sideways unit vectors of the eight octants: (forward x, forward y, sideways x, sideways y)
 _OCTANTS = np.array(
@@ -32,6 +35,13 @@ _OCTANTS = np.array(
 )
 
 
+def hopeful_codes(grid: Grid) -> CellArray:
+    """Return a table (256,) that is non-zero for terrain codes known to block sight."""
+    opaque = grid.opaque_codes()
+    opaque[UNKNOWN] = 0
+    return opaque
+
+
 class _View(NamedTuple):
     """What a sweep looks at and works in.
 
@@ -41,6 +51,8 @@ class _View(NamedTuple):
         Of the cells, row-major, and how many there are in a row.
     opaque
         (256,): non-zero for terrain codes that block sight.
+    slopes
+        (8, 2): the lowest and highest slope that is looked along in each octant.
     intervals
         (4, n): lower and upper slopes of those open in a row, and in the next one.
     stamps
@@ -53,6 +65,7 @@ class _View(NamedTuple):
     codes: Bytes
     width: int
     opaque: CellArray
+    slopes: Floats
     intervals: Floats
     stamps: Ints32
     seen: Ints
@@ -74,6 +87,7 @@ class Sight:
             codes=cells.ravel(),
             width=cells.shape[1],
             opaque=opaque,
+            slopes=np.tile([0.0, 1.0], (8, 1)),
             intervals=np.empty((4, 2 * max(cells.shape) + 8), dtype=np.float64),
             stamps=np.zeros((0, 0), dtype=np.int32),
             seen=np.empty(cells.size, dtype=np.int64),
@@ -87,19 +101,63 @@ class Sight:
 
         The result is a view that the next call overwrites.
         """
-        if range_cells > self._farthest:
-            self._farthest = range_cells
-            window = [int(min(2 * range_cells + 1, side)) for side in self._shape]
-            self._view = self._view._replace(stamps=np.zeros(window, dtype=np.int32))
-        self._stamp += 1
+        self._begin(range_cells, 1)
         seen: Ints = self._view.seen[: _sweep(self._view, cell.x, cell.y, range_cells, self._stamp)]
         return seen
+
+    def first_to_see(self, stands: Ints, wanted: Flags, window: Window, range_cells: float) -> Cell | None:
+        """Return the first of `stands` from which a wanted cell is visible.
+
+        It takes less than all their fields of view, as each looks the way of the wanted cells only.
+
+        Parameters
+        ----------
+        stands
+            Row-major indices.
+        wanted
+            For all cells, row-major.
+        window
+            Holds all wanted cells that are to be looked for.
+        """
+        self._begin(range_cells, len(stands))
+        view = self._view._replace(slopes=np.empty_like(self._view.slopes))
+        found = _first_to_see(view, stands, wanted, np.array(window), range_cells, self._stamp)
+        return None if found < 0 else Cell(int(stands[found]) % self._shape[1], int(stands[found]) // self._shape[1])
+
+    def _begin(self, range_cells: float, sweeps: int) -> None:
+        """Make ready for so many sweeps; the number of the last of them is `_stamp`."""
+        if range_cells > self._farthest or self._stamp + sweeps > LAST_STAMP:
+            self._farthest, self._stamp = max(range_cells, self._farthest), 0
+            window = [int(min(2 * self._farthest + 1, side)) for side in self._shape]
+            self._view = self._view._replace(stamps=np.zeros(window, dtype=np.int32))
+        self._stamp += sweeps
+
+
+@native
+def _first_to_see(view: _View, stands: Ints, wanted: Flags, window: Ints, reach: float, last_stamp: int) -> int:
+    """Return the place among `stands` of what `Sight.first_to_see` returns, -1 for none."""
+    bottom, top, left, right = window[0], window[1] - 1, window[2], window[3] - 1
+    for i in range(len(stands)):
+        x, y = stands[i] % view.width, stands[i] // view.width
+        for octant in range(8):
+            fx, fy, sx, sy = _OCTANTS[octant, 0], _OCTANTS[octant, 1], _OCTANTS[octant, 2], _OCTANTS[octant, 3]
+            ahead = (left - x) * fx + (bottom - y) * fy, (right - x) * fx + (top - y) * fy
+            beside = (left - x) * sx + (bottom - y) * sy, (right - x) * sx + (top - y) * sy
+            # slopes of lines that touch a cell of the window, and a hair more
+            low, high = (min(beside) - 0.5) / (max(ahead) + 0.5), (max(beside) + 0.5) / max(min(ahead) - 0.5, 1e-9)
+            empty = max(ahead) < 1 or max(beside) < 0
+            view.slopes[octant] = (1.0, 0.0) if empty else (max(0.0, low - 1e-6), min(1.0, high + 1e-6))
+        far = np.hypot(max(x - left, right - x), max(y - bottom, top - y)) + 1
+        for k in range(_sweep(view, x, y, min(reach, far), last_stamp - i)):
+            if wanted[view.seen[k]]:
+                return i
+    return -1
 
 
 @native
 def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
     """Enter what is seen from a cell within `reach` cells in `view.seen`; return how many cells that is."""
-    codes, width, opaque, intervals, window, seen = view
+    codes, width, opaque, slopes, intervals, window, seen = view
     height = codes.size // width
     here = y * width + x
     # the window begins so far to the left and below as one can see, or at the edge of the map
@@ -114,7 +172,9 @@ def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
         beside = (width - 1 - x if sx > 0 else x) if sx else (height - 1 - y if sy > 0 else y)
         ahead = (width - 1 - x if fx > 0 else x) if fx else (height - 1 - y if fy > 0 else y)
         low, high, next_low, next_high = intervals[0], intervals[1], intervals[2], intervals[3]
-        low[0], high[0], n = 0.0, 1.0, 1
+        low[0], high[0], n = slopes[octant, 0], slopes[octant, 1], 1
+        if low[0] >= high[0]:
+            continue
         apart, window_apart = sy * width + sx, sy * across + sx
         for k in range(1, min(int(reach), ahead) + 1):
             first, ranging = here + (fy * width + fx) * k, int(np.sqrt(limit - k * k))

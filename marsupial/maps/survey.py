@@ -15,6 +15,7 @@ import numpy as np
 
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.growth import GrowingReach
+from marsupial.maps.landings import Landings, Looks
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
@@ -95,6 +96,8 @@ class Surveyor:
         The cell each carrier has to come home to, by carrier; other robots' cells are of no account.
     goal
         What the mission asks for once no target is left.
+    looks
+        What robots have looked for already; None for nothing.
 
     Attributes
     ----------
@@ -102,8 +105,9 @@ class Surveyor:
         Finds the targets.
     """
 
-    def __init__(self, territory: Territory, homes: Mapping[str, Cell], goal: Goal) -> None:
+    def __init__(self, territory: Territory, homes: Mapping[str, Cell], goal: Goal, looks: Looks | None = None) -> None:
         self._territory = territory
+        self._looks = Looks() if looks is None else looks
         self.finder = TargetFinder(territory)
         self._homes = homes
         self._goal = goal
@@ -111,7 +115,7 @@ class Surveyor:
         self._growing = GrowingReach(territory)
         self._reach = self._growing.reach(())
         self._frontiers: Mapping[str, Frontier] = {}
-        self._targets: tuple[Target, ...] | None = None
+        self._targets: tuple[Mapping[str, Frontier], tuple[Target, ...]] | None = None
         self._memory = SearchMemory(territory.see_through.shape)
         self._ways = ways_by_type(territory, self._memory)
 
@@ -120,15 +124,19 @@ class Surveyor:
         return _AllGround(self._territory, self._memory)
 
     @cached_property
+    def _landings(self) -> Landings:
+        return Landings(self._territory, self._looks)
+
+    @cached_property
     def _unseen(self) -> UnseenPart:
         return UnseenPart(self._territory)
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the targets there are now."""
-        self._look(placed(robots))
-        if self._targets is None:
-            self._targets = self.finder.find(self._frontiers)
-        return self._targets
+        frontiers = self.frontiers(robots)
+        if self._targets is None or self._targets[0] is not frontiers:
+            self._targets = frontiers, self.finder.find(frontiers)
+        return self._targets[1]
 
     def anything_left(self, robots: Sequence[RobotReport]) -> bool:
         """Say whether there is a target now; it takes less than to find them all."""
@@ -148,8 +156,12 @@ class Surveyor:
 
     def frontiers(self, robots: Sequence[RobotReport]) -> Mapping[str, Frontier]:
         """Return what each robot type can explore now, by name."""
-        self._look(placed(robots))
-        return self._frontiers
+        where = placed(robots)
+        self._look(where)
+        if any(len(frontier.cells) for frontier in self._frontiers.values()):
+            return self._frontiers
+        rovers = {robot.type for robot in where if self._territory.kinds[robot.type].role is Role.ROVER}
+        return self._landings.frontiers(self._reach.by_type, rovers)
 
     def lengths(self, kind: str, start: Cell, cells: Ints, heading: int | None = None) -> Floats:
         """Return the lengths (n,) in cells of a robot type's ways to n cells (row-major), inf where there is none."""
@@ -181,7 +193,8 @@ class Surveyor:
         states = tuple(self._state(robot, now_ms) for robot in active)
         poses = self._poses(active, states, targets, meetings, reach)
         headings = {f"s_{robot.name}": robot.heading for robot in active}
-        situation = self._situation(states, targets, meetings, poses, headings, returning)
+        ending = returning or not self.anything_left(active)
+        situation = self._situation(states, targets, meetings, poses, headings, ending)
         return Survey(
             situation=situation,
             targets=targets,
@@ -199,7 +212,6 @@ class Surveyor:
             self._looked_at = now
             self._reach = self._growing.reach(robots)
             self._frontiers = self.finder.frontiers(self._reach)
-            self._targets = None
 
     def _state(self, robot: RobotReport, now_ms: int) -> RobotState:
         carrier = self._territory.kinds[robot.type].role is Role.CARRIER
@@ -258,14 +270,14 @@ class Surveyor:
         meetings: Meetings,
         poses: Poses,
         headings: Mapping[str, int | None],
-        returning: bool,
+        ending: bool,
     ) -> Situation:
         kinds = tuple(planning_type(kind) for kind in self._territory.kinds.values())
         homes = tuple(state.home for state in states if state.home is not None)
         names = [state.place for state in states if state.place is not None]
         names += [target.name for target in targets] + [point.name for point in meetings.points] + list(homes)
         goal = SituationGoal()
-        if returning or not any(len(frontier.cells) for frontier in self._frontiers.values()):
+        if ending:
             goal = SituationGoal(
                 recover_rovers=self._goal.recover_rovers or self._goal.return_home,
                 return_home=self._goal.return_home,

@@ -22,6 +22,7 @@ import numpy as np
 from marsupial.arrays import Flags, Floats, Ints
 from marsupial.maps.footprint import Footprint
 from marsupial.maps.reach import groups, middle
+from marsupial.maps.sight import hopeful_codes
 from marsupial.maps.territory import Reach, Territory
 from marsupial.maps.views import Views
 from marsupial.model.frames import FrameShift
@@ -69,7 +70,8 @@ class Target:
 class Frontier:
     """What a robot type can explore: cells (n,), ascending row-major indices, and the viewpoint (n,) of each.
 
-    The cells are the frontier cells near a viewpoint or, where there is none, the viewpoints themselves.
+    The cells are the frontier cells near a viewpoint or, where there is none, the viewpoints themselves. So they are
+    where robots look for ground to set rovers down on (`marsupial.maps.landings`).
     """
 
     cells: Ints
@@ -92,9 +94,7 @@ class TargetFinder:
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
         grid = territory.grid
-        hopeful = grid.opaque_codes()
-        hopeful[UNKNOWN] = 0
-        self._views = Views(grid.cells, hopeful, UNKNOWN)
+        self._views = Views(grid.cells, hopeful_codes(grid), UNKNOWN)
         self._drivable = code_table({code for kind in territory.kinds.values() for code in kind.terrains})
         self._frontier = np.flatnonzero(grid.cells != UNKNOWN)
         self._revealed = territory.revealed.reader()

@@ -71,11 +71,14 @@ class OnNews(Lookout):
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         """Return the setbacks, or how the current targets differ from those that the plan knows."""
+        explores = [action for action in done if action.name is ActionName.EXPLORE]
+        if explores:
+            self._note_looks({action.robot for action in explores})
         setbacks = setbacks_in(news)
         if setbacks:
             return setbacks
         # targets that were explored as planned are no news when they disappear
-        explored = {action.place for action in done if action.name is ActionName.EXPLORE}
+        explored = {action.place for action in explores}
         if explored:
             self._known = tuple(target for target in self._known if target.name not in explored)
         if work.idle:
@@ -120,6 +123,12 @@ class OnNews(Lookout):
         if not triggers and self._world.now_ms > self._planned_ms and free and self._left_out(targets, wanted):
             return (Trigger(Cause.ROBOT_FREE),)
         return triggers
+
+    def _note_looks(self, explorers: set[str]) -> None:
+        """Remember from where robots have looked that have just explored a target."""
+        for robot in self._world.robots():
+            if robot.name in explorers and robot.cell is not None:
+                self._looks.make(robot.type, robot.cell.y * self._world.grid.width + robot.cell.x)
 
     def _targets(self) -> tuple[Target, ...]:
         """Return the current targets."""

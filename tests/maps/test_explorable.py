@@ -17,14 +17,14 @@ from marsupial.model.robots import RobotType, TeamMember
 from marsupial.model.scenario import Scenario
 
 BESIDE_A_PATCH = drawn_grid(
-    "#########",
-    "#.......#",
-    "##,,,####",
-    "##,,,####",
-    "##,,,####",
-    "#########",
+    "##########",
+    "#.......##",
+    "#,,,,,,,,#",
+    "#,,,,,,,,#",
+    "#,,,,,,,,#",
+    "##########",
 )
-"""A hall (y = 4) beside a patch of rough ground that is just as large as a rover."""
+"""A hall (y = 4) beside rough ground that is just as wide as a rover, which fits on 6 cells of it and covers 5."""
 
 TEAM = (carrier_at(6, 4), rover_on("c1"))
 
@@ -38,20 +38,20 @@ def wide_rover(carrier_range_m: float) -> dict[str, RobotType]:
 
 
 def counted(carrier_range_m: float, team: tuple[PlacedRobot, ...] = TEAM) -> int:
-    """Return how many cells count of the hall of 7 and the one cell on which a rover fits."""
+    """Return how many cells count of the hall of 7 and the 6 on which a rover fits."""
     kinds = tuple(wide_rover(carrier_range_m).values())
     return int(np.count_nonzero(explorable_area(BESIDE_A_PATCH, kinds, team)))
 
 
 def test_ground_beside_a_carrier_counts_only_where_some_robot_can_see_it() -> None:
-    assert (counted(carrier_range_m=1.1), counted(carrier_range_m=4.0)) == (7, 8)
+    assert (counted(carrier_range_m=1.1), counted(carrier_range_m=4.0)) == (7, 13)
 
 
 def test_ground_where_a_rover_starts_counts_whatever_carriers_see() -> None:
-    assert counted(1.1, (carrier_at(6, 4), rover_at(3, 2))) == 8
+    assert counted(1.1, (carrier_at(6, 4), rover_at(3, 2))) == 13
 
 
-@pytest.mark.parametrize(("carrier_range_m", "cells"), [(1.1, 7), (4.0, 8)])
+@pytest.mark.parametrize(("carrier_range_m", "cells"), [(1.1, 7), (4.0, 13)])
 def test_a_mission_that_sees_all_it_can_covers_the_whole_area(carrier_range_m: float, cells: int) -> None:
     members = [TeamMember(name=r.name, type=r.type, start=r.cell, carrier=r.carrier) for r in TEAM]
     scenario = Scenario(

@@ -5,11 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from drawn_maps import draw, on_map, picture, random_cells, where
+from drawn_maps import draw, on_map, picture, random_cells, random_flags, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from marsupial.maps.sight import Sight
+from marsupial.maps.sight import Sight, hopeful_codes
+from marsupial.maps.window import Window
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Terrain
 
 FAR = 100.0
@@ -153,6 +154,36 @@ def test_turning_and_mirroring_the_map_turns_and_mirrors_what_is_seen(cells: Cel
     turned = np.ascontiguousarray(cells.T)
     again = Sight(turned, opaque).visible(Cell(cell.y, cell.x), range_cells)
     assert np.array_equal(np.isin(np.arange(cells.size), again).reshape(turned.shape), seen.T)
+
+
+@given(cells=random_cells(), data=st.data())
+def test_who_has_looked_round_would_see_nothing_unknown_whatever_else_is_known(
+    cells: CellArray, data: st.DataObject
+) -> None:
+    grid, cell, range_cells = _case(cells, data)
+    known = np.where(data.draw(random_flags(cells.shape)), cells, UNKNOWN).astype(np.uint8)
+    seen = Sight(cells, grid.opaque_codes()).visible(cell, range_cells)
+    known.ravel()[seen] = cells.ravel()[seen]
+    hoped = Sight(known, hopeful_codes(grid)).visible(cell, range_cells)
+    assert sorted(hoped.tolist()) == sorted(seen.tolist())
+
+
+@settings(deadline=None)  # compiled when it is called first
+@given(cells=random_cells(largest=16), data=st.data())
+def test_the_first_to_see_some_cells_is_the_first_of_whose_view_they_are(cells: CellArray, data: st.DataObject) -> None:
+    grid, _, range_cells = _case(cells, data)
+    y, x = (sorted(data.draw(st.tuples(st.integers(0, n - 1), st.integers(0, n - 1)))) for n in cells.shape)
+    window = Window(bottom=y[0], top=y[1] + 1, left=x[0], right=x[1] + 1)
+    wanted = np.zeros(cells.shape, dtype=np.bool_)
+    wanted[window.cut] = data.draw(random_flags(wanted[window.cut].shape))
+    stands = np.array(data.draw(st.permutations(range(cells.size)))[:20], dtype=np.int64)
+    sight = Sight(cells, grid.opaque_codes())
+    seeing = [
+        Cell(stand % grid.width, stand // grid.width)
+        for stand in stands.tolist()
+        if wanted.ravel()[sight.visible(Cell(stand % grid.width, stand // grid.width), range_cells)].any()
+    ]
+    assert sight.first_to_see(stands, wanted.ravel(), window, range_cells) == (seeing[0] if seeing else None)
 
 
 @settings(max_examples=60, deadline=None)

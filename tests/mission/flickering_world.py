@@ -12,6 +12,7 @@ from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType
 from marsupial.model.world import News
+from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
 
 REPORT_MS = 1000
@@ -35,8 +36,9 @@ class FlickeringWorld(SimulatedWorld):
         blinks: Blinks,
         *,
         forgets: bool = False,
+        sensor: Sensor | None = None,
     ) -> None:
-        super().__init__(truth, kinds, robots)
+        super().__init__(truth, kinds, robots, sensor=sensor)
         self._blinks = blinks
         self._forgets = forgets
         self._reports = 0

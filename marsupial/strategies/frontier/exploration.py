@@ -107,6 +107,7 @@ class FrontierPace(OnArrival):
         self._rng = np.random.default_rng(starts)
         self._goals: dict[str, int] = {}
         self._trails: dict[str, tuple[Cell, ...]] = {}
+        self._steps: dict[str, Cell] = {}
         self.ways: dict[str, str] = {}
         self.choosing_s = 0.0
 
@@ -114,6 +115,7 @@ class FrontierPace(OnArrival):
         super()._move(shift)
         self._goals = {name: int(shift.indices(np.array(goal))) for name, goal in self._goals.items()}
         self._trails = {name: tuple(map(shift.cell, trail)) for name, trail in self._trails.items()}
+        self._steps = shift.cells(self._steps)
         self.ways = {name: shift.place(target) for name, target in self.ways.items()}
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
@@ -188,7 +190,10 @@ class FrontierPace(OnArrival):
         # the lengths of ways of least energy do not add up, as the turns between them count
         if robot.kind.routes is Routes.ENERGY:
             return route[min(1, len(route) - 1)]
-        return view.step_towards(robot, place)
+        # the step drawn for a plan is kept when the plan is fitted to the time that it took, or it would be lost
+        step = view.step_towards(robot, place, before=self._steps.get(robot.name))
+        self._steps[robot.name] = step
+        return step
 
     def _view(self, robots: Sequence[RobotReport]) -> FrontierView:
         kinds = self._territory.kinds

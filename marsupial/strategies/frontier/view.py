@@ -106,13 +106,16 @@ class FrontierView:
         cells = np.array([v * width + u for u, v in sides], dtype=np.int64)
         return cells[self.lengths(robot, cells) < SHORTEST_DETOUR]
 
-    def step_towards(self, robot: Explorer, place: Cell) -> Cell:
-        """Return the next cell of a shortest way that there is to another one; of several ways one is taken by lot."""
+    def step_towards(self, robot: Explorer, place: Cell, before: Cell | None = None) -> Cell:
+        """Return the next cell of a shortest way to another one: `before` if it is one, otherwise one by lot."""
         if place == robot.cell:
             return place
         cells = self.around(robot)
         ways = self.lengths(robot, cells) + self.lengths(replace(robot, cell=place), cells)
-        return self.cell(int(self.rng.choice(cells[ways <= ways.min() + TOLERANCE])))
+        shortest = cells[ways <= ways.min() + TOLERANCE]
+        if before is not None and before.y * self.grid.width + before.x in shortest:
+            return before
+        return self.cell(int(self.rng.choice(shortest)))
 
     def xy(self, cells: Ints) -> tuple[Ints, Ints]:
         """Return columns and rows of cells."""

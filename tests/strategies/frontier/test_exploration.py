@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from simulated_missions import Plans
@@ -11,6 +13,7 @@ from marsupial.library.missions import simulate
 from marsupial.model.mission import Cause, Planned, Status
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
+from marsupial.model.scenario import PlanningTime
 from marsupial.papers.alkhawaldah.experiment import HOPPER, cell_world
 from marsupial.papers.alkhawaldah.rule import Bidding
 from marsupial.papers.wurm2008.rules import ClosestFrontier
@@ -37,6 +40,15 @@ def test_others_drive_on_until_they_arrive_or_their_cell_has_been_seen_through()
     assert max(action.duration_ms for plan in made for action in plan.actions) > 1000
     causes = {trigger.cause for plan in made for trigger in plan.trigger}
     assert causes <= {Cause.START, Cause.ROBOT_FREE, Cause.GONE, Cause.CARRIED_OUT, Cause.EXPLORED}
+
+
+def test_a_step_taken_by_lot_is_still_the_same_when_the_time_for_planning_has_passed() -> None:
+    for seed in range(1, 7):
+        watcher = Plans()
+        scenario = replace(cell_world("cells", 10, 9, 6, 1), planning_time=PlanningTime.CHARGED)
+        simulate(scenario, strategy="bidding", planner="none", budget=Budget(steps=1), seed=seed, observer=watcher)
+        causes = {trigger.cause for plan in watcher.made for trigger in plan.trigger}
+        assert Cause.OVERTAKEN not in causes
 
 
 def test_each_robot_has_a_frontier_of_its_own_as_long_as_there_are_enough() -> None:

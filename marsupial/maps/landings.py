@@ -1,0 +1,202 @@
+"""Where to look whether a rover could be set down, once no frontier is left.
+
+Robots touch the ground beside them, so they get to know all ground that is connected to where they are. Not so ground
+that rovers can only be set down on: a carrier docks with a rover that is farther away than it touches, or even sees. As
+long as unknown cells of such ground are in view from somewhere, a robot goes there and looks. So what a team comes to
+know does not depend on what its robots happen to see on their way. Ground on which a rover could hardly move, such as
+the corner of a room that nobody has seen, is not worth the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from marsupial.arrays import Flags, Ints
+from marsupial.maps.contact import Contact
+from marsupial.maps.footprint import Footprint, disc
+from marsupial.maps.reach import groups, parts
+from marsupial.maps.sight import Sight, hopeful_codes
+from marsupial.maps.targets import Frontier, cell_at
+from marsupial.maps.territory import Territory, dock_range_cells
+from marsupial.maps.window import Window
+from marsupial.model.frames import FrameShift
+from marsupial.model.grid import UNKNOWN, Cell, Mask
+from marsupial.model.robots import Role
+from marsupial.paths.nearest import Nearest
+
+GAP_CELLS = 2.0 + 1e-6
+"""How far from a rover's body a cell may be that lies between it and the body of a carrier it docks with."""
+
+
+@dataclass(slots=True)
+class Looks:
+    """Where robots were sent to look, and what they have looked for in vain.
+
+    Who sees all of its field of view never looks in vain. But a sensor may show less, and so may a map made by others.
+
+    Attributes
+    ----------
+    offered, made
+        Robot types and the cells (row-major) to look from; those from which one has looked since.
+    in_vain
+        Cells (row-major) that stayed unknown when they were looked for.
+    """
+
+    offered: set[tuple[str, int]] = field(default_factory=set)
+    made: set[tuple[str, int]] = field(default_factory=set)
+    in_vain: set[int] = field(default_factory=set)
+
+    def make(self, kind: str, stand: int) -> None:
+        """Take in that a robot of a type has explored from a cell (row-major)."""
+        if (kind, stand) in self.offered:
+            self.offered.remove((kind, stand))
+            self.made.add((kind, stand))
+
+    def moved(self, shift: FrameShift) -> Looks:
+        """Return them as they are called in a frame that has grown."""
+        return Looks(
+            offered={(name, _moved(stand, shift)) for name, stand in self.offered},
+            made={(name, _moved(stand, shift)) for name, stand in self.made},
+            in_vain={_moved(cell, shift) for cell in self.in_vain},
+        )
+
+
+class Landings:
+    """Finds where to look for ground to set rovers down on, on one growing map.
+
+    Parameters
+    ----------
+    territory
+        Kept up to date by its owner.
+    looks
+        Those there were before, which is kept up to date.
+    """
+
+    def __init__(self, territory: Territory, looks: Looks) -> None:
+        self._territory, self._looks = territory, looks
+        self._grid = grid = territory.grid
+        self._sight = Sight(grid.cells, hopeful_codes(grid))
+        self._contact = {name: Contact(kind, grid.resolution_m) for name, kind in territory.kinds.items()}
+        self._ranges = {name: kind.sensor_range_m / grid.resolution_m for name, kind in territory.kinds.items()}
+        self._bodies = {name: kind.radius_m / grid.resolution_m for name, kind in territory.kinds.items()}
+        self._wanted: Flags = np.zeros(grid.cells.size, dtype=np.bool_)
+        self._found: tuple[object, Mapping[str, Frontier]] | None = None
+
+    def frontiers(self, reach: Mapping[str, Mask], rovers: Collection[str]) -> Mapping[str, Frontier]:
+        """Return where each type is to look, by name, as what it can explore.
+
+        Parameters
+        ----------
+        reach
+            Where each type can get to, by name.
+        rovers
+            The types of the rovers in the team.
+        """
+        counts = {name: int(np.count_nonzero(cells)) for name, cells in reach.items()}
+        now = self._territory.revision, frozenset(rovers), counts
+        if self._found is None or self._found[0] != now or self._looks.made:
+            prints = self._territory.footprints
+            landings = {name: roomy(prints[name].possible & ~reach[name], prints[name]) for name in rovers}
+            self._found = now, self.towards(landings, reach)
+        return self._found[1]
+
+    def towards(self, landings: Mapping[str, Mask], reach: Mapping[str, Mask]) -> Mapping[str, Frontier]:
+        """Return what `frontiers` does for rovers that may be set down on `landings` (height, width), by type."""
+        width = self._grid.width
+        found: dict[str, set[int]] = {name: set() for name in self._territory.kinds}
+        unknown = self._not_in_vain(self._unknown_of(landings, reach))
+        self._wanted[unknown] = True
+        carriers_first = sorted(found, key=lambda name: (self._territory.kinds[name].role, name))
+        for group in groups(unknown, self._grid.cells.shape):
+            for name in carriers_first:
+                stand = self._stand(name, reach[name], group)
+                if stand is not None:
+                    found[name].add(stand.y * width + stand.x)
+                    break
+        self._wanted[unknown] = False
+        self._looks.offered |= {(name, stand) for name, stands in found.items() for stand in stands}
+        stands = {name: np.array(sorted(cells), dtype=np.int64) for name, cells in found.items()}
+        return {name: Frontier(cells=cells, viewpoints=cells) for name, cells in stands.items()}
+
+    def _unknown_of(self, landings: Mapping[str, Mask], reach: Mapping[str, Mask]) -> Ints:
+        """Return the unknown cells, ascending, on which it depends whether a rover can be set down on `landings`."""
+        unknown = self._grid.cells == UNKNOWN
+        found = np.zeros_like(unknown)
+        for carrier in self._territory.of_role(Role.CARRIER):
+            for name, possible in landings.items():
+                if carrier.capacity > 0 and possible.any() and reach[carrier.name].any():
+                    limit = dock_range_cells(carrier, self._territory.kinds[name], self._grid.resolution_m)
+                    near = _within(limit, reach[carrier.name], self._territory.see_through | unknown)
+                    places, body = np.flatnonzero(near & possible), self._bodies[name]
+                    found |= covered(places, body, found.shape)
+                    found |= near & covered(places, body + GAP_CELLS, found.shape)
+        return np.flatnonzero(found & unknown)
+
+    def _not_in_vain(self, unknown: Ints) -> Ints:
+        """Return those of the cells that were not looked for in vain, now that some more looks are made."""
+        for name, stand in self._looks.made:
+            cell = cell_at(stand, self._grid.width)
+            seen = np.union1d(self._sight.visible(cell, self._ranges[name]), self._touched(name, cell))
+            self._looks.in_vain.update(np.intersect1d(unknown, seen).tolist())
+        self._looks.made.clear()
+        return np.setdiff1d(unknown, np.array(sorted(self._looks.in_vain), dtype=np.int64))
+
+    def _stand(self, name: str, reach: Mask, group: Ints) -> Cell | None:
+        """Return the nearest cell of its reach from which a type sees cells that are wanted, or else touches one."""
+        shape, width = reach.shape, self._grid.width
+        y, x = np.divmod(group, width)
+        low, high = Cell(int(x.min()), int(y.min())), Cell(int(x.max()), int(y.max()))
+
+        def nearest(far_cells: float) -> Ints:
+            around = Window.around(low, high, int(far_cells) + 1, shape)
+            cells = around.on_map(np.flatnonzero(reach[around.cut]), width)
+            return cells[np.argsort(np.hypot(cells // width - y.mean(), cells % width - x.mean()), kind="stable")]
+
+        seeing = self._sight.first_to_see(
+            nearest(self._ranges[name]), self._wanted, Window.around(low, high, 0, shape), self._ranges[name]
+        )
+        if seeing is not None:
+            return seeing
+        beside = (cell_at(int(index), width) for index in nearest(self._bodies[name] + 1))
+        return next((cell for cell in beside if self._wanted[self._touched(name, cell)].any()), None)
+
+    def _touched(self, name: str, cell: Cell) -> Ints:
+        return self._contact[name].touched(self._grid.cells, cell)
+
+
+def roomy(ground: Mask, footprint: Footprint) -> Mask:
+    """Return the connected parts of a rover's ground (height, width) that have more cells than its own footprint."""
+    labels, _ = parts(ground)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    return np.asarray((sizes > len(footprint.offsets))[labels])
+
+
+def covered(cells: Ints, radius_cells: float, shape: tuple[int, int]) -> Mask:
+    """Return which cells (height, width) are under discs round `cells`, row-major indices."""
+    out = np.zeros(shape, dtype=np.bool_)
+    y, x = np.divmod(cells, shape[1])
+    for dx, dy in disc(radius_cells).tolist():
+        u, v = x + dx, y + dy
+        inside = (u >= 0) & (v >= 0) & (u < shape[1]) & (v < shape[0])
+        out[v[inside], u[inside]] = True
+    return out
+
+
+def _within(limit: float, area: Mask, passable: Mask) -> Mask:
+    """Return the area and the cells (height, width) that are at most so many cells away from it on passable ground."""
+    padded = np.pad(area, 1)
+    inner = area.copy()
+    for dy in range(3):
+        for dx in range(3):
+            inner &= padded[dy : dy + area.shape[0], dx : dx + area.shape[1]]
+    near = area.copy()
+    near.ravel()[Nearest(passable, limit).add(np.flatnonzero(area & ~inner))] = True
+    return near
+
+
+def _moved(index: int, shift: FrameShift) -> int:
+    return int(shift.indices(np.array(index)))
