@@ -16,6 +16,7 @@ from marsupial.mission.state import MissionTracker, RobotView, Tracks, reveal, v
 from marsupial.model import mission as log
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray
 from marsupial.model.plan import Action
+from marsupial.model.runs import triples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,16 +197,14 @@ def _unknown(mission: log.MissionStarted) -> CellArray:
 
 def _counts(runs: Sequence[int]) -> tuple[int, int]:
     """Return how many cells of runs are known, and how many of these are no obstacles."""
-    pairs = list(zip(runs[1::3], runs[2::3], strict=True))
-    known = sum(length for length, code in pairs if code != UNKNOWN)
-    return known, known - sum(length for length, code in pairs if code == OBSTACLE)
+    known = sum(length for _, length, code in triples(runs) if code != UNKNOWN)
+    return known, known - sum(length for _, length, code in triples(runs) if code == OBSTACLE)
 
 
 def _counted(cells: CellArray, event: Looks) -> tuple[int, int]:
     """Return the same of the cells that an event tells of, as they were before, and enter it in the map."""
     flat = cells.reshape(-1)
-    starts, lengths = event.runs[0::3], event.runs[1::3]
-    parts = [flat[start : start + length] for start, length in zip(starts, lengths, strict=True)]
+    parts = [flat[start : start + length] for start, length, _ in triples(event.runs)]
     known = sum(int(np.count_nonzero(part != UNKNOWN)) for part in parts)
     barred = sum(int(np.count_nonzero(part == OBSTACLE)) for part in parts)
     reveal(cells, event)
