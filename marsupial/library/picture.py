@@ -16,15 +16,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from marsupial.exports.figures import MapAxes
 from marsupial.exports.ground import frontier, ground_image
-from marsupial.exports.mapaxes import MapAxes
 from marsupial.exports.trails import Drive, Handover, drives, handovers, trail
 from marsupial.library.metrics import METRICS, Summary
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray
 from marsupial.model.mission import MissionEvent, MissionStarted
 from marsupial.model.plan import ActionName
-from marsupial.replay.palette import LIGHT, robot_looks
+from marsupial.replay.palette import LIGHT, robot_styles
 
 TITLE = (("exploration_time_s", "mission_time_s"), ("coverage", "distance_m", "quality"))
 """The metrics in the title, line by line."""
@@ -54,7 +54,7 @@ def mission_figure(events: Sequence[MissionEvent], summary: Summary) -> MissionF
     frame = MapAxes(mission.width, mission.height, mission.resolution_m, mission.origin_m)
     cells = playback.cells_at(playback.end_ms)
     axes.imshow(ground_image(cells, LIGHT), origin="lower", extent=frame.extent, interpolation="nearest")
-    colours = {name: LIGHT.robot(look) for name, look in robot_looks(mission).items()}
+    colours = {name: LIGHT.robot(look) for name, look in robot_styles(mission).items()}
     _draw_trails(axes, frame, mission, drives(playback), colours)
     _draw_meetings(axes, frame, handovers(playback), colours)
     _draw_starts(axes, frame, mission, colours)
