@@ -1,6 +1,6 @@
-"""Where the files that come with marsupial are: in a checkout, and in an installed wheel.
+"""The files that come with marsupial, in a checkout or an installed wheel.
 
-The folder ``pddl`` stands at the top of a checkout, for people to find; a wheel carries it as ``marsupial/data/pddl``.
+The folder ``pddl`` is at the top of a checkout, where people find it; a wheel has it as ``marsupial/data/pddl``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Open ground with boxes of random size strewn over it until they cover the wanted share.
+"""Open ground with boxes of random size, added until they cover the wanted share.
 
-Gaps between boxes are often too narrow for a carrier and wide enough for a rover. Pockets that nothing can reach are
-filled, so a little more than the wanted share ends up as obstacle.
+Gaps between boxes are often too narrow for a carrier and wide enough for a rover. Unreachable pockets are filled, so
+that a little more than the wanted share becomes obstacle.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from pathlib import Path
 from marsupial.errors import ScenarioError
 from marsupial.formats.files import NO_SUCH_FILE, file_fault
 from marsupial.formats.mapfiles.read import READERS, names_recording, read_map
-from marsupial.formats.scenario import is_scenario_file, understand_scenario, with_team
+from marsupial.formats.scenario import is_scenario_file, read_scenario_and_map, with_team
 from marsupial.generators.builtin import (
     DEFAULT_CARRIERS,
     DEFAULT_ROVERS,
@@ -91,7 +91,7 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
     if fault is not None:
         raise ScenarioError(_unknown(source)) if fault == NO_SUCH_FILE else ScenarioError(fault, source=source)
     if is_scenario_file(path):
-        written, reading = understand_scenario(path)
+        written, reading = read_scenario_and_map(path)
         return LoadedScenario(source=source, scenario=with_team(written, carriers, rovers), reading=reading)
     reading = read_map(path)
     bare = bare_map_scenario(path.stem, reading.grid, *_team(carriers, rovers))

@@ -23,8 +23,7 @@ from marsupial.bench.papers.mei_paths import PRINTED_LONGER, PRINTED_SAVED, Rout
 from marsupial.bench.papers.mei_routes import routes_figure
 from marsupial.bench.papers.teams import explorers
 from marsupial.generators.canvas import close_border
-from marsupial.generators.scattered import scattered
-from marsupial.generators.walled import SIDE, WALLED
+from marsupial.generators.papers import SIDE, WALLED, scattered
 from marsupial.maps.reach import largest_reach
 from marsupial.model.grid import FLOOR, Cell, Grid
 from marsupial.model.robots import EnergyModel, RobotType, Role, Routes

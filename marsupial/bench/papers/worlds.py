@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from marsupial.bench.papers.teams import explorers
-from marsupial.generators.scattered import scattered
+from marsupial.generators.papers import scattered
 from marsupial.model.grid import FLOOR
 from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Scenario

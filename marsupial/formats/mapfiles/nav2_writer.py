@@ -1,7 +1,7 @@
-"""Write a map as nav2's map saver does: a `map.yaml` beside a PGM image, mode trinary.
+"""Write a map as nav2's map saver does: a `map.yaml` and a PGM image, in mode trinary.
 
-Greys and thresholds are the saver's: 254 free, 0 occupied, 205 unknown, read back as such by every release of nav2.
-The format knows no terrain, so ground of any class is free.
+Greys and thresholds are the saver's: 254 free, 0 occupied, 205 unknown, which every release of nav2 reads back. The
+format has no terrain, so all ground is free.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _HEADER = {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh
 
 
 def nav2_files(grid: Grid, path: Path) -> dict[Path, bytes]:
-    """Return the yaml at `path` and the image beside it, by where they belong."""
+    """Return the contents of the yaml at `path` and the image beside it, by path."""
     image = path.with_suffix(".pgm")
     grey = np.full(grid.cells.shape, _FREE, dtype=np.uint8)
     grey[grid.cells == OBSTACLE] = _OCCUPIED

@@ -1,7 +1,6 @@
-"""The canonical PDDL of a situation, as text.
+"""Situations as PDDL text: the canonical domain, ``pddl/domain.pddl``, and problems of it.
 
-``pddl/domain.pddl`` is the one source of the domain. A problem is written so that any PDDL 2.1 planner can be pointed
-at it and so that `marsupial.formats.pddl.read.read_problem` gives back the very same situation.
+Any PDDL 2.1 planner can read a problem, and `read_problem` returns exactly the situation that it was written from.
 """
 
 from __future__ import annotations
@@ -35,9 +34,9 @@ def problem_text(situation: Situation, *, name: str = "exploration", records: bo
     name
         Name of the problem.
     records
-        Whether to write the facts that no action reads. Without them the problem is shorter and has the same plans,
-        but what is read back is only as good for planning: no reveals, no homes beyond those in the goal, times
-        until robots are free as part of their first drives.
+        Whether to write the facts that no action reads. Without them the problem is shorter and has the same plans, but
+        the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and the
+        times until robots are free are part of their first drives.
 
     Raises
     ------
@@ -56,13 +55,13 @@ def problem_text(situation: Situation, *, name: str = "exploration", records: bo
 
 
 def check_domain(text: str) -> None:
-    """Check that `text` is the canonical domain; comments, layout, order and requirements don't matter.
+    """Check that `text` is the canonical domain; comments, layout, order and requirements may differ.
 
     Raises
     ------
     SituationError
-        With each predicate, function, type or action that is missing, unknown or different, and its line; where most
-        are missing, with what is missing by kind.
+        With each predicate, function, type or action that is missing, unknown or different, and its line; if most are
+        missing, with their names by kind.
     """
     form = parse_form(text)
     given, wanted = _declarations(form), _declarations(parse_form(domain_text()))
@@ -87,7 +86,7 @@ _Declarations = dict[tuple[str, str], tuple[Form, int]]
 
 
 def _declarations(domain: Form) -> _Declarations:
-    """Return what a domain declares by kind and name; variable names are part of it."""
+    """Return a domain's declarations by kind and name; the names of variables must be the canonical ones too."""
     found: _Declarations = {}
     for part in domain.items[1:]:
         for kind, name, form in _parts(part):
