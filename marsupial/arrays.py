@@ -15,7 +15,7 @@ Counts = npt.NDArray[np.uint16]
 """Small counts, for large arrays."""
 
 Words = npt.NDArray[np.uint64]
-"""Bit masks, 64 cells to a word."""
+"""Unsigned indices and offsets of compiled code."""
 
 Cells = npt.NDArray[np.uint32]
 """Indices of cells of a framed grid."""

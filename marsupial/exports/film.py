@@ -56,6 +56,7 @@ def gif(events: Sequence[MissionEvent], *, speed: float | None = None, palette: 
     playback = Playback(events)
     drawing = MissionDrawing(playback, palette=palette, dpi=GIF_DPI)
     times = moments(playback, speed, GIF_FPS)
+    # One palette for all frames, or colours would flicker; without dithering, which moves from frame to frame.
     samples = [drawing.frame(t_ms) for t_ms in np.linspace(playback.start_ms, playback.end_ms, SAMPLES).astype(int)]
     colours = Image.fromarray(np.vstack(samples)).quantize(255)
     plain = (

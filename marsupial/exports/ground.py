@@ -25,6 +25,8 @@ def coarse(cells: CellArray, block: int) -> CellArray:
     counts = np.stack([np.count_nonzero(squares == code, axis=(1, 3)) for code in [OBSTACLE, *codes]])
     ground = np.array([*codes, UNKNOWN], dtype=np.uint8)[np.argmax(counts[1:], axis=0) if codes else 0]
     picture = np.where(counts.sum(axis=0) == 0, UNKNOWN, ground)
+    # A wall of one cell across a block has `block` cells in it, straight or diagonal. Fewer become ground, so that
+    # narrow doors don't close.
     walls = (counts[0] >= block) | ((counts[0] > 0) & (counts[1:].sum(axis=0) == 0))
     return np.where(walls, OBSTACLE, picture).astype(np.uint8)
 

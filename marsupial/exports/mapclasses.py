@@ -80,6 +80,7 @@ def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
     deep = max(1, round(LEAK_M / grid.resolution_m))
     border = np.ones(free.shape, dtype=np.bool_)
     border[deep:-deep, deep:-deep] = False
+    # Only outermost cells leak: there a robot would drive off the map. The cells around them make the mark visible.
     edge = np.ones(free.shape, dtype=np.bool_)
     edge[1:-1, 1:-1] = False
     open_edge = edge & free & with_area[labels]

@@ -55,7 +55,7 @@ class NamedPlace:
 
 def name_marks(axes: Axes, marks: Mapping[str, tuple[float, float]], walls: Share) -> None:
     """Write the names of `marks` (in data coordinates) beside them; the figure must have its canvas."""
-    axes.apply_aspect()
+    axes.apply_aspect()  # matplotlib places axes when it draws; `transData` is wrong before that
     scale = axes.figure.dpi / 72
     spots = {name: tuple(axes.transData.transform(at)) for name, at in marks.items()}
     taken: list[Bbox] = []

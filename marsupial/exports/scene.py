@@ -71,6 +71,7 @@ def grid_message(grid: Grid, cells: CellArray, corner: tuple[int, int], palette:
     corner
         Column and row of its lower left cell.
     """
+    # A table from terrain codes to colours: one look-up for the whole grid.
     table = np.zeros((256, 4), dtype=np.uint8)
     for code in np.unique(cells):
         table[code] = (*bytes.fromhex(palette.ground(int(code))[1:]), 255)

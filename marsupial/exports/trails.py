@@ -51,11 +51,13 @@ def drives(playback: Playback) -> dict[str, list[Drive]]:
         t_ms = playback.events[number].t_ms
         for name, track in tracks.items():
             leg, before = track.where.at, legs.get(name)
+            # A leg is shared by all moments of a drive: another object is another drive, or a stop.
             if leg is not before:
                 if before is not None:
                     _add(found[name], before, t_ms)
                 legs[name] = leg
     for name, leg in legs.items():
+        # The leg of a lost robot goes on to its planned end, but nobody knows how far the robot came.
         if leg is not None and not playback.moments[-1][1][name].lost:
             _add(found[name], leg, playback.end_ms)
     return found

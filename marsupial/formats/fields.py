@@ -173,7 +173,7 @@ class Fields(Notes):
     def part(self, key: str, *, required: bool = True) -> Fields:
         """Read a mapping; one without fields if it is absent or has a problem."""
         if not self._present(key, required=required):
-            return Fields({}, self.at(key), [])
+            return Fields({}, self.at(key), [])  # problems of a placeholder's fields are dropped
         value = self.data[key]
         if not isinstance(value, Mapping):
             self.wrong(key, f"must be a mapping of fields, got {shown(value)}")

@@ -110,11 +110,8 @@ class LogChecker:
         yield from self._cell("cell", event.cell)
         if not set(event.steps) <= set("01234567"):
             yield Problem("steps", f"must be digits from 0 to 7, got {event.steps[:40]!r}")
-        elif not self._stays_inside(event):
+        elif not all(map(self._contains, route_of(event.cell, event.steps))):
             yield Problem("steps", "leave the map")
-
-    def _stays_inside(self, event: m.DriveStarted) -> bool:
-        return all(self._contains(cell) for cell in route_of(event.cell, event.steps))
 
     def _drive_ended(self, event: m.DriveEnded) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)

@@ -311,17 +311,14 @@ def _read(hint: Any, value: Any, path: str, problems: list[Problem]) -> Any:
     if hint is Cell:
         return Cell(*_read_array((int, int), value, path, problems))
     if get_origin(hint) in (tuple, frozenset):
-        return get_origin(hint)(_read_array(_item_hints(hint), value, path, problems))
+        # tuple[X, ...] has an Ellipsis for any number of items; frozenset[X] has none, but means the same.
+        items = (*get_args(hint), ...) if get_origin(hint) is frozenset else get_args(hint)
+        return get_origin(hint)(_read_array(items, value, path, problems))
     if is_dataclass(hint):
         return _read_object(hint, value, path, problems)  # type: ignore[arg-type]
     if issubclass(hint, StrEnum):
         return _read_enum(hint, value, path, problems)
     return _read_scalar(hint, value, path, problems)
-
-
-def _item_hints(hint: Any) -> tuple[Any, ...]:
-    """Return the types of an array's items; for any number of items, their type and an Ellipsis."""
-    return (*get_args(hint), ...) if get_origin(hint) is frozenset else get_args(hint)
 
 
 def _read_array(hints: tuple[Any, ...], value: Any, path: str, problems: list[Problem]) -> tuple[Any, ...]:
@@ -347,6 +344,7 @@ _NAMES = {bool: "true or false", int: "a whole number", float: "a number", str: 
 
 
 def _read_scalar(hint: type, value: Any, path: str, problems: list[Problem]) -> Any:
+    # `type`, not `isinstance`: a bool is an int to Python, but no number in a log.
     if hint is float and type(value) is int and abs(value) <= MOST:
         return float(value)
     if type(value) is hint is int and abs(value) > MOST:

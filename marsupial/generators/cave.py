@@ -34,6 +34,7 @@ def cave(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
     close_border(cells)
     fill_pockets(cells)
     ground = cells != OBSTACLE
+    # The share is of the ground, not of the map: rock takes a random part of it.
     cells[ground & (hills > np.quantile(hills[ground], 1 - ROUGH_SHARE))] = ROUGH
 
 

@@ -89,6 +89,7 @@ def _neighbours(squares: Iterable[Square], others: set[Square]) -> list[Passage]
 
 def _passages(rng: np.random.Generator, squares: set[Square], *, loops: float) -> list[Passage]:
     """Return the passages of a random spanning tree of `squares`, and a share `loops` of the others."""
+    # Depth-first search with random neighbours: it makes long corridors, where Kruskal's trees have short branches.
     tree: set[Passage] = set()
     start = min(squares)
     path, seen = [start], {start}

@@ -25,7 +25,7 @@ def random_obstacles(
     cells[:] = FLOOR
     wanted = math.floor(share * cells.size)
     least, most = (cells_of(side_m, size.resolution_m) for side_m in (LEAST_BOX_M, MOST_BOX_M))
-    while np.count_nonzero(cells == OBSTACLE) < wanted:
+    while np.count_nonzero(cells == OBSTACLE) < wanted:  # boxes may overlap
         wide, high = rng.integers(least, most + 1, 2).tolist()
         x0, y0 = int(rng.integers(cells.shape[1] - wide + 1)), int(rng.integers(cells.shape[0] - high + 1))
         carve(cells, Box(x0, x0 + wide, y0, y0 + high), OBSTACLE)

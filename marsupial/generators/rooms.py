@@ -74,6 +74,7 @@ def _shared_walls(insides: list[Box], *, wall: int, least: int) -> dict[tuple[in
 
 def _tree(rng: np.random.Generator, count: int, pairs: list[tuple[int, int]]) -> set[tuple[int, int]]:
     """Return a random spanning tree of rooms 0..count-1 over `pairs`."""
+    # Kruskal's algorithm over pairs in random order: join two groups of rooms that are not connected yet.
     group = list(range(count))
     tree = set()
     for k in rng.permutation(len(pairs)).tolist():

@@ -269,7 +269,7 @@ def _plain(value: Any) -> Any:
 def _metrics(kind: type, prefix: str = "") -> list[Metric]:
     found = []
     for each in fields(kind):
-        if each.name == "planning_s":
+        if each.name == "planning_s":  # an object in JSON, a column for each of its fields in CSV
             found += _metrics(PlanningTimes, "planning_s.")
         elif "metric" in each.metadata:
             metric: Metric = each.metadata["metric"]

@@ -134,6 +134,7 @@ def plan(
     limit = budget_of(budget if steps is None else None, steps)
     found = engine_of(planner_argument(planner))
     wanted = situation_of(situation)
+    # Compile before the budget runs. The caller's own engine is not tried: it may have side effects.
     if isinstance(planner, str) and found.info.missing is None:
         prepare_planner(planner)()
     return Plans(wanted, found, limit)

@@ -87,6 +87,7 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
     path = Path(source)
     if source in SCENARIOS:
         return LoadedScenario(source=source, scenario=builtin_scenario(source, *_team(carriers, rovers)))
+    # A recording may be a folder, or have a topic behind its path: `read_map` checks it.
     fault = None if names_recording(path) else file_fault(path)
     if fault is not None:
         raise ScenarioError(_unknown(source)) if fault == NO_SUCH_FILE else ScenarioError(fault, source=source)

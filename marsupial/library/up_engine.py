@@ -155,6 +155,7 @@ def situation_of_problem(problem: Any) -> Situation:
     UPUsageError
         If it is not of marsupial's domain, with every problem found.
     """
+    # Compare whole actions, with conditions and effects: a domain may share only names with ours.
     domain = PDDLReader(problem.environment).parse_problem_string(domain_text())
     if set(problem.actions) != set(domain.actions):
         raise UPUsageError("marsupial plans for problems of its own domain only: the actions of pddl/domain.pddl")

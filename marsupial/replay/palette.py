@@ -159,6 +159,7 @@ def robot_styles(mission: MissionStarted) -> dict[str, RobotStyle]:
     aboard = dict.fromkeys(names, 0)
     styles: dict[str, RobotStyle] = {}
     for robot in mission.robots:
+        # Shade 0 is the carrier's own colour, or that of a rover that starts alone.
         number, shade = family[robot.carrier or robot.name], 0
         if robot.carrier is not None:
             shade = aboard[robot.carrier] % ROVER_SHADES + 1

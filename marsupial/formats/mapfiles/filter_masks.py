@@ -83,10 +83,12 @@ def painted(cells: CellArray, overlay: CellArray) -> CellArray:
 
 def _speed_codes(mask: SpeedMask) -> CellArray:
     """Return the terrain code for each of the 256 values of an occupancy's byte."""
+    # int8 occupancies index the table as uint8: byte 255 is -1.
     values = np.arange(256, dtype=np.uint8).view(np.int8).astype(np.float64)
     limits = mask.base + mask.multiplier * values
     limited = (values > 0) & (values <= OCCUPIED) & (limits > 0) & (limits <= 100)
     table = np.full(256, NOTHING, dtype=np.uint8)
+    # From the highest percentage down, so that the lowest that still allows the limit is painted last.
     for code, percent in sorted(mask.percents.items(), key=lambda item: -item[1]):
         table[limited & (limits <= percent)] = code
     return table

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image, UnidentifiedImageError
 from PIL.BmpImagePlugin import BmpImageFile
 from PIL.ImageFile import ImageFile
@@ -191,7 +190,8 @@ def _opaque(image: Image.Image) -> Mask | None:
 def _grey(image: Image.Image) -> tuple[CellArray, int]:
     """Return the grey values and the number of coloured pixels."""
     if image.mode.startswith("I"):
-        return _from_16_bits(np.asarray(image)), 0
+        values = np.clip(np.asarray(image), 0, 65535).astype(np.uint32)
+        return ((values + 128) // 257).astype(np.uint8), 0  # 65535 = 255 * 257
     if image.mode in ("1", "L"):
         return np.asarray(image.convert("L")), 0
     if image.mode in ("LA", "P", "PA", "RGB", "RGBA", "CMYK"):
@@ -199,12 +199,9 @@ def _grey(image: Image.Image) -> tuple[CellArray, int]:
     raise ValueError(f"pixel format {image.mode} is not a grey or colour image")
 
 
-def _from_16_bits(values: npt.NDArray[np.integer]) -> CellArray:
-    return np.asarray((np.clip(values, 0, 65535).astype(np.uint32) + 128) // 257).astype(np.uint8)
-
-
 def _from_rgb(rgb: CellArray) -> tuple[CellArray, int]:
     red, green, blue = (rgb[..., i] for i in range(3))
+    # The luma of a grey pixel is its grey: compute only coloured ones, which are few.
     coloured = (red != green) | (green != blue)
     grey = red.copy()
     grey[coloured] = np.floor(rgb[coloured] @ _LUMA + 0.5).astype(np.uint8)

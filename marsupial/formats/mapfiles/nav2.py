@@ -1,4 +1,4 @@
-"""Read maps of ROS as nav2's map server does: a `map.yaml` and an image.
+"""Maps of ROS, a `map.yaml` and an image: read as nav2's map server does, and written as its map saver does.
 
 ::
 
@@ -11,6 +11,9 @@ nav2's static layer does by default (`trinary_costmap` with `lethal_cost_thresho
 
 A map with wrong thresholds is still a valid map, on which exploration ends too early or never. So reading also returns
 warnings about greys whose meaning is doubtful.
+
+Maps are written in mode trinary with the saver's greys and thresholds, which every release of nav2 reads back. The
+format has no terrain, so all ground is free.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import yaml
 
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, read_header
@@ -27,8 +31,10 @@ from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mapreading import LegendEntry, MapReading
 from marsupial.wording import counted
 
-SAVED_UNKNOWN = 205
-"""The grey that map savers write for unknown."""
+SAVED_FREE, SAVED_OCCUPIED, SAVED_UNKNOWN = 254, 0, 205
+"""The greys that map savers write."""
+
+_SAVED_HEADER = {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
 
 NEARLY_SAVED_UNKNOWN = range(200, 211)
 """Greys that a conversion may have made of `SAVED_UNKNOWN`; blurred edges have them too, so they must be frequent."""
@@ -76,7 +82,7 @@ def read_occupancy(path: Path | str) -> Occupancy:
 def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
     """Return the map of an image with a header, and how its greys were interpreted."""
     table = occupancy_table(header)
-    codes = _code_table(table)
+    codes = np.select([table < 0, table == 100], [UNKNOWN, OBSTACLE], FLOOR).astype(np.uint8)
     cells = codes[image.grey]
     transparent = _transparent(header, image)
     if transparent is not None:
@@ -102,6 +108,17 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
     )
 
 
+def nav2_files(grid: Grid, path: Path) -> dict[Path, bytes]:
+    """Return the contents of the yaml at `path` and the image beside it, by path."""
+    image = path.with_suffix(".pgm")
+    grey = np.full(grid.cells.shape, SAVED_FREE, dtype=np.uint8)
+    grey[grid.cells == OBSTACLE] = SAVED_OCCUPIED
+    grey[grid.cells == UNKNOWN] = SAVED_UNKNOWN
+    header = {"image": image.name, "resolution": grid.resolution_m, "origin": list(grid.origin_m), **_SAVED_HEADER}
+    pixels = f"P5\n{grid.width} {grid.height}\n255\n".encode() + np.flipud(grey).tobytes()
+    return {image: pixels, path: yaml.safe_dump(header, sort_keys=False).encode()}
+
+
 def occupancy_table(header: Nav2Header) -> OccupancyArray:
     """Return the occupancy (-1, or 0 to 100) of each of the 256 greys."""
     greys = np.arange(256)
@@ -119,10 +136,6 @@ def occupancy_table(header: Nav2Header) -> OccupancyArray:
         span = np.float32(header.occupied_thresh - header.free_thresh)
         table[between] = np.floor(((p[between] - free) / span * np.float32(100)).astype(np.float64) + 0.5)
     return table
-
-
-def _code_table(table: OccupancyArray) -> CellArray:
-    return np.select([table < 0, table == 100], [UNKNOWN, OBSTACLE], FLOOR).astype(np.uint8)
 
 
 def _transparent(header: Nav2Header, image: GreyImage) -> Mask | None:
@@ -169,8 +182,9 @@ def _saved_unknown_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], c
         if SAVED_UNKNOWN not in greys and cells < max(1, POPULATED_SHARE * int(counts.sum())):
             continue
         area = cells * header.resolution_m**2
+        names = f"grey{'s' if len(greys) > 1 else ''} {', '.join(map(str, greys))}"
         text = (
-            f"{_names(greys)} became {_BECAME[code]} in {counted(cells, 'cell')} "
+            f"{names} became {_BECAME[code]} in {counted(cells, 'cell')} "
             f"({area:.4g} m2, {cells / counts.sum():.1%}), yet map savers write grey {SAVED_UNKNOWN} for unknown"
         )
         if code == FLOOR and header.mode is Mode.SCALE:
@@ -237,7 +251,3 @@ def _alpha_warnings(
         f"the image has an alpha channel: nav2 up to Jazzy counts it as a fourth colour and reads {cells} opaque "
         "pixels otherwise; without the channel all releases agree"
     ]
-
-
-def _names(greys: list[int]) -> str:
-    return f"grey {greys[0]}" if len(greys) == 1 else f"greys {', '.join(map(str, greys))}"

@@ -69,7 +69,8 @@ def read_rosbag(path: Path | str) -> MapReading:
     with _opened(recording) as reader:
         found, others = _topic(reader, topic, str(recording))
         message, count = _last(reader, found)
-    fault = size_fault(message.info.width, message.info.height, _bytes_of(recording))
+    files = recording.iterdir() if recording.is_dir() else (recording,)
+    fault = size_fault(message.info.width, message.info.height, sum(file.stat().st_size for file in files))
     if fault is not None:
         raise MapError(fault, source=f"{recording}#{found}")
     occupancy = occupancy_of(message, source=f"{recording}#{found}")
@@ -91,6 +92,7 @@ def occupancy_of(message: Any, source: str = "") -> Occupancy:
         raise MapError(f"has {size} cells, more than the limit of {MAX_CELLS}", source=source)
     if len(data) != size:
         raise MapError(f"has {len(data)} cells, but is {info.width} x {info.height}", source=source)
+    # The yaw of a rotation, as tf2 computes it: roll and pitch of a map are ignored.
     q, p = info.origin.orientation, info.origin.position
     yaw = float(np.arctan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2)))
     try:
@@ -101,11 +103,6 @@ def occupancy_of(message: Any, source: str = "") -> Occupancy:
         )
     except MapError as error:
         raise MapError(error.problems, source=source) from error
-
-
-def _bytes_of(recording: Path) -> int:
-    files = recording.iterdir() if recording.is_dir() else (recording,)
-    return sum(file.stat().st_size for file in files)
 
 
 @contextmanager

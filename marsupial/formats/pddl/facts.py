@@ -245,6 +245,7 @@ def _records(situation: Situation) -> Iterator[Fact]:
     for kind in situation.types:
         yield from _type_records(situation, kind)
     for args, cost, travel in _table(situation):
+        # A `path_cost` is at least 1 ms, so it can't hold a travel time of 0.
         if travel is not None and (cost is None or travel == 0):
             yield Fact("travel", args, seconds(travel))
 
@@ -265,6 +266,7 @@ def _type_records(situation: Situation, kind: PlanningType) -> Iterator[Fact]:
     if kind.capacity and not (manned and kind.role is Role.CARRIER):
         yield Fact("type_capacity", (encode_type(kind.name),), str(int(kind.capacity)))
     for name, time in (("type_dock_time", kind.dock_ms), ("type_undock_time", kind.undock_ms)):
+        # The facts of rovers hold docking times, but at least 1 ms; without rovers, reading assumes 0.
         in_facts = manned and kind.role is Role.ROVER
         if time != (duration_ms(time) if in_facts else 0):
             yield Fact(name, (encode_type(kind.name),), seconds(int(time)))

@@ -164,6 +164,7 @@ def _timed(step: Step, situation: Situation, names: _Names) -> _Timed:
     known = _duration_ms(action, situation)
     if step.duration is None and known is None:
         raise _Unreadable(f"no duration given, and no path from {action.origin} to {action.place} that tells it")
+    # If the printed duration was rounded and the situation's is within its reach, the situation's is the true one.
     printed = Fraction(known or 0) if step.duration is None else step.duration * 1000 - free
     off = step.duration_off * 1000
     exact = Fraction(known) if known is not None and abs(known - printed) <= off else printed
@@ -240,6 +241,7 @@ def _spaced(timed: Sequence[_Timed]) -> Reading:
         start, wrong = item.action.start_ms, item.mended
         for before, end_ms in (last[robot] for robot in item.action.robots if robot in last):
             off = before.end_off + item.start_off
+            # Open a gap only if there was one, or if there may have been one before the planner rounded its output.
             if before.end < item.start or (off and before.end <= item.start + off):
                 start = max(start, end_ms + EPSILON_MS)
                 wrong = wrong or before.end >= item.start

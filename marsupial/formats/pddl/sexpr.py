@@ -58,6 +58,7 @@ def parse_form(text: str) -> Form:
     SituationError
         With the line of a missing or extra bracket, or of a word outside of the form.
     """
+    # The stack of open forms: their items so far, and the lines of their opening brackets.
     root: list[Word | Form] = []
     open_items, open_lines = [root], [1]
     line = 1

@@ -116,7 +116,7 @@ def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> M
     if name and not has_scale(folder / name):
         resolution_m = fields.quantity("resolution_m") if fields.has("resolution_m") else None
     else:
-        fields.refuse("resolution_m", "a nav2 map says it itself: 'resolution' in its yaml")
+        fields.refuse("resolution_m", "a nav2 map has its own: 'resolution' in its yaml")
     if not name or len(fields.problems) > before:
         return None
     try:
@@ -133,6 +133,7 @@ def _from_generator(fields: Fields, terrains: tuple[Terrain, ...], folder: Path)
     numbers = {key: fields.number(key, None, BOUNDS["extent_m"]) for key in ("width_m", "height_m")}
     numbers["resolution_m"] = fields.quantity("resolution_m", 0.25)
     seed = fields.count("seed", 1)
+    # With an unknown generator, read the options of all: they must not be reported as unknown fields too.
     for entry in [GENERATORS[name]] if name else GENERATORS.values():
         numbers |= {key: fields.number(key, default) for key, default in entry.options.items()}
     if len(fields.problems) > before:

@@ -135,7 +135,7 @@ def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) ->
         top.wrong("robot_types", "must not be empty")
     if len(parts) > MOST_TYPES:
         top.wrong("robot_types", f"has {len(parts)} robot types, more than the limit of {MOST_TYPES}")
-    for fields in parts[:MOST_TYPES]:
+    for fields in parts[:MOST_TYPES]:  # a long list would cost time and report a problem each
         before = len(top.problems)
         kind = _read_type(fields, terrains)
         fault = None if extent is None else radius_fault(kind.radius_m, extent)

@@ -88,6 +88,7 @@ def _map_fields(grid: Grid) -> dict[str, Any]:
     characters = np.full(256, "", dtype="<U1")
     for symbol, code in (SYMBOLS | {symbol: terrain.code for symbol, terrain in own.items()}).items():
         characters[code] = symbol
+    # A code without a terrain class has no character: its cells would be lost in the rows.
     nameless = np.setdiff1d(grid.cells, np.flatnonzero(characters))
     if nameless.size:
         raise ScenarioError(f"terrain code {nameless[0]} of the map has no name")

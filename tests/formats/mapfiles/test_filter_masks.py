@@ -10,7 +10,7 @@ from PIL import Image
 from marsupial.errors import ScenarioError
 from marsupial.formats.mapfiles.filter_masks import FilterMasks, KeepoutMask, SpeedMask
 from marsupial.formats.mapfiles.nav2 import read_nav2, read_occupancy
-from marsupial.formats.mapfiles.occupancy import Occupancy, below
+from marsupial.formats.mapfiles.occupancy import Occupancy, occupancy_on
 from marsupial.formats.scenario import read_scenario
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Grid
 
@@ -44,7 +44,11 @@ def test_a_mask_of_another_frame_is_looked_up_by_place() -> None:
 
 def test_a_turned_mask_is_looked_up_by_place() -> None:
     mask = occupancy_of([0, 0, 100], origin_m=(2, 0, np.pi / 2))
-    assert below(mask, grid_of([FLOOR] * 2, [FLOOR] * 2, [FLOOR] * 2))[::-1].tolist() == [[-1, 100], [-1, 0], [-1, 0]]
+    assert occupancy_on(mask, grid_of([FLOOR] * 2, [FLOOR] * 2, [FLOOR] * 2))[::-1].tolist() == [
+        [-1, 100],
+        [-1, 0],
+        [-1, 0],
+    ]
 
 
 def test_a_cell_takes_the_lowest_step_that_its_limit_does_not_exceed() -> None:
