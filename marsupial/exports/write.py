@@ -1,4 +1,7 @@
-"""The kinds of files that a mission can be exported as, by suffix."""
+"""The kinds of files that a mission can be exported as, by suffix.
+
+Each writer is imported when it is used: matplotlib takes long to import, and others need optional packages.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,7 @@ class Export:
 
 def _figure(kind: str) -> Callable[[Events, ExportOptions], bytes]:
     def write(events: Events, options: ExportOptions) -> bytes:
-        from marsupial.exports.drawing import figure  # this and others: matplotlib takes long to import
+        from marsupial.exports.drawing import figure
 
         return figure(events, kind, at_ms=options.at_ms, palette=options.palette)
 
