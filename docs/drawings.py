@@ -20,7 +20,7 @@ from matplotlib.patches import Circle
 
 import marsupial
 from marsupial.arrays import Floats
-from marsupial.exports.figure import file_of
+from marsupial.exports.figures import figure_file
 from marsupial.exports.ground import ground_image
 from marsupial.exports.trails import drives
 from marsupial.library.exploring import Exploration
@@ -153,7 +153,7 @@ def draw(folder: Path) -> list[Path]:
     paths = []
     for name, drawing in DRAWINGS.items():
         paths.append(folder / f"{name}.svg")
-        paths[-1].write_bytes(file_of(drawing(), "svg"))
+        paths[-1].write_bytes(figure_file(drawing(), "svg"))
     return paths
 
 

@@ -8,7 +8,7 @@
     print(result.exploration_time_s, result.quality)
     result.plot().savefig("office.png")
 
-``docs/library.md`` tells all of it. What is named here is imported when it is first used.
+``docs/library.md`` describes the API. Each name here is imported at its first use, so that `import marsupial` is quick.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from marsupial.library.plans import Plans, check, plan
     from marsupial.library.scenarios import scenario
     from marsupial.library.situations import situation_files
-    from marsupial.library.up_register import register_with_unified_planning
+    from marsupial.library.up_engine import register_with_unified_planning
     from marsupial.model.grid import Cell, Grid
     from marsupial.model.plan import Action, ActionName, Plan
     from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
@@ -50,7 +50,7 @@ _HOMES = {
     "marsupial.library.plans": ("Plans", "check", "plan"),
     "marsupial.library.scenarios": ("scenario",),
     "marsupial.library.situations": ("situation_files",),
-    "marsupial.library.up_register": ("register_with_unified_planning",),
+    "marsupial.library.up_engine": ("register_with_unified_planning",),
     "marsupial.model.grid": ("Cell", "Grid"),
     "marsupial.model.plan": ("Action", "ActionName", "Plan"),
     "marsupial.model.planning": ("Budget", "Engine", "EngineInfo", "Finished", "Improved", "Outcome"),
@@ -61,7 +61,7 @@ _HOMES = {
     "marsupial.model.strategyinfo": ("StrategyInfo",),
     "marsupial.sim.sensors": ("FieldOfView", "Sensor"),
 }
-"""The module that each name is in (PEP 562: nothing is imported before it is used)."""
+"""The module of each name; `__getattr__` imports it at the first use (PEP 562)."""
 
 
 def __getattr__(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""What arrays hold, by name; shapes and units are told where an array is used."""
+"""Names for types of arrays by their content; docstrings give shapes and units where an array is used."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ Ints = npt.NDArray[np.int64]
 """Times in ms, indices (of cells: row-major), counts and labels."""
 
 Ints32 = npt.NDArray[np.int32]
-"""The same where there are many of them."""
+"""Like `Ints`, for large arrays."""
 
 Counts = npt.NDArray[np.uint16]
-"""Small counts where there are many of them."""
+"""Small counts, for large arrays."""
 
 Words = npt.NDArray[np.uint64]
+"""Unsigned indices and offsets of compiled code."""
+
 Cells = npt.NDArray[np.uint32]
 """Indices of cells of a framed grid."""
 

@@ -1,20 +1,20 @@
-"""Everything marsupial raises on purpose, in one tree.
+"""The tree of marsupial's exceptions.
 
 ::
 
     MarsupialError
-    ├── InputError          what came in from outside is wrong; names every wrong field
+    ├── InputError          input from outside is wrong; lists every wrong field
     │   ├── MapError            a map file or generator
     │   ├── ScenarioError       a scenario file or the options that change it
     │   ├── SituationError      a situation, as JSON or as PDDL
     │   ├── PlanTextError       a plan file that can't be read
     │   └── LogError            a mission log that can't be read
     ├── UsageError          a request that makes no sense (unknown engine, budget of the wrong kind)
-    ├── EngineUnavailable   an engine, or a strategy of another package, that can't be used here, with the reason
-    ├── InvalidPlanError    a plan our checker refuses, where only a valid one may go on
-    └── InternalError       a broken promise inside marsupial: a bug
+    ├── EngineUnavailable   an engine, or a strategy of another package, that can't be used here; gives the reason
+    ├── InvalidPlanError    a plan that the checker refused where a valid one is required
+    └── InternalError       a bug in marsupial
 
-That an engine found no plan is a result (`marsupial.model.planning.Outcome`), not an exception.
+An engine that finds no plan returns a result (`marsupial.model.planning.Outcome`); it raises nothing.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class MarsupialError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One wrong field: `path` is where (``robot_types[1].speed_mps``), `message` what is wrong with it.
+    """One wrong field: its path (``robot_types[1].speed_mps``) and what is wrong with it.
 
-    `line` is that of its file, from 1, or None where no line is known.
+    `line` is its line in the file, from 1, or None if that is not known.
     """
 
     path: str
@@ -44,7 +44,7 @@ class Problem:
 
 
 class InputError(MarsupialError):
-    """Input from outside that can't be used; `problems` lists every wrong field."""
+    """Input from outside that can't be used; `problems` lists every wrong field, `source` names the file."""
 
     def __init__(self, problems: Iterable[Problem] | str, *, source: str = "") -> None:
         if isinstance(problems, str):
@@ -84,8 +84,8 @@ class EngineUnavailable(MarsupialError):
 
 
 class InvalidPlanError(MarsupialError):
-    """A plan refused by the checker where only a checked plan may go on."""
+    """A plan that the checker refused where a valid one is required."""
 
 
 class InternalError(MarsupialError):
-    """A broken promise inside marsupial."""
+    """A bug in marsupial."""

@@ -1,12 +1,12 @@
-"""Other people's strategies and engines: what installed packages name as entry points.
+"""Strategies and engines of other packages, found by entry points.
 
-A package names them in its ``pyproject.toml``, by the group's name and a name of its own for each::
+A package lists them in its ``pyproject.toml``, under the name of the group::
 
     [project.entry-points."marsupial.strategies"]
     wander = "my_package:Wander"
 
-Nothing is imported before it is asked for. One that can't be used says why and keeps no other from being used; names
-of marsupial's own can't be taken.
+An extension is imported only when it is used. One that can't be used gives the reason and does not affect others. An
+extension can't replace a strategy or engine of marsupial's own.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ STRATEGIES, ENGINES = "marsupial.strategies", "marsupial.engines"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Extension:
-    """One entry point: its package, several where they name the same, and what is known to be wrong before loading."""
+    """One entry point: its package (several joined by "and" if they use one name), and its fault if known already."""
 
     name: str
     package: str
@@ -34,7 +34,7 @@ class Extension:
     fault: str | None
 
     def load(self) -> Any:
-        """Return the object that it names.
+        """Return the object of the entry point.
 
         Raises
         ------
@@ -45,13 +45,13 @@ class Extension:
             raise EngineUnavailable(self.fault)
         try:
             return self.entry.load()
-        except Exception as error:  # other people's code: whatever it is, it is told
-            said = f"{type(error).__name__}: {error}"
-            raise EngineUnavailable(f"can't be loaded from {self.package}: {said}") from error
+        except Exception as error:  # another package's code may raise anything
+            message = f"can't be loaded from {self.package}: {type(error).__name__}: {error}"
+            raise EngineUnavailable(message) from error
 
 
 def extensions(group: str, taken: Container[str]) -> tuple[Extension, ...]:
-    """Return the entry points of a group in the order of their names; those called like one `taken` have a fault."""
+    """Return the entry points of a group, sorted by name; those with a name in `taken` have a fault."""
     by_name: dict[str, list[EntryPoint]] = {}
     for entry in _entries(group, tuple(sys.path)):
         by_name.setdefault(entry.name, []).append(entry)
@@ -59,12 +59,12 @@ def extensions(group: str, taken: Container[str]) -> tuple[Extension, ...]:
 
 
 def extension_names(group: str, taken: Container[str]) -> tuple[str, ...]:
-    """Return the names in a group that are not `taken`, in order."""
+    """Return the names in a group that are not in `taken`, sorted."""
     return tuple(found.name for found in extensions(group, taken) if found.name not in taken)
 
 
 def extension(group: str, name: str, taken: Container[str]) -> Extension | None:
-    """Return the entry point of that name; None if there is none, or only one that takes a name of marsupial's own."""
+    """Return the entry point of that name; None if there is none or the name is in `taken`."""
     if name in taken:
         return None
     return next((found for found in extensions(group, taken) if found.name == name), None)
@@ -72,7 +72,7 @@ def extension(group: str, name: str, taken: Container[str]) -> Extension | None:
 
 @lru_cache(maxsize=8)
 def _entries(group: str, path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
-    """Return the entry points of a group, as far as they are found on that path: it takes 10 ms to look at them all."""
+    """Return the entry points of a group. A search takes 10 ms, so it is repeated only if the import path changes."""
     return tuple(entry_points(group=group))
 
 

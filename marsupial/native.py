@@ -1,9 +1,23 @@
-"""Functions compiled to machine code that is kept on disk.
+"""Functions that numba compiles to machine code, which is kept on disk (`marsupial.codecache`).
 
-numba knows kept code by the file of the function that Python calls. What that calls in other files becomes part of the
-code, but a change there goes unnoticed (https://numba.readthedocs.io/en/stable/user/jit.html#cache), up to memory being
-written to where it should not, after an upgrade. So code is kept by all the sources it may be made of; where it is kept
-is told in `marsupial.keeping`.
+There are three kinds:
+
+::
+
+    Python ──calls──► @native    compiled at the first call or loaded; kept on disk
+                         │
+                         ├─ @inlined     code pasted into each native caller: no call, no copy of its arguments
+                         └─ @outlined    a function of its own in the caller's code: keeps long loops short
+
+*Why code is kept by all sources.* numba drops kept code when the file of the function that Python calls has changed.
+Functions of other files become part of that code, but a change there goes unnoticed
+(https://numba.readthedocs.io/en/stable/user/jit.html#cache): after an upgrade, old code would read and write arrays of
+a new layout. So `native` adds a digest of all sources it may be made of to the qualified name that code is kept by.
+
+*What of numba is overridden.* A part (inlined or outlined) only needs LLVM's intermediate code, for its callers to
+take in. numba would also optimise it and make machine code of it that nobody runs, which took more than half of the
+time to compile planners. `_PartCompiler` gives parts a library that skips both steps, by private methods of
+`JITCodeLibrary`; pyproject.toml bounds numba, and ``tests/test_numba_internals.py`` names what has changed.
 """
 
 from __future__ import annotations
@@ -22,18 +36,18 @@ from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
 from numba.types import unliteral
 
-from marsupial.keeping import keep
+from marsupial.codecache import cache_code
 
 F = TypeVar("F", bound=Callable[..., object])
 
 Compiling = Callable[[str, int, int], None]
-"""Is told of a function before it is compiled: its name, how many were compiled before, how many may be in all."""
+"""Called before a function is compiled: its name, how many were compiled before, how many there are at most."""
 
 _natives: list[CPUDispatcher] = []
 
 
 class _Listener(event.Listener):
-    """Notes which native functions are compiled, while they are."""
+    """Reports native functions as their compilation starts."""
 
     def __init__(self, tell: Compiling) -> None:
         self._tell = tell
@@ -50,44 +64,43 @@ class _Listener(event.Listener):
 
 
 def watched(tell: Compiling) -> AbstractContextManager[object]:
-    """Return a context in which `tell` is called before a native function is compiled, by the thread that needs it.
+    """Return a context that calls `tell` before a native function is compiled, in the thread that needs it.
 
-    It is not called where what was compiled before is loaded.
+    Loading kept code calls nothing.
     """
     watch: AbstractContextManager[object] = event.install_listener("numba:compile", _Listener(tell))
     return watch
 
 
 def inlined(function: F) -> F:
-    """Compile a function as part of the native ones that call it; it makes no arrays.
+    """Compile a function into each native function that calls it; it must not make arrays.
 
-    A call would copy the tuples of arrays that it is given, and nobody counts references to those.
+    A call would copy the tuples of arrays in its arguments. References to arrays are not counted in parts (``_nrt``),
+    which is why it must not make any.
     """
     return _part(function, forceinline=True)
 
 
 def outlined(function: F) -> F:
-    """Compile a function that native ones call; it makes no arrays.
+    """Compile a function that native functions call; it must not make arrays.
 
-    It is for what a loop does in each turn where that is long: a compiler tries to move everything out of a loop, which
-    takes it a time that grows with the square of the loop's length.
+    Use it for the body of a long loop: LLVM tries to move everything out of a loop, in a time that grows with the
+    square of the loop's length.
     """
     return _part(function)
 
 
 def _part(function: F, **options: bool) -> F:
-    numbas = {"nopython": True, "nogil": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    part: F = _Part(function, targetoptions=numbas | options, pipeline_class=_PartCompiler)
+    target = {"nopython": True, "nogil": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    part: F = _Part(function, targetoptions=target | options, pipeline_class=_PartCompiler)
     return part
 
 
 class _Part(CPUDispatcher):
-    """A function that is compiled for native ones only; called from Python it is the Python function.
-
-    It is compiled once for all values of an argument: numba would do so again for each constant.
-    """
+    """A function that is compiled for native callers only; Python calls the Python function."""
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
+        # numba would compile a part again for each constant argument.
         return super().get_call_template(tuple(map(unliteral, args)), kws)
 
     def __call__(self, *args: object) -> object:
@@ -101,10 +114,7 @@ class _PartCompiler(Compiler):
 
 
 class _PartLibrary(JITCodeLibrary):
-    """The intermediate code of a part; numba would optimise it and make machine code of it that nobody runs.
-
-    With all that is inlined into it, that took more than half of the time in which planners are compiled.
-    """
+    """A part's intermediate code, not optimised and without machine code: its callers' libraries link it."""
 
     def _optimize_final_module(self) -> None:
         pass
@@ -114,15 +124,15 @@ class _PartLibrary(JITCodeLibrary):
 
     def get_pointer_to_function(self, name: str) -> int:
         self._ensure_finalized()
-        return 0
+        return 0  # what numba returns for a symbol that a library does not define
 
     @property
     def codegen(self) -> Any:
-        return _NoMachineCode(self._codegen)
+        return _PartCodegen(self._codegen)
 
 
-class _NoMachineCode:
-    """What makes code, but for the part that is in memory already."""
+class _PartCodegen:
+    """numba's code generator, for parts: they are never called from Python and have no environment to set."""
 
     def __init__(self, codegen: Any) -> None:
         self._codegen = codegen
@@ -131,20 +141,20 @@ class _NoMachineCode:
         return getattr(self._codegen, name)
 
     def set_env(self, name: str, env: object) -> None:
-        """Do nothing: only what Python calls has an environment."""
+        """Do nothing: setting it would look up a symbol in machine code that does not exist."""
 
 
 def native(function: F) -> F:
-    """Compile a function at its first call, or load what was compiled of the same sources before.
+    """Compile a function at its first call, or load its code if it was compiled from the same sources before.
 
-    Sources are all those in the folder of the function, and in the folders of native functions that its module imports.
+    Its sources are all files in its folder, and in the folders of the compiled functions that its module imports.
     """
-    made = [function, *(value.py_func for value in function.__globals__.values() if hasattr(value, "py_func"))]
-    folders = sorted({Path(each.__code__.co_filename).parent for each in made})
+    imported = [value.py_func for value in function.__globals__.values() if hasattr(value, "py_func")]
+    folders = sorted({Path(each.__code__.co_filename).parent for each in (function, *imported)})
     digest = hashlib.sha256(b"".join(map(_digest, folders))).hexdigest()
     function.__qualname__ += f"-{digest[:16]}"
     compiled: CPUDispatcher = njit(nogil=True, no_cfunc_wrapper=True)(function)
-    keep(compiled)
+    cache_code(compiled)
     _natives.append(compiled)
     return compiled
 

@@ -1,4 +1,4 @@
-"""How times, numbers of things and unknown names are told to people, wherever they are told."""
+"""Texts for people: times, numbers of things, suggestions for unknown names."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import difflib
 from collections.abc import Collection, Iterable
 
 _LONGEST_TYPED, _MOST_TYPOS, _MOST_OPTIONS = 30, 10, 60
-"""What is compared to find the word that was meant: the time for it goes with length, square, and number of words."""
+"""Limits of the search for a similar word: its time grows with the square of the length, and the number of words."""
 
 
 def clock(seconds: float) -> str:
-    """Return a time as ``1:02:03`` or ``2:03``, to the nearest second; a half is rounded up, as ``format.js`` does."""
+    """Return a time as ``1:02:03`` or ``2:03``, rounded to seconds, halves up, as in the page's ``format.js``."""
     minutes, rest = divmod(int(seconds + 0.5), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
@@ -31,6 +31,6 @@ def suggestion(word: str, options: Iterable[str]) -> str:
 
 
 def unknown_name(what: str, word: str, options: Collection[str]) -> str:
-    """Return that `word` is none of `options`, with the one that it may have been meant for, and all that there are."""
+    """Return the message that `word` is none of `options`, with a suggestion and the list of options."""
     hint = suggestion(word, options)
     return f"unknown {what} {word!r}{hint}{' There' if hint else '; there'} are {', '.join(options)}"

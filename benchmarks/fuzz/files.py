@@ -19,9 +19,8 @@ from marsupial.errors import InvalidPlanError, MarsupialError
 from marsupial.formats.loglines import log_lines
 from marsupial.formats.mapfiles.images import grey_of, size_of
 from marsupial.formats.mapfiles.movingai import scenario_map
-from marsupial.formats.mapfiles.nav2 import understand_image
+from marsupial.formats.mapfiles.nav2 import nav2_files, understand_image
 from marsupial.formats.mapfiles.nav2_header import header_of
-from marsupial.formats.mapfiles.nav2_writer import nav2_files
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text

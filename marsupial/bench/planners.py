@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from marsupial.bench.suite.best import Best, with_bound, with_plan
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
-from marsupial.library.plans import asking
+from marsupial.library.plans import engine_events
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Outcome
 from marsupial.model.situation import Situation
@@ -202,7 +202,7 @@ def _answers(
     finished: Finished | None = None
     begun = clock()
     try:
-        with closing(asking(asked, situation, Budget(seconds=budget_s))) as events:
+        with closing(engine_events(asked, situation, Budget(seconds=budget_s))) as events:
             for event in events:
                 now = clock() - begun
                 if isinstance(event, Finished):

@@ -1,4 +1,4 @@
-"""A mission as a film, GIF or MP4: the drawing, moment after moment, and some seconds of its end."""
+"""A mission as a film, GIF or MP4: one frame of the drawing per moment, then its end for some seconds."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ from marsupial.model.mission import MissionEvent
 from marsupial.replay.palette import LIGHT, Palette
 
 FILM_S = 20.0
-"""How long a film is unless its speed is chosen: about as long as one looks at a moving picture in a text."""
+"""Length of a film whose speed is not chosen: about as long as a reader watches a moving picture in a text."""
 
 HOLD_S = 2.0
 """How long the end is shown."""
 
 GIF_FPS, GIF_DPI = 10, 75.0
-"""Pictures in a second, and pixels of an inch of the drawing: a GIF has every picture almost whole."""
+"""Frames per second, and pixels per inch: both low, as a GIF holds nearly every pixel of every frame."""
 
 MP4_FPS, MP4_DPI = 20, 100.0
 
 QUALITY = "20"
-"""Constant rate factor of H.264: 18 can't be told from the original, 28 can."""
+"""Constant rate factor of H.264: 18 is visually lossless, 28 visibly is not."""
 
 SAMPLES = 4
-"""From so many pictures the 255 colours of a GIF are taken."""
+"""Number of frames that the 255 colours of a GIF are chosen from."""
 
 
 def moments(playback: Playback, speed: float | None, fps: int) -> list[int]:
-    """Return the moments (ms) of a film's pictures.
+    """Return the moment (ms) of each frame of a film.
 
     Parameters
     ----------
     speed
-        Seconds of the mission in a second of the film; None makes it `FILM_S` long, but not slower than the mission.
+        Seconds of the mission per second of the film; None makes it `FILM_S` long, but not slower than the mission.
     """
     speed = max(1.0, playback.duration_ms / 1000 / FILM_S) if speed is None else speed
     count = max(1, round(playback.duration_ms / 1000 / speed * fps))
@@ -50,12 +50,13 @@ def moments(playback: Playback, speed: float | None, fps: int) -> list[int]:
 
 
 def gif(events: Sequence[MissionEvent], *, speed: float | None = None, palette: Palette = LIGHT) -> bytes:
-    """Return a mission as an animated GIF that begins again at its end."""
+    """Return a mission as an animated GIF that repeats."""
     from PIL import Image
 
     playback = Playback(events)
     drawing = MissionDrawing(playback, palette=palette, dpi=GIF_DPI)
     times = moments(playback, speed, GIF_FPS)
+    # One palette for all frames, or colours would flicker; without dithering, which moves from frame to frame.
     samples = [drawing.frame(t_ms) for t_ms in np.linspace(playback.start_ms, playback.end_ms, SAMPLES).astype(int)]
     colours = Image.fromarray(np.vstack(samples)).quantize(255)
     plain = (
@@ -70,7 +71,7 @@ def gif(events: Sequence[MissionEvent], *, speed: float | None = None, palette: 
 
 
 def mp4(events: Sequence[MissionEvent], *, speed: float | None = None, palette: Palette = LIGHT) -> bytes:
-    """Return a mission as H.264 in MP4, as browsers and slides play it.
+    """Return a mission as H.264 in MP4, which browsers and slides play.
 
     Raises
     ------
@@ -90,12 +91,13 @@ def mp4(events: Sequence[MissionEvent], *, speed: float | None = None, palette: 
 
 
 def _encode(av: Any, path: Path, frames: Iterator[Pixels]) -> None:
-    """Write pictures to a file: to begin to play before it is all there, it has to be gone over twice."""
+    # The index is moved to the front in the end, so that playing can begin before all of the file is there. That
+    # takes a second pass, and so a file instead of memory.
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
         stream: Any = container.add_stream("libx264", rate=MP4_FPS, options={"crf": QUALITY})
         stream.pix_fmt = "yuv420p"
         first = next(frames)
-        stream.height, stream.width = (size // 2 * 2 for size in first.shape[:2])
+        stream.height, stream.width = (size // 2 * 2 for size in first.shape[:2])  # yuv420p needs even sizes
         for pixels in chain([first], frames):
             even = np.ascontiguousarray(pixels[: stream.height, : stream.width])
             container.mux(stream.encode(av.VideoFrame.from_ndarray(even, format="rgb24")))
@@ -103,7 +105,7 @@ def _encode(av: Any, path: Path, frames: Iterator[Pixels]) -> None:
 
 
 def _frames(drawing: MissionDrawing, times: Sequence[int]) -> Iterator[Pixels]:
-    """Yield the drawing at these moments; one that is shown on is not drawn again."""
+    """Yield the drawing at these moments; equal moments in a row are drawn once."""
     last: Pixels | None = None
     for i, t_ms in enumerate(times):
         if last is None or t_ms != times[i - 1]:

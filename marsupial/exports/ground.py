@@ -1,4 +1,4 @@
-"""What of a map shows at a size: walls stay walls, and where known ground ends is seen."""
+"""The ground of a map as pixels: blocks of cells as one, so that walls stay closed, and the frontier in its colour."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ Image = npt.NDArray[np.uint8]
 
 
 def coarse(cells: CellArray, block: int) -> CellArray:
-    """Return the picture of `cells` with one cell for each `block` x `block` of them.
+    """Return a map with one cell for each `block` x `block` of `cells`.
 
-    A picture cell is an obstacle where obstacles would cross it from side to side, unknown where nothing in it is
-    known, and else the commonest of what is known in it.
+    A block becomes an obstacle if its obstacles can cross it from side to side, unknown if nothing in it is known, and
+    else the most common of its known terrains.
     """
     height, width = cells.shape
     padded = np.pad(cells, ((0, -height % block), (0, -width % block)), constant_values=UNKNOWN)
@@ -25,19 +25,21 @@ def coarse(cells: CellArray, block: int) -> CellArray:
     counts = np.stack([np.count_nonzero(squares == code, axis=(1, 3)) for code in [OBSTACLE, *codes]])
     ground = np.array([*codes, UNKNOWN], dtype=np.uint8)[np.argmax(counts[1:], axis=0) if codes else 0]
     picture = np.where(counts.sum(axis=0) == 0, UNKNOWN, ground)
+    # A wall of one cell across a block has `block` cells in it, straight or diagonal. Fewer become ground, so that
+    # narrow doors don't close.
     walls = (counts[0] >= block) | ((counts[0] > 0) & (counts[1:].sum(axis=0) == 0))
     return np.where(walls, OBSTACLE, picture).astype(np.uint8)
 
 
 def frontier(cells: CellArray) -> Mask:
-    """Return where known ground that is no obstacle is beside unknown, (height, width)."""
+    """Return the mask (height, width) of known cells without obstacle that are next to an unknown one."""
     unknown = np.pad(cells == UNKNOWN, 1)
     beside = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
     return np.asarray(beside & (cells != UNKNOWN) & (cells != OBSTACLE))
 
 
 def ground_image(cells: CellArray, palette: Palette) -> Image:
-    """Return the colours of a map, its frontier included."""
+    """Return a map in the palette's colours, with its frontier."""
     table = np.zeros((256, 3), dtype=np.uint8)
     for code in np.unique(cells):
         table[code] = tuple(bytes.fromhex(palette.ground(int(code))[1:]))
@@ -47,7 +49,7 @@ def ground_image(cells: CellArray, palette: Palette) -> Image:
 
 
 def box(shown: Mask) -> tuple[int, int, int, int]:
-    """Return bottom, top, left and right of what is shown, upper bounds exclusive; of all where nothing is."""
+    """Return bottom, top, left and right of the cells shown, upper bounds exclusive; the whole map if none is."""
     rows, columns = np.flatnonzero(shown.any(axis=1)), np.flatnonzero(shown.any(axis=0))
     if not rows.size:
         return 0, shown.shape[0], 0, shown.shape[1]

@@ -1,4 +1,4 @@
-"""How a map was understood, cell by cell: what is seen, who can stand where, what is cut off, where it leaks."""
+"""How a map is interpreted, cell by cell: who can stand where, islands that are cut off, leaks at the border."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from marsupial.replay.palette import LIGHT, REACH
 
 
 class MapClass(IntEnum):
-    """What a cell is; the numbers of obstacles and unknown cells are those they have on a grid."""
+    """The class of a cell; obstacles and unknown cells keep their codes on the grid."""
 
     WALL = OBSTACLE
     CARRIERS = 1
@@ -34,21 +34,20 @@ TEXTS = {
     MapClass.WALL: "obstacle",
     MapClass.UNSEEN: "unknown",
 }
-"""What a key says of each, in its order."""
+"""Labels of a legend, in its order."""
 
 LEAK_M = 0.3
-"""How far from the border free cells on it are marked: a line of one cell would not be seen."""
-
+"""Depth of the marks of leaks along the border: a line of one cell would not be seen."""
 
 LEAST_ISLANDS_M2 = 0.05
-"""Islands that come to less than that, all together, are not told apart: nobody would see them."""
+"""Least area of all islands together: smaller ones are not marked, as nobody would see them."""
 
 
 def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:
     """Return the `MapClass` of every cell, uint8 (height, width).
 
-    An island is where a robot can stand without a way, for any robot, to the largest connected area; a leak is free
-    ground at the border that is connected to that area.
+    A robot can stand on an island, but no robot gets from there to the largest connected area. A leak is free ground
+    at the border that is connected to that area.
     """
     free = (grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)
     carriers, rovers = (_standable(grid, [kind for kind in kinds if kind.role is role]) for role in Role)
@@ -74,13 +73,14 @@ def _standable(grid: Grid, kinds: Sequence[RobotType]) -> Mask:
 
 
 def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
-    """Return the free cells by the border, where the free ground there is connected to an area."""
+    """Return the free cells within `LEAK_M` of open border cells, which are connected to `area` over free ground."""
     labels, count = parts(free)
     with_area = np.zeros(count + 1, dtype=np.bool_)
     with_area[labels[area]] = True
     deep = max(1, round(LEAK_M / grid.resolution_m))
     border = np.ones(free.shape, dtype=np.bool_)
     border[deep:-deep, deep:-deep] = False
+    # Only outermost cells leak: there a robot would drive off the map. The cells around them make the mark visible.
     edge = np.ones(free.shape, dtype=np.bool_)
     edge[1:-1, 1:-1] = False
     open_edge = edge & free & with_area[labels]

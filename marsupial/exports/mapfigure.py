@@ -1,4 +1,4 @@
-"""A map as it was understood, as a figure: who can stand where, what nobody has seen, leaks, islands, starts."""
+"""How a map is interpreted, as a figure: who can stand where, unknown ground, leaks, islands, starts."""
 
 from __future__ import annotations
 
@@ -16,20 +16,19 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
 from marsupial.errors import UsageError
-from marsupial.exports.figure import file_of
+from marsupial.exports.figures import MapAxes, figure_file
 from marsupial.exports.ground import coarse
-from marsupial.exports.mapaxes import MapAxes
 from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass
 from marsupial.exports.marknames import name_marks
 from marsupial.model.grid import Cell, CellArray, Grid
 from marsupial.replay.palette import LIGHT
 
-WIDTH_IN, KEY_IN, DPI = 10.0, 3.3, 150.0
+WIDTH_IN, LEGEND_IN, DPI = 10.0, 3.3, 150.0
 TICKS_IN = 0.65
-"""Left of the map, for what the ticks say."""
+"""Width left of the map for the labels of ticks."""
 
 MOST_PIXELS = 1400
-"""Of the map's longer side: more would be finer than the figure, and make an SVG of megabytes."""
+"""Most pixels of the map's longer side: more would be finer than the figure, and make an SVG of megabytes."""
 
 KINDS = ("png", "svg", "pdf")
 
@@ -51,11 +50,11 @@ def map_figure(
     classes
         `MapClass` of each cell, (height, width).
     starts
-        Where robots start, by name.
+        Start cells by robot.
     kind
         One of `KINDS`.
     start_text
-        What the key says of starts.
+        Label of starts in the legend.
     warnings
         What looks wrong about the map; written below it.
 
@@ -66,7 +65,7 @@ def map_figure(
     """
     if kind not in KINDS:
         raise UsageError(f"can't write .{kind}; there are {', '.join('.' + name for name in KINDS)}")
-    wide_in = WIDTH_IN - KEY_IN - TICKS_IN + 0.2
+    wide_in = WIDTH_IN - LEGEND_IN - TICKS_IN + 0.2
     high_in = min(12.0, max(3.2, wide_in * grid.height / grid.width))
     below_in = 0.25 * sum(len(wrapped(text)) for text in warnings)
     whole_in = high_in + 0.9 + below_in
@@ -78,15 +77,15 @@ def map_figure(
     _draw_map(axes, frame, classes)
     _draw_starts(axes, frame, classes, starts)
     figure.text(0.2 / WIDTH_IN, 1 - 0.14 / whole_in, title, fontsize=13, fontweight="bold", color=LIGHT.ink, va="top")
-    _key(figure, grid, classes, start_text if starts else "", top=1 - 0.5 / whole_in)
+    _add_legend(figure, grid, classes, start_text if starts else "", top=1 - 0.5 / whole_in)
     for row, line in enumerate(line for text in warnings for line in wrapped(text)):
         y = (below_in - 0.25 * row) / whole_in
         figure.text(0.2 / WIDTH_IN, y, line, fontsize=9, color=COLOURS[MapClass.LEAK], va="top")
-    return file_of(figure, kind)
+    return figure_file(figure, kind)
 
 
 def wrapped(text: str, most: int = 118) -> list[str]:
-    """Return a warning in lines."""
+    """Return the lines of a warning."""
     lines = [""]
     for word in f"! {text}".split():
         if len(lines[-1]) + len(word) > most:
@@ -120,7 +119,7 @@ def _draw_starts(axes: Axes, frame: MapAxes, classes: CellArray, starts: Mapping
 
 
 def _walled(axes: Axes, classes: CellArray, box: Bbox) -> float:
-    """Return how much of a box in the figure (pixels) is walls, 0 to 1."""
+    """Return the share of walls, 0 to 1, below a box in the figure (pixels)."""
     height, width = classes.shape
     low, high = axes.transAxes.inverted().transform(box.get_points()) * (width, height)
     left, bottom = np.maximum(low, 0).astype(int)
@@ -128,8 +127,8 @@ def _walled(axes: Axes, classes: CellArray, box: Bbox) -> float:
     return float(np.mean(under == MapClass.WALL)) if under.size else 0.0
 
 
-def _key(figure: Figure, grid: Grid, classes: CellArray, start_text: str, *, top: float) -> None:
-    """Say what the colours mean and of how much ground; what does not occur is left out, and starts without a text."""
+def _add_legend(figure: Figure, grid: Grid, classes: CellArray, start_text: str, *, top: float) -> None:
+    """Add a legend of the classes that occur, with their areas, and of starts if they have a text."""
     counts = np.bincount(classes.ravel(), minlength=256)
     handles: list[Any] = [
         Patch(
@@ -144,6 +143,6 @@ def _key(figure: Figure, grid: Grid, classes: CellArray, start_text: str, *, top
         star: dict[str, Any] = {"marker": "*", "markersize": 12, "markeredgecolor": LIGHT.ink}
         handles.append(Line2D([], [], linestyle="", color=LIGHT.frontier, label=start_text, **star))
     figure.legend(
-        handles=handles, loc="upper left", bbox_to_anchor=(1 - (KEY_IN - 0.45) / WIDTH_IN, top), fontsize=9,
+        handles=handles, loc="upper left", bbox_to_anchor=(1 - (LEGEND_IN - 0.45) / WIDTH_IN, top), fontsize=9,
         frameon=False, labelcolor=LIGHT.ink, handlelength=1.3, handleheight=1.3, labelspacing=0.8,
     )  # fmt: skip

@@ -1,6 +1,16 @@
-"""The names of marks in a figure, each beside its own: clear of other marks and names, and of walls if it can be.
+"""Places the names of marks in a figure: beside their mark, clear of other marks and names, and off walls if possible.
 
-Where there is no room beside a mark its name stands farther off, at the end of a line.
+If there is no room beside a mark, its name stands farther off at the end of a line:
+
+::
+
+                                  ┌──────┐
+         ★ carrier1               │rover2│   ring 1 and on: also at the corners, with a line
+                                  └───╲──┘
+         ring 0: four sides            ★
+
+Names are placed one by one, each at the place of least cost (`best_place`), and never moved again: marks are few, and
+an optimal layout would look no better.
 """
 
 from __future__ import annotations
@@ -16,27 +26,27 @@ from matplotlib.transforms import Bbox
 from marsupial.replay.palette import LIGHT
 
 GAP_PT = 9.0
-"""From the centre of a mark to the name beside it."""
+"""Distance from the centre of a mark to its name."""
 
 CLEAR_PT = 12.0
-"""How far names keep from the centre of another mark, so that nobody takes them for its name."""
+"""Least distance of a name from the centre of another mark, so that nobody takes it for that mark's name."""
 
 RING_PT, RINGS = 16.0, 6
-"""Names with a line are so much farther off, once for each ring."""
+"""Distance between rings of places, and their number."""
 
 SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 CORNERS = tuple(product((1, -1), (1, -1)))
 
 BLOCKED, ON_WALLS = 100.0, 3.0
-"""What it costs to hide something or to leave the map, and to stand on nothing but walls, in rings farther off."""
+"""Cost of hiding something or leaving the map, and of standing on walls alone; one ring farther off costs 1."""
 
 Share = Callable[[Bbox], float]
-"""How much of a box in the figure (pixels) is walls, 0 to 1."""
+"""Returns the share of walls, 0 to 1, below a box in the figure (pixels)."""
 
 
 @dataclass(frozen=True, slots=True)
 class NamedPlace:
-    """Where a name may stand: its centre from that of its mark (points), and whether a line leads there."""
+    """A place for a name: its centre relative to its mark's (points), and its ring; 0 needs no line."""
 
     dx: float
     dy: float
@@ -44,15 +54,15 @@ class NamedPlace:
 
 
 def name_marks(axes: Axes, marks: Mapping[str, tuple[float, float]], walls: Share) -> None:
-    """Write the names of `marks` (in the data of the axes) beside them; the figure must have its canvas."""
-    axes.apply_aspect()
+    """Write the names of `marks` (in data coordinates) beside them; the figure must have its canvas."""
+    axes.apply_aspect()  # matplotlib places axes when it draws; `transData` is wrong before that
     scale = axes.figure.dpi / 72
     spots = {name: tuple(axes.transData.transform(at)) for name, at in marks.items()}
     taken: list[Bbox] = []
     for name, at in marks.items():
         box = {"boxstyle": "round,pad=0.15", "facecolor": LIGHT.page, "edgecolor": "none", "alpha": 0.8}
-        look: dict[str, Any] = {"fontsize": 8, "color": LIGHT.ink, "ha": "center", "va": "center", "bbox": box}
-        text = axes.annotate(name, at, (0, 0), textcoords="offset points", zorder=6, **look)
+        style: dict[str, Any] = {"fontsize": 8, "color": LIGHT.ink, "ha": "center", "va": "center", "bbox": box}
+        text = axes.annotate(name, at, (0, 0), textcoords="offset points", zorder=6, **style)
         size = text.get_window_extent()
         clear = [_around(spot, CLEAR_PT * scale) for other, spot in spots.items() if other != name]
         found = best_place(spots[name], (size.width, size.height), scale, [*taken, *clear], axes.bbox, walls)
@@ -71,14 +81,16 @@ def best_place(
     inside: Bbox,
     walls: Share,
 ) -> NamedPlace:
-    """Return where a name of that size (pixels) stands best beside its mark at `spot`.
+    """Return the place of least cost for a name of this size (pixels) whose mark is at `spot`.
 
     Parameters
     ----------
     scale
-        Pixels in a point.
-    taken, inside
-        What it must not hide, and what it must not leave.
+        Pixels per point.
+    taken
+        Boxes that it must not hide.
+    inside
+        The box that it must not leave.
     """
 
     def cost(place: NamedPlace) -> float:

@@ -1,8 +1,21 @@
-"""A mission as an MCAP file, for Foxglove, Lichtblick and whatever else reads MCAP.
+"""A mission as an MCAP file, for Foxglove, Lichtblick and other readers of MCAP.
 
-Every topic is a generator of messages by time; they are merged into one file. Grids are written when the map has
-changed, at most every second and so many in all that a viewer can hold them; poses `POSE_EVERY_MS` apart while a robot
-moves; what is drawn, whole, when it changes, so that a viewer may jump to any moment.
+Each topic is a generator of messages in order of time; `merge` joins them into one file:
+
+::
+
+    topic                  when                                          message
+    /map                   the map changed, at most every second         the known grid
+    /tf, /robots/*/pose    every 200 ms while a robot moves              poses
+    /robots/*/path         a robot sets out or stops                     its route
+    /robots                an activity or a carrier changed              bodies and labels
+    /trails                a drive ended, at most every 5 s              all trails and handovers so far
+    /plan                  a new plan                                    its targets and who goes to them first
+    /log                   a new plan, the end                           a line of text
+    /progress              the map changed, at most every second         numbers as JSON
+
+A viewer that jumps to a moment shows the last message of each topic before it. So messages are whole scenes and grids,
+never changes to the one before, and their number is bounded so that a viewer can hold them.
 
 References
 ----------
@@ -53,14 +66,14 @@ from marsupial.mission.state import Leg, RobotView, Tracks, views
 from marsupial.model.grid import UNKNOWN, Grid
 from marsupial.model.mission import Changed, MissionEvent, Planned, Revealed
 from marsupial.model.plan import ActionName
-from marsupial.replay.palette import LIGHT, robot_looks
+from marsupial.replay.palette import LIGHT, robot_styles
 
 POSE_EVERY_MS = 200
 GRID_EVERY_MS = 1000
 TRAIL_EVERY_MS = 5000
 
 ALL_GRIDS_BYTES = 200_000_000
-"""Of all grids before compression: viewers keep them as they are. Large maps have fewer grids instead."""
+"""Most bytes of all grids before compression, as viewers keep them: a large map is written less often."""
 
 CARRIER_TRAIL_M, ROVER_TRAIL_M, ROUTE_M = 0.12, 0.05, 0.04
 TARGET_M, HANDOVER_M = 0.3, 0.15
@@ -77,8 +90,8 @@ NUMBERS = {
 }
 """JSON schema of the topic for plots and tables."""
 
-Said = tuple[int, str, Any]
-"""A message: when (ms), its topic, and a protobuf message or a dict for JSON."""
+Timed = tuple[int, str, Any]
+"""A message: its time (ms), its topic, and its content, a protobuf message or a dict for JSON."""
 
 
 def write_recording(events: Sequence[MissionEvent], out: IO[bytes]) -> None:
@@ -109,7 +122,7 @@ def _channel(writer: Writer, topic: str, message: Any) -> int:
 
 
 class _Recording:
-    """What is said about one mission, topic by topic."""
+    """The messages of one mission, topic by topic."""
 
     def __init__(self, playback: Playback) -> None:
         self.playback = playback
@@ -118,44 +131,44 @@ class _Recording:
         self.grid = Grid(cells=size, resolution_m=mission.resolution_m, origin_m=mission.origin_m)
         self.kinds = {kind.name: kind for kind in mission.types}
         self.types = {robot.name: self.kinds[robot.type] for robot in mission.robots}
-        self.looks = robot_looks(mission)
-        self.colours = {name: LIGHT.robot(look) for name, look in self.looks.items()}
+        self.colours = {name: LIGHT.robot(style) for name, style in robot_styles(mission).items()}
         self.ticks = [*range(playback.start_ms, playback.end_ms, POSE_EVERY_MS), playback.end_ms]
 
     def facts(self) -> dict[str, str]:
-        """Return what is the same all the time."""
+        """Return the metadata: the mission's names and how it ended."""
         mission, ended = self.playback.mission, self.playback.ended
         facts = {"scenario": mission.scenario, "strategy": mission.strategy, "planner": mission.planner}
         status = {} if ended is None else {"status": str(ended.status), "reason": ended.reason}
         return {**facts, "seed": str(mission.seed), **status}
 
-    def messages(self) -> Iterator[Said]:
-        """Yield all messages in the order of time."""
+    def messages(self) -> Iterator[Timed]:
+        """Yield all messages in order of time."""
         topics = [self._grids(), self._poses(), self._routes(), self._robots(), self._trails(), self._plans()]
-        return merge(*topics, self._news(), self._numbers(), key=lambda said: said[0])
+        return merge(*topics, self._log(), self._numbers(), key=lambda message: message[0])
 
     @cached_property
-    def _news_of_cells(self) -> list[int]:
+    def _map_changes(self) -> list[int]:
         """The moments at which the map changes."""
         return sorted({e.t_ms for e in self.playback.events if isinstance(e, Revealed | Changed)})
 
-    def _grids(self) -> Iterator[Said]:
+    def _grids(self) -> Iterator[Timed]:
+        # All grids show the part that is known in the end, so their size does not change.
         bottom, top, left, right = box(self.playback.cells_at(self.playback.end_ms) != UNKNOWN)
         size = len(CHANNELS) * (top - bottom) * (right - left)
         every_ms = max(GRID_EVERY_MS, self.playback.duration_ms * size // ALL_GRIDS_BYTES)
-        for t_ms in spaced(self._news_of_cells, every_ms):
+        for t_ms in spaced(self._map_changes, every_ms):
             cells = self.playback.cells_at(t_ms)[bottom:top, left:right]
             yield t_ms, "/map", grid_message(self.grid, cells, (left, bottom), LIGHT, t_ms)
 
-    def _placed(self, x: float, y: float, yaw: float) -> Pose:
+    def _pose(self, x: float, y: float, yaw: float) -> Pose:
         x_m, y_m = self._metres(x, y)
         return pose(x_m, y_m, yaw + self.grid.origin_m[2])
 
     def _metres(self, x: float, y: float) -> tuple[float, float]:
-        """Return the place of a point in cells, of which (0, 0) is the centre of the first."""
+        """Return a point in metres of the map frame; (0, 0) is the centre of the first cell."""
         return self.grid.point_m(x + 0.5, y + 0.5)
 
-    def _poses(self) -> Iterator[Said]:
+    def _poses(self) -> Iterator[Timed]:
         """Yield the frames of all robots when some have moved, and the poses of those."""
         before: dict[str, tuple[float, float, float]] = {}
         for t_ms in self.ticks:
@@ -165,32 +178,32 @@ class _Recording:
                 continue
             frames = []
             for name, at in now.items():
-                placed = self._placed(*at)
+                placed = self._pose(*at)
                 frames.append(_frame(name, placed, t_ms))
                 if before.get(name) != at:
-                    told = PoseInFrame(timestamp=stamp(t_ms), frame_id=MAP_FRAME, pose=placed)
-                    yield t_ms, f"/robots/{name}/pose", told
+                    moved = PoseInFrame(timestamp=stamp(t_ms), frame_id=MAP_FRAME, pose=placed)
+                    yield t_ms, f"/robots/{name}/pose", moved
             yield t_ms, "/tf", FrameTransforms(transforms=frames)
             before = now
 
-    def _routes(self) -> Iterator[Said]:
-        """Yield the way ahead of each robot when it sets out, and none when it stands."""
+    def _routes(self) -> Iterator[Timed]:
+        """Yield each robot's route when it sets out, and an empty one when it stops."""
         legs: dict[str, Leg | None] = {}
         for number, tracks in self.playback.moments:
             t_ms = self.playback.events[number].t_ms
             for name, track in tracks.items():
                 leg = track.where.at
                 if name in legs and leg is legs[name]:
-                    continue
+                    continue  # the same drive goes on
                 cells = leg.cells if leg is not None and len(leg.cells) > 1 else ()
                 if cells or (legs.get(name) and len(legs[name].cells) > 1):  # type: ignore[union-attr]
-                    poses = [self._placed(*cell, 0.0) for cell in corners(cells)]
+                    poses = [self._pose(*cell, 0.0) for cell in corners(cells)]
                     route = PosesInFrame(timestamp=stamp(t_ms), frame_id=MAP_FRAME, poses=poses)
                     yield t_ms, f"/robots/{name}/path", route
                 legs[name] = leg
 
-    def _robots(self) -> Iterator[Said]:
-        """Yield the bodies and labels of all robots when what one does or carries has changed."""
+    def _robots(self) -> Iterator[Timed]:
+        """Yield the bodies and labels of all robots when a robot's activity or carrier has changed."""
         before: tuple[tuple[str, bool, str | None], ...] = ()
         for number, tracks in self.playback.moments:
             t_ms = self.playback.events[number].t_ms
@@ -205,10 +218,10 @@ class _Recording:
         radius_m = max(kind.radius_m, self.grid.resolution_m)
         height_m = 0.0 if robot.carrier is None else self.types[robot.carrier].radius_m
         label = robot.name if robot.carrier is not None else f"{robot.name}: {activity_text(robot)}"
-        look = LIGHT.dim if robot.lost else self.colours[robot.name]
-        return robot_entity(t_ms, robot.name, kind.role, radius_m, look, label, height_m=height_m)
+        colour = LIGHT.dim if robot.lost else self.colours[robot.name]
+        return robot_entity(t_ms, robot.name, kind.role, radius_m, colour, label, height_m=height_m)
 
-    def _trails(self) -> Iterator[Said]:
+    def _trails(self) -> Iterator[Timed]:
         """Yield all trails so far, and where rovers were set down and picked up."""
         driven, places = drives(self.playback), handovers(self.playback)
         ends = sorted({int(drive.times_ms[-1]) for found in driven.values() for drive in found})
@@ -225,13 +238,13 @@ class _Recording:
                         )
             for k, place in enumerate(places):
                 if place.t_ms <= t_ms:
-                    look = LIGHT.actions["undock" if place.name is ActionName.UNDOCK else "dock"]
+                    colour = LIGHT.actions["undock" if place.name is ActionName.UNDOCK else "dock"]
                     at = self._metres(*place.cell)
-                    entities.append(place_entity(t_ms, f"{place.name} {k}", at, look, radius_m=HANDOVER_M))
+                    entities.append(place_entity(t_ms, f"{place.name} {k}", at, colour, radius_m=HANDOVER_M))
             yield t_ms, "/trails", scene(t_ms, entities)
 
-    def _plans(self) -> Iterator[Said]:
-        """Yield the targets of each plan, and who is to go to which first."""
+    def _plans(self) -> Iterator[Timed]:
+        """Yield the targets of each plan, and a line from each robot to its first target."""
         for plan in self.playback.plans:
             robots = {robot.name: robot for robot in self.playback.state_at(plan.t_ms).robots}
             cells = {target.name: target.cell for target in plan.targets}
@@ -248,21 +261,23 @@ class _Recording:
                 if place in cells:
                     robot = robots[name]
                     points = [self._metres(robot.x, robot.y), self._metres(*cells[place])]
-                    look = self.colours[name]
-                    entities.append(line_entity(plan.t_ms, f"{name} goes to", points, look, thick_m=ROUTE_M, alpha=0.5))
+                    line = line_entity(
+                        plan.t_ms, f"{name} goes to", points, self.colours[name], thick_m=ROUTE_M, alpha=0.5
+                    )
+                    entities.append(line)
             yield plan.t_ms, "/plan", scene(plan.t_ms, entities)
 
-    def _news(self) -> Iterator[Said]:
-        """Yield what happens, in words."""
+    def _log(self) -> Iterator[Timed]:
+        """Yield plans and the end as lines of text."""
         for plan in self.playback.plans:
             text = f"plan {plan.revision}: {trigger_text(plan.trigger)}"
-            yield plan.t_ms, "/log", _said(plan.t_ms, "plan", text)
+            yield plan.t_ms, "/log", _log_line(plan.t_ms, "plan", text)
         ended = self.playback.ended
         if ended is not None:
-            yield ended.t_ms, "/log", _said(ended.t_ms, "end", f"{ended.status}: {ended.reason}")
+            yield ended.t_ms, "/log", _log_line(ended.t_ms, "end", f"{ended.status}: {ended.reason}")
 
-    def _numbers(self) -> Iterator[Said]:
-        times = {self.playback.start_ms, *spaced(self._news_of_cells, GRID_EVERY_MS), self.playback.end_ms}
+    def _numbers(self) -> Iterator[Timed]:
+        times = {self.playback.start_ms, *spaced(self._map_changes, GRID_EVERY_MS), self.playback.end_ms}
         plans = [plan.t_ms for plan in self.playback.plans]
         for t_ms in sorted(times):
             known = self.playback.coverage_at(t_ms)
@@ -273,12 +288,12 @@ class _Recording:
 
 
 def spaced(times_ms: list[int], every_ms: int) -> list[int]:
-    """Return those of `times_ms`, in order, that are the last within a stretch of `every_ms`, and the last of all."""
+    """Return the last of the sorted `times_ms` in each interval of `every_ms`."""
     return [a for a, b in pairwise(times_ms) if a // every_ms != b // every_ms] + times_ms[-1:]
 
 
 def corners(points: Any) -> list[tuple[float, float]]:
-    """Return the points of a line without those on the straight between two others."""
+    """Return the points of a line whose direction changes there, and its ends."""
     line = np.asarray(points, dtype=np.float64).reshape(-1, 2)
     steps = np.diff(line, axis=0)
     keep = np.ones(len(line), dtype=np.bool_)
@@ -288,7 +303,7 @@ def corners(points: Any) -> list[tuple[float, float]]:
 
 
 def _yaw(tracks: Tracks, robot: RobotView, t_ms: int) -> float:
-    """Return which way a robot faces, or its carrier, in radians from the map's x axis."""
+    """Return the heading of a robot, or of its carrier, in radians from the map's x axis."""
     track = tracks[robot.carrier or robot.name]
     leg = track.where.at
     heading = track.heading if leg is None or t_ms >= leg.times_ms[-1] else leg.heading(t_ms)
@@ -307,7 +322,7 @@ def _frame(name: str, placed: Pose, t_ms: int) -> FrameTransform:
 
 
 def _first_targets(plan: Planned) -> dict[str, str]:
-    """Return the target that each robot is to explore first."""
+    """Return each robot's first target."""
     first: dict[str, str] = {}
     for action in plan.actions:
         if action.name is ActionName.EXPLORE:
@@ -315,5 +330,5 @@ def _first_targets(plan: Planned) -> dict[str, str]:
     return first
 
 
-def _said(t_ms: int, about: str, text: str) -> Log:
+def _log_line(t_ms: int, about: str, text: str) -> Log:
     return Log(timestamp=stamp(t_ms), level=Log.Level.INFO, message=text, name=about)

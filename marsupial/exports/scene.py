@@ -1,7 +1,7 @@
 """Foxglove's messages for the parts of a mission: numbers and words of marsupial in, protobuf messages out.
 
-Everything is in metres and seconds in the frame ``map``, the frame that the map's origin is given in; each robot has a
-frame of its own, called as it is.
+All coordinates are metres in the frame ``map``, in which the map's origin is given. Each robot has a frame of its own
+with the robot's name.
 """
 
 from __future__ import annotations
@@ -34,33 +34,29 @@ from marsupial.replay.palette import Palette
 MAP_FRAME = "map"
 
 CHANNELS = ("red", "green", "blue", "alpha")
-"""The fields of a grid, a byte each: viewers take them for the colour of a cell by these names."""
+"""The fields of a grid, a byte each: viewers take fields of these names as the colour of a cell."""
 
 LINE_HEIGHT_M, LABEL_HEIGHT_M = 0.02, 0.6
-"""How far above the ground lines and texts are, so that they are not hidden by it."""
+"""Height of lines and texts, above the ground so that it does not hide them."""
 
 LABEL_POINTS = 13.0
 
 
 def stamp(t_ms: int) -> Timestamp:
-    """Return a moment of a mission; missions begin with 1970."""
+    """Return the time stamp of a moment: missions start at the epoch, so that the same mission has the same bytes."""
     return Timestamp(seconds=t_ms // 1000, nanos=t_ms % 1000 * 1_000_000)
 
 
 def colour(text: str, alpha: float = 1.0) -> Color:
-    """Return ``#rrggbb`` as shares."""
+    """Return the colour ``#rrggbb``, whose parts are 0 to 1 here."""
     red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return Color(r=red, g=green, b=blue, a=alpha)
 
 
 def pose(x_m: float, y_m: float, yaw: float = 0.0, z_m: float = 0.0) -> Pose:
     """Return a pose on the plane; `yaw` in radians."""
-    return Pose(position=Vector3(x=x_m, y=y_m, z=z_m), orientation=turned(yaw))
-
-
-def turned(yaw: float) -> Quaternion:
-    """Return a turn on the plane."""
-    return Quaternion(z=sin(yaw / 2), w=cos(yaw / 2))
+    rotation = Quaternion(z=sin(yaw / 2), w=cos(yaw / 2))
+    return Pose(position=Vector3(x=x_m, y=y_m, z=z_m), orientation=rotation)
 
 
 def grid_message(grid: Grid, cells: CellArray, corner: tuple[int, int], palette: Palette, t_ms: int) -> GridMessage:
@@ -69,12 +65,13 @@ def grid_message(grid: Grid, cells: CellArray, corner: tuple[int, int], palette:
     Parameters
     ----------
     grid
-        Gives the place of the map in the world.
+        The map that the part is of.
     cells
         The part, (height, width).
     corner
         Column and row of its lower left cell.
     """
+    # A table from terrain codes to colours: one look-up for the whole grid.
     table = np.zeros((256, 4), dtype=np.uint8)
     for code in np.unique(cells):
         table[code] = (*bytes.fromhex(palette.ground(int(code))[1:]), 255)
@@ -97,20 +94,17 @@ def grid_message(grid: Grid, cells: CellArray, corner: tuple[int, int], palette:
 
 
 def scene(t_ms: int, entities: Iterable[SceneEntity]) -> SceneUpdate:
-    """Return an update that replaces all that its topic has shown.
-
-    So the last one before a moment is all that a viewer needs that jumps to it.
-    """
+    """Return an update that replaces everything on its topic."""
     everything = SceneEntityDeletion(timestamp=stamp(t_ms), type=SceneEntityDeletion.Type.ALL)
     return SceneUpdate(deletions=[everything], entities=entities)
 
 
 def robot_entity(
-    t_ms: int, name: str, role: Role, radius_m: float, look: str, label: str, *, height_m: float = 0.0
+    t_ms: int, name: str, role: Role, radius_m: float, ink: str, label: str, *, height_m: float = 0.0
 ) -> SceneEntity:
-    """Return a robot that drives along with the frame called `name`: carriers round, rovers squares on a corner.
+    """Return a robot that moves with the frame `name`: a disc for a carrier, a square on its corner for a rover.
 
-    `height_m` is where its underside is: a rover that is carried stands on its carrier.
+    `height_m` is the height of its underside: a rover aboard stands on its carrier.
     """
     thick = radius_m
     size = Vector3(x=2 * radius_m, y=2 * radius_m, z=thick)
@@ -120,22 +114,20 @@ def robot_entity(
         billboard=True,
         font_size=LABEL_POINTS,
         scale_invariant=True,
-        color=colour(look),
+        color=colour(ink),
         text=label,
     )
     entity = SceneEntity(timestamp=stamp(t_ms), frame_id=name, id=name, frame_locked=True, texts=[text])
     if role is Role.CARRIER:
-        body = CylinderPrimitive(
-            pose=pose(0, 0, z_m=middle), size=size, bottom_scale=1, top_scale=1, color=colour(look)
-        )
+        body = CylinderPrimitive(pose=pose(0, 0, z_m=middle), size=size, bottom_scale=1, top_scale=1, color=colour(ink))
         entity.cylinders.append(body)
     else:
-        entity.cubes.append(CubePrimitive(pose=pose(0, 0, pi / 4, middle), size=size, color=colour(look)))
+        entity.cubes.append(CubePrimitive(pose=pose(0, 0, pi / 4, middle), size=size, color=colour(ink)))
     return entity
 
 
 def line_entity(
-    t_ms: int, name: str, points: Sequence[tuple[float, float]], look: str, *, thick_m: float, alpha: float = 1.0
+    t_ms: int, name: str, points: Sequence[tuple[float, float]], ink: str, *, thick_m: float, alpha: float = 1.0
 ) -> SceneEntity:
     """Return a line on the ground through points in metres."""
     line = LinePrimitive(
@@ -143,13 +135,13 @@ def line_entity(
         pose=pose(0, 0),
         thickness=thick_m,
         points=[Point3(x=x, y=y, z=LINE_HEIGHT_M) for x, y in points],
-        color=colour(look, alpha),
+        color=colour(ink, alpha),
     )
     return SceneEntity(timestamp=stamp(t_ms), frame_id=MAP_FRAME, id=name, lines=[line])
 
 
 def place_entity(
-    t_ms: int, name: str, at: tuple[float, float], look: str, *, radius_m: float, label: str = "", ink: str = "#000000"
+    t_ms: int, name: str, at: tuple[float, float], fill: str, *, radius_m: float, label: str = "", ink: str = "#000000"
 ) -> SceneEntity:
     """Return a flat disc on the ground, with a label above it."""
     disc = CylinderPrimitive(
@@ -157,7 +149,7 @@ def place_entity(
         size=Vector3(x=2 * radius_m, y=2 * radius_m, z=LINE_HEIGHT_M),
         bottom_scale=1,
         top_scale=1,
-        color=colour(look),
+        color=colour(fill),
     )
     entity = SceneEntity(timestamp=stamp(t_ms), frame_id=MAP_FRAME, id=name, cylinders=[disc])
     if label:

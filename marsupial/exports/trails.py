@@ -1,4 +1,4 @@
-"""What a mission leaves on the map: where robots have driven, where rovers were set down and picked up."""
+"""What a mission leaves on the map: the drives of robots, and the places where rovers were set down and picked up."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ Points = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """The cells that a robot passed on one drive, (n, 2), and when, (n,) in ms."""
+    """The cells that a robot passed on one drive, (n, 2), and their times, (n,) in ms."""
 
     cells: Points
     times_ms: npt.NDArray[np.int64]
 
     def upto(self, t_ms: int) -> Points:
-        """Return what it has driven by `t_ms`, (m, 2): whole cells, and the way to the next up to where it is."""
+        """Return the part driven by `t_ms`, (m, 2): the cells passed, and the point on the way to the next one."""
         count = int(np.searchsorted(self.times_ms, t_ms, side="right"))
         if count in (0, len(self.cells)) or self.times_ms[count - 1] == t_ms:
             return self.cells[:count]
@@ -44,18 +44,20 @@ class Handover:
 
 
 def drives(playback: Playback) -> dict[str, list[Drive]]:
-    """Return all drives of each robot in the order of time, each up to where the robot was stopped."""
+    """Return all drives of each robot in order of time, each up to the point where the robot stopped."""
     found: dict[str, list[Drive]] = {name: [] for name in playback.timeline}
     legs: dict[str, Leg | None] = {}
     for number, tracks in playback.moments:
         t_ms = playback.events[number].t_ms
         for name, track in tracks.items():
             leg, before = track.where.at, legs.get(name)
+            # A leg is shared by all moments of a drive: another object is another drive, or a stop.
             if leg is not before:
                 if before is not None:
                     _add(found[name], before, t_ms)
                 legs[name] = leg
     for name, leg in legs.items():
+        # The leg of a lost robot goes on to its planned end, but nobody knows how far the robot came.
         if leg is not None and not playback.moments[-1][1][name].lost:
             _add(found[name], leg, playback.end_ms)
     return found
@@ -69,14 +71,14 @@ def _add(drives: list[Drive], leg: Leg, end_ms: int) -> None:
 
 
 def trail(drives: list[Drive], t_ms: int) -> Points:
-    """Return the drives up to `t_ms` as one line (n, 2), with a gap of nan after each."""
+    """Return the drives up to `t_ms` as one line (n, 2), with nan after each, where matplotlib lifts the pen."""
     gap = np.full((1, 2), np.nan)
     parts = [part for drive in drives if len(upto := drive.upto(t_ms)) > 1 for part in (upto, gap)]
     return np.concatenate(parts) if parts else np.empty((0, 2))
 
 
 def handovers(playback: Playback) -> list[Handover]:
-    """Return the dockings and undockings that were carried out, in the order of time."""
+    """Return the dockings and undockings that were carried out, in order of time."""
     cells: dict[str, Cell] = {}
     found = []
     for event in playback.events:

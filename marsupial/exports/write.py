@@ -1,4 +1,7 @@
-"""The files that a mission log can be written as, by what their names end in."""
+"""The kinds of files that a mission can be exported as, by suffix.
+
+Each writer is imported when it is used: matplotlib takes long to import, and others need optional packages.
+"""
 
 from __future__ import annotations
 
@@ -13,16 +16,16 @@ from marsupial.replay.palette import DARK, LIGHT, Palette
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportOptions:
-    """What may be chosen about a file.
+    """The options of an export.
 
     Attributes
     ----------
     at_ms
         The moment that a figure shows; None for the end of the mission.
     speed
-        Seconds of the mission in a second of a film; None makes the film some 20 s long.
+        Seconds of the mission per second of a film; None makes the film some 20 s long.
     dark
-        Whether figures and films are for a dark ground.
+        Whether figures and films have a dark background.
     """
 
     at_ms: int | None = None
@@ -40,7 +43,7 @@ Events = Sequence[MissionEvent]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Export:
-    """A kind of file: what writes it, and which of the `ExportOptions` it takes."""
+    """A kind of file: the function that writes it, and the `ExportOptions` that it takes."""
 
     write: Callable[[Events, ExportOptions], bytes]
     takes: frozenset[str] = frozenset()
@@ -48,7 +51,7 @@ class Export:
 
 def _figure(kind: str) -> Callable[[Events, ExportOptions], bytes]:
     def write(events: Events, options: ExportOptions) -> bytes:
-        from marsupial.exports.figure import figure
+        from marsupial.exports.drawing import figure
 
         return figure(events, kind, at_ms=options.at_ms, palette=options.palette)
 
@@ -89,22 +92,22 @@ EXPORTS: Mapping[str, Export] = {
 }
 """By suffix."""
 
-_WORDS = {"at_ms": "a moment (at)", "speed": "a speed", "dark": "a dark ground"}
+_NOUNS = {"at_ms": "a moment (at)", "speed": "a speed", "dark": "a dark background"}
 
 
 def check_export(suffix: str, options: ExportOptions) -> None:
-    """Raise a `UsageError` if there is no such kind of file, or it does not take what was chosen."""
+    """Raise a `UsageError` if there is no such kind of file, or it does not take an option that was chosen."""
     kind = EXPORTS.get(suffix.lower())
     if kind is None:
         raise UsageError(f"can't write {suffix or 'a file without a suffix'}; there are {', '.join(EXPORTS)}")
-    for name in _WORDS:
+    for name, noun in _NOUNS.items():
         if getattr(options, name) != getattr(ExportOptions(), name) and name not in kind.takes:
             takers = ", ".join(other for other, export in EXPORTS.items() if name in export.takes)
-            raise UsageError(f"{suffix} takes no {_WORDS[name].removeprefix('a ')}; {_WORDS[name]} is for {takers}")
+            raise UsageError(f"{suffix} takes no {noun.removeprefix('a ')}; {noun} is for {takers}")
 
 
 def export_mission(events: Events, suffix: str, options: ExportOptions) -> bytes:
-    """Return the mission as a file of that suffix.
+    """Return the mission as a file of the kind with this suffix.
 
     Raises
     ------

@@ -1,9 +1,18 @@
-"""Reading a tree of fields so that everything wrong with it is reported at once.
+"""Read a tree of fields and report all its problems at once.
 
-`Notes` gather what is wrong, each problem with its path. `Fields` are notes on one mapping of a file: their methods
-take one field each, check it, note what is wrong, and hand back a placeholder of the right type so that reading goes
-on. The caller raises at the end if there are problems, so that no placeholder ever gets out.
-A boolean is not a number, and a number has to be finite.
+::
+
+    fields = Fields(data, "", problems := [])
+    speed = fields.quantity("speed_mps")        problem "speed_mps: must be positive, got -1"; returns 0.0
+    name = fields.name("name")                  problem "name: missing";                       returns ""
+    fields.finish()                             problem "colour: unknown field"
+    if problems: raise ScenarioError(problems)
+
+`Notes` collect problems by path. `Fields` are the notes on one mapping: each method reads one field, and notes a
+problem or returns its value. With a problem it returns a placeholder of the right type, so that reading goes on; the
+caller raises at the end if there are problems, so no placeholder is ever used.
+
+A boolean is not a number, and a number must be finite.
 """
 
 from __future__ import annotations
@@ -28,14 +37,14 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
 
 
 class Notes:
-    """What is wrong with one part of a file or request.
+    """The problems of one part of a file or request.
 
     Parameters
     ----------
     path
-        Where the part stands, empty for the whole of it.
+        Path of the part, empty for the whole.
     problems
-        What was found wrong so far; shared by all parts.
+        The problems so far, shared by all parts.
     """
 
     def __init__(self, path: str = "", problems: list[Problem] | None = None) -> None:
@@ -55,7 +64,7 @@ class Notes:
         self.problems.append(Problem(self.at(key) if key else self.path, message))
 
     def take(self, error: InputError) -> None:
-        """Note the problems of an error, whose paths begin here."""
+        """Note the problems of an error, whose paths are relative to this part."""
         for problem in error.problems:
             self.wrong(problem.path, problem.message)
 
@@ -68,51 +77,51 @@ class Notes:
 class Fields(Notes):
     """One mapping of a file, read field by field.
 
-    A field whose method is given a default may be absent; without one it is required.
+    A field with a default may be absent; without a default it is required.
 
     Parameters
     ----------
     data
-        The mapping as it was parsed.
+        The parsed mapping.
     path
-        Where it stands in the file, empty for the whole of it.
+        Its path in the file, empty for the whole.
     problems
-        What was found wrong so far; shared by all parts of one file.
+        The problems so far, shared by all parts of one file.
     """
 
     def __init__(self, data: Mapping[Any, Any], path: str, problems: list[Problem]) -> None:
         super().__init__(path, problems)
         self.data = data
-        self._known: dict[str, None] = {}  # in the order in which they were asked for
+        self._known: dict[str, None] = {}  # an ordered set: messages list the fields in the order they were read
         self._refused: set[str] = set()
 
     def has(self, key: str) -> bool:
-        """Say whether a field is present."""
+        """Return whether a field is present."""
         self._known[key] = None
         return key in self.data
 
     def number(self, key: str, default: float | None = None, bound: Bound = FINITE) -> float:
-        """Take a finite number within the bound."""
+        """Read a finite number within the bound."""
         return float(self._take(key, default, 0.0, lambda value: number_fault(value) or bound.fault(value)))
 
     def integer(self, key: str, default: int | None = None, bound: Bound = FINITE) -> int:
-        """Take an integer within the bound."""
+        """Read an integer within the bound."""
         return int(self._take(key, default, 0, lambda value: _integer_fault(value) or bound.fault(value)))
 
     def quantity(self, key: str, default: float | None = None) -> float:
-        """Take a number within the bound that has the name of the field."""
+        """Read a number within the bound of that name."""
         return self.number(key, default, BOUNDS[key])
 
     def count(self, key: str, default: int | None = None) -> int:
-        """Take an integer within the bound that has the name of the field."""
+        """Read an integer within the bound of that name."""
         return self.integer(key, default, BOUNDS[key])
 
     def text(self, key: str, default: str | None = None) -> str:
-        """Take a text that is not empty."""
+        """Read a text that is not empty."""
         return str(self._take(key, default, "", _text_fault))
 
     def name(self, key: str, default: str | None = None) -> str:
-        """Take a name: a letter, then letters, digits, ``_`` and ``-``."""
+        """Read a name: a letter, then letters, digits, ``_`` and ``-``."""
         value = self.text(key, default)
         if value and not _NAME.match(value):
             self.wrong(key, f"must be a letter followed by letters, digits, '_' or '-', got {shown(value)}")
@@ -123,11 +132,11 @@ class Fields(Notes):
         return value
 
     def flag(self, key: str, default: bool) -> bool:
-        """Take true or false."""
+        """Read true or false."""
         return bool(self._take(key, default, default, _flag_fault))
 
     def choice(self, key: str, options: Iterable[str], default: str | None = None, *, what: str = "") -> str:
-        """Take one of `options`; `what` says what they are (``robot type``)."""
+        """Read one of `options`; `what` names their kind (``robot type``)."""
         value = self.text(key, default)
         options = list(options)
         if not value or value in options:
@@ -141,7 +150,7 @@ class Fields(Notes):
     def numbers(
         self, key: str, count: int, default: tuple[float, ...] | None = None, bound: Bound = FINITE
     ) -> tuple[float, ...]:
-        """Take a list of `count` finite numbers, each within the bound; empty where it is wrong."""
+        """Read a list of `count` finite numbers within the bound; empty if it has a problem."""
         numbers = self._take(key, default, (), lambda v: _numbers_fault(v, count))
         faults = [(i, fault) for i, number in enumerate(numbers) if (fault := bound.fault(number)) is not None]
         for i, fault in faults:
@@ -149,7 +158,7 @@ class Fields(Notes):
         return () if faults else tuple(float(number) for number in numbers)
 
     def texts(self, key: str) -> list[str]:
-        """Take a list of texts that is not empty; empty where it is wrong."""
+        """Read a list of texts that is not empty; empty if it has a problem."""
         if not self._present(key, required=True):
             return []
         value = self.data[key]
@@ -162,9 +171,9 @@ class Fields(Notes):
         return [] if wrong else value
 
     def part(self, key: str, *, required: bool = True) -> Fields:
-        """Take a mapping; one without fields where it is absent or wrong."""
+        """Read a mapping; one without fields if it is absent or has a problem."""
         if not self._present(key, required=required):
-            return Fields({}, self.at(key), [])
+            return Fields({}, self.at(key), [])  # problems of a placeholder's fields are dropped
         value = self.data[key]
         if not isinstance(value, Mapping):
             self.wrong(key, f"must be a mapping of fields, got {shown(value)}")
@@ -172,7 +181,7 @@ class Fields(Notes):
         return Fields(value, self.at(key), self.problems)
 
     def parts(self, key: str, *, required: bool = True) -> list[Fields]:
-        """Take a list of mappings, without those that are none."""
+        """Read a list of mappings; other items are left out."""
         value = self.data[key] if self._present(key, required=required) else []
         if not isinstance(value, list):
             self.wrong(key, f"must be a list, got {shown(value)}")
@@ -186,13 +195,13 @@ class Fields(Notes):
         return found
 
     def refuse(self, key: str, reason: str) -> None:
-        """Note a problem if a field is present that has no place here."""
+        """Note a problem if a field is present that is not allowed here."""
         self._refused.add(key)
         if self.has(key):
             self.wrong(key, reason)
 
     def finish(self, also: Iterable[str] = ()) -> None:
-        """Note every field that nothing asked for and that is none of `also`, and with the last what may stand here."""
+        """Note every field that was not read and is not in `also`; the last problem lists the fields allowed here."""
         self._known.update(dict.fromkeys(also))
         strange = [str(key) for key in self.data if key not in self._known]
         offered = [key for key in self._known if key not in self._refused]
@@ -201,7 +210,7 @@ class Fields(Notes):
             self.wrong(key, f"unknown field{suggestion(key, offered)}{listed}")
 
     def _take(self, key: str, default: Any, placeholder: Any, fault_of: Callable[[Any], str | None]) -> Any:
-        """Return the value of a field; `default` where it is absent, `placeholder` where it is wrong."""
+        """Return the value of a field; `default` if it is absent, `placeholder` if it has a problem."""
         if not self._present(key, required=default is None):
             return placeholder if default is None else default
         fault = fault_of(self.data[key])
@@ -217,25 +226,25 @@ class Fields(Notes):
 
 
 def unknown(what: str, word: str, options: Iterable[str]) -> str:
-    """Return that `word` is none of `options`, with the one that it may have been meant for."""
+    """Return the message that `word` is none of `options`, with a suggestion."""
     return f"unknown {what} {word!r}{suggestion(word, options)}"
 
 
 def shown(value: object) -> str:
-    """Return a value as a message shows it: short, in the words of the file."""
+    """Return a value for a message: short, in the words of the file."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if value is None:
         return "nothing"
     try:
         text = _SHORT.repr(value)
-    except ValueError:  # YAML makes whole numbers of more digits than Python writes
+    except ValueError:  # Python reads YAML's integers of any length, but does not print them
         return "a number of thousands of digits"
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 def number_fault(value: object) -> str | None:
-    """Say what keeps `value` from being a finite number."""
+    """Return why `value` is not a finite number, or None."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         meant = isinstance(value, str) and _DECIMAL_COMMA.match(value)
         return f"must be a number, got {shown(value)}" + (f", did you mean {meant[1]}.{meant[2]}?" if meant else "")

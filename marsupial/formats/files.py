@@ -1,7 +1,7 @@
-"""Files named by a user: what can be wrong with them, said in a few words, and writing them whole or not at all.
+"""Read and write files that a user named: problems in a few words, and files written whole or not at all.
 
-A path from outside may be missing, a directory, a pipe that never ends or far too big. It is looked at before it
-is opened, and never more than the limit is read.
+A path from outside may be missing, a directory, a pipe that never ends, or a file far too big. So it is checked before
+it is opened, and never more than the limit is read.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MOST_BYTES = 256 * 1024 * 1024
 
 
 def file_fault(path: Path, limit_bytes: int | None = None) -> str | None:
-    """Say what keeps `path` from being read as a file of at most `limit_bytes`, or None where nothing does."""
+    """Return why `path` can't be read as a file of at most `limit_bytes`, or None."""
     try:
         status = path.stat()
     except (FileNotFoundError, NotADirectoryError):
@@ -50,7 +50,7 @@ def read_bytes(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTE
     if fault is None:
         try:
             with path.open("rb") as file:
-                data = file.read(limit_bytes + 1)
+                data = file.read(limit_bytes + 1)  # the file may have grown since it was checked
         except OSError as failure:
             fault = f"can't be read ({reason(failure)})"
         else:
@@ -61,7 +61,7 @@ def read_bytes(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTE
 
 
 def read_text(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTES) -> str:
-    """Return the text of a file, as `read_bytes`; it has to be UTF-8."""
+    """Return the text of a file, which must be UTF-8; see `read_bytes`."""
     data = io.BytesIO(read_bytes(path, error, limit_bytes))
     try:
         return io.TextIOWrapper(data, encoding="utf-8-sig").read()
@@ -70,7 +70,7 @@ def read_text(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTES
 
 
 def replace_file(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all: beside its place first, then moved there."""
+    """Write a file whole or not at all: write a draft beside it, then move the draft over it."""
     draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
     try:
         with draft.open("wb") as file:
@@ -85,10 +85,10 @@ def replace_file(path: Path, data: bytes) -> None:
 
 @contextmanager
 def writing(path: Path | str) -> Iterator[None]:
-    """Turn what the system says against writing to `path` inside into a `UsageError`."""
+    """Raise a `UsageError` for an `OSError` inside, while writing to `path`."""
     try:
         yield
-    except BrokenPipeError:  # who reads has read enough
+    except BrokenPipeError:  # the reader of a pipe has read enough: no error of the user's
         raise
     except OSError as error:
         raise UsageError(f"can't write {path}: {reason(error)}") from error
@@ -96,7 +96,7 @@ def writing(path: Path | str) -> Iterator[None]:
 
 @contextmanager
 def about(path: Path) -> Iterator[None]:
-    """Name the file in every problem found inside."""
+    """Add the file's name to every problem raised inside."""
     try:
         yield
     except InputError as error:
@@ -104,7 +104,7 @@ def about(path: Path) -> Iterator[None]:
 
 
 def reason(error: OSError | ValueError) -> str:
-    """Return what the system says is wrong, in small letters."""
+    """Return the system's message in lower case."""
     if isinstance(error, OSError) and error.errno == errno.EBADF:
         return "it is closed"
     return str(getattr(error, "strerror", None) or error).lower()

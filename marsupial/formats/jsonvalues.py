@@ -1,4 +1,4 @@
-"""JSON from outside as plain values: with one kind of fault for whatever `json` raises, and finite numbers only."""
+"""Read JSON from outside as plain values: one exception for whatever `json` raises, and finite numbers only."""
 
 from __future__ import annotations
 
@@ -8,17 +8,16 @@ from typing import Any, NoReturn
 
 
 class JsonFault(ValueError):
-    """Why a text is no JSON that is read here, in one line."""
+    """The reason why a text can't be read as JSON, in one line."""
 
 
 def parse_json(text: str) -> Any:
-    """Return what a JSON text holds.
+    """Return the value of a JSON text.
 
     Raises
     ------
     JsonFault
-        For anything that keeps it from being read: it is none, is nested too deep, or has a number that is not finite
-        or has thousands of digits.
+        If it is no JSON, is nested too deep, or has a number that is not finite or has thousands of digits.
     """
     try:
         return json.loads(text, parse_constant=_no_number, parse_float=_finite)

@@ -1,7 +1,7 @@
-"""What has to hold from one event of a mission log to the next.
+"""Check that the events of a mission log are consistent with each other.
 
-A log whose lines are well formed can still be nonsense: an unknown robot, cells off the map, time running
-backwards. The checker holds what a replay relies on, so that everything behind `read_log` may rely on it too.
+A log whose lines are well formed can still be wrong: an unknown robot, cells off the map, time running backwards. The
+checker refuses whatever a replay can't cope with, so that callers of `read_log` need not check again.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from marsupial.paths.routes import route_of
 
 
 class LogChecker:
-    """Checks events in their order; one checker per log."""
+    """Checks the events of one log in their order."""
 
     def __init__(self) -> None:
         self._mission: m.MissionStarted | None = None
@@ -31,7 +31,7 @@ class LogChecker:
         self._over = False
 
     def check(self, event: m.MissionEvent) -> list[Problem]:
-        """Return what is wrong with the next event."""
+        """Return the problems of the next event."""
         problems = list(self._order(event))
         if self._mission is None:
             if not isinstance(event, m.MissionStarted):
@@ -70,7 +70,7 @@ class LogChecker:
             yield from self._placed(f"robots[{i}]", robot)
 
     def _frame(self, event: m.MissionStarted | m.FrameGrown) -> Iterator[Problem]:
-        """Check size and place of the map before anything is made of that size."""
+        """Check the size and place of the map, before anybody allocates an array of that size."""
         for key in ("width", "height"):
             if fault := BOUNDS["side"].fault(getattr(event, key)):
                 yield Problem(key, fault)
@@ -110,11 +110,8 @@ class LogChecker:
         yield from self._cell("cell", event.cell)
         if not set(event.steps) <= set("01234567"):
             yield Problem("steps", f"must be digits from 0 to 7, got {event.steps[:40]!r}")
-        elif not self._stays_inside(event):
+        elif not all(map(self._contains, route_of(event.cell, event.steps))):
             yield Problem("steps", "leave the map")
-
-    def _stays_inside(self, event: m.DriveStarted) -> bool:
-        return all(self._contains(cell) for cell in route_of(event.cell, event.steps))
 
     def _drive_ended(self, event: m.DriveEnded) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
@@ -172,7 +169,7 @@ _ENERGY_BOUNDS = ("idle_w", "drive_w", "metre_j", "stop_j")
 _NAMED_BOUNDS = {"dock_ms": "duration_ms", "undock_ms": "duration_ms"} | {
     key: "power_w" if key.endswith("_w") else "energy_j" for key in _ENERGY_BOUNDS
 }
-"""The bounds of the fields whose bound has another name."""
+"""The names of bounds that differ from their field's."""
 
 
 def _bounded(value: object, path: str, keys: Iterable[str]) -> Iterator[Problem]:

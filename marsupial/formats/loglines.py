@@ -1,10 +1,23 @@
-"""The lines of a mission log: events as JSON objects, written and read in their order.
+"""The lines of a mission log: events as JSON objects, written and read in order.
 
-A line is `{"event": tag, ...}` with the fields of that event's class in their declared order, so the same events
-are always the same bytes; the first line says which format and version it is. What was seen is gathered in one line
-until something else happens, its cells as texts (`marsupial.formats.strips`); of a plan, what stood in the plan before
-just the same is only named. What tells of a map that changes is of version 3, and says so itself. Reading is driven by
-the type hints of the event classes. The format for other programs: ``docs/mission-log.md``.
+::
+
+    {"event":"mission","format":"marsupial-log","version":2, ...}
+    {"event":"reveal","t_ms":0,"looks":[["c1",0,"<cells>"],["r1",250,"<cells>"], ...]}
+    {"event":"plan", ..., "targets":["t_812", {"name":"t_930", ...}], ...}
+
+A line has the fields of its event's class in their declared order, so the same events are always the same bytes.
+Three things keep logs small:
+
+- Successive `Revealed` events become one line, with the robot, the time since `t_ms` and the cells of each (a *look*).
+- Cells are texts (`marsupial.formats.strips`).
+- A target or meeting point that is equal to one of the plan before is replaced by its name.
+
+So writing and reading depend on the lines before: `LogEncoder` and `LogDecoder` hold the width of the map and the
+parts of the last plan. Reading follows the type hints of the event classes (`_read`): a new field needs no code here.
+
+A log is written during the mission, when nobody knows whether the map will change. Its first line says version 2; lines
+about a map that changes or grows say version 3 themselves. The format for other programs: ``docs/mission-log.md``.
 """
 
 from __future__ import annotations
@@ -29,7 +42,7 @@ FORMAT = "marsupial-log"
 VERSION = 2
 
 CHANGES_VERSION = 3
-"""Of the lines that tell of a map that changes. A log is written as it happens: its first line says 2, these say 3."""
+"""The version of lines about a map that changes or grows."""
 
 EVENTS: dict[str, type[m.MissionEvent]] = {
     "mission": m.MissionStarted,
@@ -44,15 +57,15 @@ EVENTS: dict[str, type[m.MissionEvent]] = {
     "change": m.Changed,
     "frame": m.FrameGrown,
 }
-"""What each line's `event` stands for."""
+"""The event class of each line's `event`."""
 
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
-_NAMED = ("targets", "meetings")  # parts of a plan that the next one may only name
+_NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Looks:
-    """What a line says of cells: who saw them, how long after `t_ms`, and the text of their runs."""
+    """A line of cells; each look is the robot, the time after `t_ms`, and the text of its cells."""
 
     t_ms: int
     looks: tuple[tuple[str, int, str], ...]
@@ -67,14 +80,14 @@ class LogEncoder:
         self._before: dict[str, dict[str, object]] = {}
 
     def lines(self, event: m.MissionEvent) -> list[str]:
-        """Return the lines that are complete with the next event; what is seen waits for what is not."""
+        """Return the lines that are complete with the next event; `Revealed` events wait for another kind of event."""
         if isinstance(event, m.Revealed):
             self._seen.append(event)
             return []
         return [*self.rest(), self.line(event)]
 
     def rest(self) -> list[str]:
-        """Return the line of what was seen since the last one, if there is anything."""
+        """Return the line of the `Revealed` events that wait, if any."""
         seen, self._seen = self._seen, []
         return [self._looks(seen)] if seen else []
 
@@ -86,25 +99,16 @@ class LogEncoder:
             return self._looks([event], version=CHANGES_VERSION)
         head: dict[str, Any] = {"event": _TAGS[type(event)]}
         values = _object(event)
+        if isinstance(event, m.MissionStarted | m.FrameGrown):
+            # Names of places hold cell numbers: in another frame, the parts of the last plan have other names.
+            self._width, self._before = event.width, {}
         if isinstance(event, m.MissionStarted):
-            self._begin(event)
             head |= {"format": FORMAT, "version": VERSION}
         elif isinstance(event, m.FrameGrown):
-            self._move(event)
             head |= {"version": CHANGES_VERSION}
         elif isinstance(event, m.Planned):
-            values |= {"trigger": trigger_text(event.trigger)} | {name: self._news(event, name) for name in _NAMED}
+            values |= {"trigger": trigger_text(event.trigger)} | {name: self._changed(event, name) for name in _NAMED}
         return _json(head | values)
-
-    def _begin(self, mission: m.MissionStarted) -> None:
-        """Forget what was before."""
-        self._width = mission.width
-        self._before = {}
-
-    def _move(self, frame: m.FrameGrown) -> None:
-        """Number cells by the new frame; what stood in the plan before is called otherwise now, and stands anew."""
-        self._width = frame.width
-        self._before = {}
 
     def _looks(self, seen: Sequence[m.Revealed | m.Changed], **head: int) -> str:
         from marsupial.formats import strips  # compiled code takes long to import, and wrong logs don't need it
@@ -113,8 +117,8 @@ class LogEncoder:
         looks = [(one.robot, one.t_ms - first_ms, strips.text_of(one.runs, self._width)) for one in seen]
         return _json({"event": _TAGS[type(seen[0])], **head, "t_ms": first_ms, "looks": looks})
 
-    def _news(self, plan: m.Planned, part: str) -> list[object]:
-        """Return a part of the plan, with names for what stood in the plan before just the same."""
+    def _changed(self, plan: m.Planned, part: str) -> list[object]:
+        """Return a list of the plan, with names alone for items that are equal to those of the plan before."""
         before, things = self._before.get(part, {}), getattr(plan, part)
         self._before[part] = {thing.name: thing for thing in things}
         return [thing.name if before.get(thing.name) == thing else thing for thing in things]
@@ -146,14 +150,14 @@ _json = json.JSONEncoder(default=_plain, separators=(",", ":"), allow_nan=False)
 
 
 class LogDecoder:
-    """Reads the lines of one log in their order."""
+    """Reads the lines of one log in order."""
 
     def __init__(self) -> None:
         self._frame: tuple[int, int] | None = None
         self._before: dict[str, dict[str, object]] = {}
 
     def events(self, line: str) -> tuple[m.MissionEvent, ...]:
-        """Return what the next line says; what has to hold between events is not looked at.
+        """Return the events of the next line; `LogChecker` checks whether they are consistent.
 
         Raises
         ------
@@ -167,7 +171,7 @@ class LogDecoder:
         return events
 
     def read(self, line: bytes, problems: list[Problem]) -> tuple[m.MissionEvent, ...]:
-        """Return what the next line says, or nothing with what is wrong with it added to `problems`."""
+        """Return the events of the next line; none, with its problems added to `problems`, if it has any."""
         value = _load_object(line, problems)
         tag = None if value is None else value.pop("event", None)
         if value is None:
@@ -208,7 +212,7 @@ class LogDecoder:
         return () if problems else tuple(seen)
 
     def _add_named(self, plan: dict[str, Any], problems: list[Problem]) -> None:
-        """Put in what a plan only names."""
+        """Replace names in a plan by the items of the plan before."""
         for part in _NAMED:
             things = plan.get(part)
             if not isinstance(things, list):
@@ -239,7 +243,7 @@ def _load_object(line: bytes, problems: list[Problem]) -> dict[str, Any] | None:
 
 
 def load(line: bytes) -> Any:
-    """Return the JSON value of a line; ValueError if it has none."""
+    """Return the JSON value of a line; raise a ValueError if it is no JSON."""
     return json.loads(line.decode("utf-8"), parse_constant=_refuse_constant)
 
 
@@ -256,7 +260,7 @@ def _check_header(value: dict[str, Any], problems: list[Problem]) -> None:
 
 
 def _check_changes(value: dict[str, Any], problems: list[Problem]) -> None:
-    """Take off the version that lines of changes have."""
+    """Remove and check the version of a line about changes."""
     version = value.pop("version", None)
     if version != CHANGES_VERSION or isinstance(version, bool):
         problems.append(Problem("version", f"must be {CHANGES_VERSION}, got {_shown(version)}"))
@@ -269,7 +273,7 @@ def _shown(value: Any) -> str:
 
 @cache
 def _hints(kind: type) -> dict[str, tuple[Any, bool]]:
-    """Return each field's type and whether it must be there."""
+    """Return each field's type, and whether it is required."""
     hints = get_type_hints(kind)
     return {
         field.name: (hints[field.name], field.default is MISSING and field.default_factory is MISSING)
@@ -298,7 +302,7 @@ def _below(path: str, name: str) -> str:
 
 
 def _read(hint: Any, value: Any, path: str, problems: list[Problem]) -> Any:
-    """Return `value` as the type `hint` says; where it can't be, add the problems and return anything."""
+    """Return `value` as the type `hint`; if it can't be, add the problems and return anything."""
     if get_origin(hint) is UnionType:
         (inner,) = (kind for kind in get_args(hint) if kind is not NoneType)
         return None if value is None else _read(inner, value, path, problems)
@@ -307,17 +311,14 @@ def _read(hint: Any, value: Any, path: str, problems: list[Problem]) -> Any:
     if hint is Cell:
         return Cell(*_read_array((int, int), value, path, problems))
     if get_origin(hint) in (tuple, frozenset):
-        return get_origin(hint)(_read_array(_item_hints(hint), value, path, problems))
+        # tuple[X, ...] has an Ellipsis for any number of items; frozenset[X] has none, but means the same.
+        items = (*get_args(hint), ...) if get_origin(hint) is frozenset else get_args(hint)
+        return get_origin(hint)(_read_array(items, value, path, problems))
     if is_dataclass(hint):
         return _read_object(hint, value, path, problems)  # type: ignore[arg-type]
     if issubclass(hint, StrEnum):
         return _read_enum(hint, value, path, problems)
     return _read_scalar(hint, value, path, problems)
-
-
-def _item_hints(hint: Any) -> tuple[Any, ...]:
-    """Return the types of an array's items; of one that repeats, the type and an Ellipsis."""
-    return (*get_args(hint), ...) if get_origin(hint) is frozenset else get_args(hint)
 
 
 def _read_array(hints: tuple[Any, ...], value: Any, path: str, problems: list[Problem]) -> tuple[Any, ...]:
@@ -327,7 +328,7 @@ def _read_array(hints: tuple[Any, ...], value: Any, path: str, problems: list[Pr
         problems.append(Problem(path, f"must be {wanted}, got {_shown(value)}"))
         return () if repeats else tuple(0 for _ in hints)
     if repeats and hints[0] in _NAMES and all(type(item) is hints[0] for item in value):
-        return tuple(value)  # the usual case, and what makes long runs fast to read
+        return tuple(value)  # a shortcut for the usual case: long arrays of one scalar type
     kinds = [hints[0]] * len(value) if repeats else hints
     return tuple(_read(kinds[i], item, f"{path}[{i}]", problems) for i, item in enumerate(value))
 
@@ -343,6 +344,7 @@ _NAMES = {bool: "true or false", int: "a whole number", float: "a number", str: 
 
 
 def _read_scalar(hint: type, value: Any, path: str, problems: list[Problem]) -> Any:
+    # `type`, not `isinstance`: a bool is an int to Python, but no number in a log.
     if hint is float and type(value) is int and abs(value) <= MOST:
         return float(value)
     if type(value) is hint is int and abs(value) > MOST:

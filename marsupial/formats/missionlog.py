@@ -1,7 +1,8 @@
-"""Mission logs: one JSON object a line, written as the mission goes, so a killed run leaves whole lines.
+"""Mission logs: files of one JSON object per line, written during the mission.
 
-At most the last one is cut off. Reading checks all that a replay relies on. What stands in a line:
-`marsupial.formats.loglines`; the format for other programs: ``docs/mission-log.md``.
+If the run is killed, the log is valid but for its last line, which may be cut off. Reading checks everything that a
+replay relies on. The content of lines: `marsupial.formats.loglines`; the format for other programs:
+``docs/mission-log.md``.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _MOST_PROBLEMS = 50  # a file of another kind has a problem on every line
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionLog:
-    """What a log file holds.
+    """The content of a log file.
 
     Parameters
     ----------
@@ -51,9 +52,9 @@ class MissionLog:
 
 
 class LogWriter:
-    """Writes events to a file or a text stream, each at once but for what is seen: that waits for what is not.
+    """Writes events to a file or a text stream, each at once; `Revealed` events wait for another kind of event.
 
-    A file it opened is closed on exit; a stream it was given is left open.
+    A file is closed on exit; a stream is left open.
     """
 
     def __init__(self, target: str | PathLike[str] | TextIO) -> None:
@@ -135,5 +136,5 @@ def _read_lines(lines: Iterable[bytes]) -> tuple[list[m.MissionEvent], list[Prob
             found += checker.check(event)
         problems += [Problem(f"line {number}: {p.path}" if p.path else f"line {number}", p.message) for p in found]
         if len(problems) >= _MOST_PROBLEMS or (problems and number == 1):
-            break  # without a good first line nothing below it can be judged
+            break  # the checks of all other lines need a valid first line
     return events, problems[:_MOST_PROBLEMS]

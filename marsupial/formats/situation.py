@@ -1,4 +1,4 @@
-"""A situation as JSON: everything a planner needs at one moment, to be kept, sent and planned for again.
+"""Situations as JSON: everything a planner needs at one moment, to store, send and plan for again.
 
 ::
 
@@ -13,7 +13,7 @@
       "travel_ms": {type name: [row per place it leaves from: [ms per place it goes to, or null: no path]]}
     }
 
-Times are integer milliseconds, 10^12 at most, areas square metres. Numbers that are 0, flags that are false and
+Times are integer milliseconds, at most 10^12; areas are square metres. Numbers that are 0, flags that are false,
 ``homes``, ``home`` and ``places`` may be left out. Reading reports every problem with its path, as
 ``robots[1].type: ...``.
 """
@@ -48,7 +48,7 @@ _DURATION = BOUNDS["duration_ms"]
 
 
 def situation_to_json(situation: Situation) -> str:
-    """Return `situation` as JSON text, one row of a travel table a line.
+    """Return `situation` as JSON text, with one row of a travel table per line.
 
     Raises
     ------
@@ -100,11 +100,14 @@ def situation_from_fields(data: Mapping[str, Any]) -> Situation:
 
 
 def _head(situation: Situation) -> dict[str, Any]:
+    """Return all fields but the travel tables, which `json` would write with one number per line."""
     return {
         "format": FORMAT,
         "version": VERSION,
         "types": [asdict(kind) for kind in situation.types],
-        "robots": [_given(asdict(robot)) for robot in situation.robots],
+        "robots": [
+            {key: value for key, value in asdict(robot).items() if value is not None} for robot in situation.robots
+        ],
         "targets": [asdict(target) | {"reveal_m2": float(target.reveal_m2)} for target in situation.targets],
         "meetings": situation.meetings,
         "homes": situation.homes,
@@ -113,12 +116,8 @@ def _head(situation: Situation) -> dict[str, Any]:
     }
 
 
-def _given(fields: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in fields.items() if value is not None}
-
-
 def _plain(value: Any) -> Any:
-    """Return what JSON can hold of a set of names or a number of numpy's."""
+    """Return a set of names or a numpy integer in the types of JSON."""
     return sorted(value) if isinstance(value, frozenset) else int(value)
 
 
@@ -197,7 +196,7 @@ def _target(fields: Fields) -> TargetInfo:
 
 
 def _goal(fields: Fields) -> SituationGoal:
-    """Read what is asked besides exploring: both flags are false where they are absent."""
+    """Read the goals besides exploring; a flag that is absent is false."""
     goal = SituationGoal(
         recover_rovers=fields.flag("recover_rovers", False), return_home=fields.flag("return_home", False)
     )
@@ -206,7 +205,7 @@ def _goal(fields: Fields) -> SituationGoal:
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return a JSON object as a dictionary: no field may be given twice."""
+    """Return a JSON object as a dictionary; refuse a field that is given twice."""
     fields = dict(pairs)
     if len(fields) < len(pairs):
         keys = [key for key, _ in pairs]
@@ -215,7 +214,7 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _name(fields: Fields, key: str, default: str | None = None) -> str:
-    """Take a name: any text that UTF-8 can hold."""
+    """Read a name: any text that UTF-8 can hold."""
     name = fields.text(key, default)
     if not _is_name(name) and name:
         fields.wrong(key, f"must be a name, got {shown(name)}")
@@ -223,12 +222,12 @@ def _name(fields: Fields, key: str, default: str | None = None) -> str:
 
 
 def _is_name(value: object) -> bool:
-    """Say whether it is a text that isn't blank and has no half of a surrogate pair in it."""
+    """Return whether a value is a text that is not blank and has no half of a surrogate pair."""
     return isinstance(value, str) and bool(value.strip()) and not any("\ud800" <= c <= "\udfff" for c in value)
 
 
 def _names(fields: Fields, key: str, *, required: bool = True) -> tuple[str, ...]:
-    """Take a list of names, which may be empty."""
+    """Read a list of names, which may be empty."""
     if not fields.has(key):
         if required:
             fields.wrong(key, "missing")
@@ -244,7 +243,7 @@ def _names(fields: Fields, key: str, *, required: bool = True) -> tuple[str, ...
 
 
 def _travel(fields: Fields) -> dict[str, list[list[int | None]]]:
-    """Read the tables: rows of times, whatever their lengths."""
+    """Read the tables as rows of times; `travel_tables` checks their sizes."""
     tables: dict[str, list[list[int | None]]] = {}
     for kind, rows in fields.data.items():
         if isinstance(rows, list):
@@ -266,7 +265,7 @@ def _row(fields: Fields, key: str, row: object) -> list[int | None]:
 
 
 def check_places(given: object, places: Sequence[str], notes: Notes) -> None:
-    """Check that the places given are those of the tables, in their order."""
+    """Check that `given` lists the rows and columns of the tables in their order."""
     if given != places:
         notes.wrong("places", f"must be {places}: starts in robot order, targets, meetings, homes")
 
@@ -274,9 +273,9 @@ def check_places(given: object, places: Sequence[str], notes: Notes) -> None:
 def travel_tables(
     travel: Mapping[str, Sequence[Sequence[int | None]]], types: Sequence[PlanningType], size: int, notes: Notes
 ) -> dict[str, TravelTable]:
-    """Return the travel tables of `size` places from rows of times, where None is no path.
+    """Return the travel tables of `size` places from rows of times, in which None means no path.
 
-    A table that is missing, of another size or of no robot type is noted.
+    Note a problem for a table that is missing, of another size or of an unknown robot type.
     """
     names = [kind.name for kind in types]
     for kind in travel:

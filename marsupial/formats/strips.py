@@ -1,8 +1,19 @@
-"""Cells that were revealed, as a short text.
+"""Revealed cells as a short text.
 
-What a robot sees first on its way is a rim, or a sector behind a corner: a cell or two in each of many rows. So it is
-cut into strips of equal cells: a run in one row, and in each of the next rows one that begins and ends nearly where the
-one before did. The text is a list of whole numbers; ``docs/mission-log.md`` says which.
+A robot on its way reveals a rim, or a sector behind a corner: a cell or two in each of many rows. As runs these would
+take three numbers a row. So they are cut into strips of equal cells: a run in one row, and in each of the next rows one
+that begins and ends nearly where the one before did. Most rows of a strip take one small number, how its run moved
+and grew:
+
+::
+
+    row 3   . . . # #         strip: row 0, column 1, length 3
+    row 2   . . # # #            row 1: moved by 0, grew by 0
+    row 1   . # # # .            row 2: moved by 1, grew by 0
+    row 0   . # # # .            row 3: moved by 1, grew by -1
+
+The text is a list of whole numbers in digits of base 64; ``docs/mission-log.md`` says which. A mission writes
+thousands of texts, so compiled code writes them; plain Python reads them.
 """
 
 from __future__ import annotations
@@ -13,25 +24,26 @@ from math import isqrt
 import numpy as np
 
 from marsupial.arrays import Bytes, Ints
+from marsupial.model.runs import run_table
 from marsupial.native import inlined, native
 
 DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"
-"""Those of base 64: five bits each from the lowest on, and whether more follow."""
+"""The digits of base 64: five bits of a number each, the lowest first; the sixth bit says that more follow."""
 
 ALIKE = 1
-"""Of a row whose run begins in the column of the one before and is as long; how many more of them is told next."""
+"""The step to a row whose run has the same column and length; the number of further such rows follows."""
 
 REACH = 15
-"""A strip goes on with a run that begins at most so many columns off; a new strip takes no more digits."""
+"""A strip goes on with a run that begins at most so many columns off; beyond that a new strip takes no more digits."""
 
-_MOST_DIGITS = 32  # of a run: a code, how many strips, and a strip of a row, on a map of less than 2**30 cells
+_MOST_DIGITS = 32  # of a run: a code, the number of strips, and a strip of one row, on a map of less than 2**30 cells
 _CODES = np.frombuffer(DIGITS.encode("ascii"), dtype=np.uint8)
 _VALUES = {digit: value for value, digit in enumerate(DIGITS)}
 
 
 def text_of(runs: Sequence[int], width: int) -> str:
     """Return flat runs (start, length, code) of cells on rows of `width` as a text."""
-    flat = np.array(runs, dtype=np.int64).reshape(-1, 3)
+    flat = run_table(runs)
     flat = flat[np.argsort(flat[:, 0])]
     pieces = (flat[:, 0] + flat[:, 1] - 1) // width - flat[:, 0] // width + 1
     rows = np.empty((int(pieces.sum()), 4), dtype=np.int64)
@@ -41,12 +53,12 @@ def text_of(runs: Sequence[int], width: int) -> str:
 
 
 def runs_in(text: str, width: int, height: int) -> tuple[int, ...]:
-    """Return the runs that a text stands for, in ascending order and as long as can be.
+    """Return the runs that a text holds, in ascending order and as long as can be.
 
     Raises
     ------
     ValueError
-        If it stands for none, or for cells that are not on the map.
+        If it holds none, or cells that are not on the map.
     """
     numbers = _numbers(text)
     rows: list[tuple[int, int, int]] = []
@@ -57,6 +69,7 @@ def runs_in(text: str, width: int, height: int) -> tuple[int, ...]:
             above = _next(numbers)
             row, column = row + above // 2, column + _signed(_next(numbers))
             for y, x, cells in _strip(row, column, above % 2, numbers, width, height):
+                # A short text can hold any number of rows: stop before they fill the memory.
                 cells_left -= cells
                 if cells_left < 0:
                     raise ValueError("it has a cell twice")
@@ -66,12 +79,12 @@ def runs_in(text: str, width: int, height: int) -> tuple[int, ...]:
 
 @native
 def _write(runs: Ints, width: int, rows: Ints, codes: Bytes, digits: Bytes) -> int:
-    """Enter the digits of all strips; return how many there are. `rows` is room for the runs, cut at ends of rows."""
+    """Write the digits of all strips; return their number. `rows` is scratch space for the runs cut at ends of rows."""
     _cut(runs, width, rows)
     below, above = np.empty(len(rows), dtype=np.int64), np.empty(len(rows), dtype=np.int64)
     mine = np.empty(len(rows), dtype=np.int64)
     at, code = 0, -1
-    while True:
+    while True:  # strips hold one code each: take the codes in ascending order
         following = 256
         for i in range(len(runs)):
             if code < runs[i, 2] < following:
@@ -100,7 +113,7 @@ def _write(runs: Ints, width: int, rows: Ints, codes: Bytes, digits: Bytes) -> i
 
 @inlined
 def _cut(runs: Ints, width: int, rows: Ints) -> None:
-    """Enter row, column, length and code of the runs, those cut that go on in the next row."""
+    """Write row, column, length and code of the runs to `rows`; cut those that go on in the next row."""
     k = 0
     for i in range(len(runs)):
         start, left = runs[i, 0], runs[i, 1]
@@ -115,7 +128,10 @@ def _cut(runs: Ints, width: int, rows: Ints) -> None:
 
 @inlined
 def _link(rows: Ints, mine: Ints, below: Ints, above: Ints) -> int:
-    """Say which run of the next row goes on with which one; return how many go on with none, and so begin a strip."""
+    """Link each run to the nearest run of the row below within `REACH`; return the number of runs without one.
+
+    Those begin a strip. `below` and `above` hold the linked run's index in `rows`, or -1.
+    """
     strips, j = 0, 0
     for k in range(len(mine)):
         i = mine[k]
@@ -137,7 +153,7 @@ def _link(rows: Ints, mine: Ints, below: Ints, above: Ints) -> int:
 
 @inlined
 def _write_strip(rows: Ints, i: int, above: Ints, codes: Bytes, digits: Bytes, at: int) -> int:
-    """Enter the digits of a strip from its first length on; return where they end."""
+    """Write the digits of a strip from its first length on; return where they end."""
     at = _put(rows[i, 2] - 1, codes, digits, at)
     alike = 0
     while above[i] >= 0:
@@ -163,7 +179,7 @@ def _unsigned(number: int) -> int:
 
 @inlined
 def _put(number: int, codes: Bytes, digits: Bytes, at: int) -> int:
-    """Enter the digits of a number; return where the next one begins."""
+    """Write the digits of a number; return where the next one begins."""
     while number > 31:
         digits[at] = codes[32 + (number & 31)]
         number >>= 5
@@ -232,7 +248,7 @@ def _pair(number: int) -> tuple[int, int]:
 
 
 def _joined(rows: Sequence[tuple[int, int, int]]) -> tuple[int, ...]:
-    """Return the runs with those joined that go on where another one of that code ends."""
+    """Return the runs, joined where one begins where another one of the same code ends."""
     runs: list[int] = []
     for start, cells, code in rows:
         if runs and runs[-3] + runs[-2] > start:

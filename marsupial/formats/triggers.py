@@ -1,4 +1,4 @@
-"""The words of a mission log for what asked for a new plan, such as ``gone: t1; new: t2, t3``."""
+"""The triggers of a replanning as text, such as ``gone: t1; new: t2, t3``, for mission logs and people."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from marsupial.model.mission import Cause, Trigger, Triggers
 
 
 def trigger_text(triggers: Triggers) -> str:
-    """Return what asked for a plan in words."""
+    """Return triggers as text."""
     return "; ".join(_words(trigger) for trigger in triggers)
 
 
 def read_triggers(text: str) -> Triggers:
-    """Return what these words mean; what is none of ours is kept as it is."""
+    """Return the triggers that a text lists; any other text becomes one trigger with `Cause.OTHER`."""
     triggers = tuple(_trigger(words) for words in text.split("; "))
     return triggers if trigger_text(triggers) == text else (Trigger(Cause.OTHER, (text,)),)
 

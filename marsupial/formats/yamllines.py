@@ -1,7 +1,7 @@
-"""The lines of a YAML file at which problems stand.
+"""Find the line of a YAML file for each problem.
 
-Files are parsed into plain values, which know no lines. Only where something is wrong the text is looked at once more,
-as a tree of nodes with their places.
+Files are parsed into plain values, which have no line numbers. Only if there are problems, the text is parsed a second
+time, into nodes that have them.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ _INDEX = re.compile(r"\[(\d+)\]")
 
 
 def with_lines(problems: Iterable[Problem], text: str | bytes) -> list[Problem]:
-    """Return the problems with the line of their field, or of what it is missing from.
+    """Return the problems with the line of their field, or of the part that it is missing from.
 
     Parameters
     ----------
     text
-        Valid YAML. What is written on a single line, as JSON may be, gets no line numbers.
+        Valid YAML. A text of a single line, as JSON may be, gets no line numbers.
     """
     problems = list(problems)
     root = compose_yaml(text) if problems else None
@@ -34,7 +34,7 @@ def with_lines(problems: Iterable[Problem], text: str | bytes) -> list[Problem]:
 
 
 def _line(node: yaml.Node, path: str) -> int | None:
-    """Return the line of the last part of a path (``robot_types[1].speed_mps``) that is there; None where none is."""
+    """Return the line of the last existing part of a path (``robot_types[1].speed_mps``); None if none exists."""
     line = None
     rest = path
     while rest:
@@ -47,8 +47,9 @@ def _line(node: yaml.Node, path: str) -> int | None:
 
 
 def _key(node: yaml.MappingNode, path: str) -> tuple[yaml.Node, yaml.Node, str] | None:
-    """Return the node of the key a path begins with, that of its value, and the path below it."""
+    """Return the node of the key that a path begins with, the node of its value, and the rest of the path."""
     path = path.removeprefix(".")
+    # Keys may hold dots and brackets themselves: take the longest key that the path begins with.
     fitting = [
         (key, value, path[len(key.value) :])
         for key, value in node.value

@@ -1,8 +1,10 @@
-"""YAML (and so JSON) from outside as plain values: bounded, and with one fault for whatever a parser raises.
+"""Read YAML (and so JSON) from outside as plain values: with limits, and one exception for whatever a parser raises.
 
-PyYAML raises much more than its own `YAMLError`: what `int`, `chr` and `datetime` raise for odd scalars comes through.
-`parse_yaml` turns all of it into a `YamlFault`, with the line where one is known. Before anything is built it walks the
-events, which takes no memory: nesting, and what aliases multiply, are bounded there.
+PyYAML raises much more than its own `YAMLError`: for odd scalars, the exceptions of `int`, `chr` and `datetime` come
+through. `parse_yaml` turns all of them into a `YamlFault`, with the line if it is known.
+
+A few lines of YAML can stand for gigabytes, by nesting or by aliases of aliases. So `parse_yaml` walks the parser's
+events first, which takes no memory, and refuses what is nested or repeated beyond a limit.
 """
 
 from __future__ import annotations
@@ -19,18 +21,18 @@ except ImportError:  # PyYAML without libyaml
     from yaml import SafeLoader  # type: ignore[assignment]
 
 MOST_LEVELS = 20
-"""Lists and mappings inside one another; no file of ours needs more."""
+"""Most levels of nested lists and mappings; no file of ours needs more."""
 
 MOST_ALIASED = 100_000
-"""Values that aliases repeat, all together."""
+"""Most values that all aliases together repeat."""
 
 
 class YamlFault(Exception):
-    """Why a text is no YAML that is read here, in one line."""
+    """The reason why a text can't be read as YAML, in one line."""
 
 
 class PlainLoader(SafeLoader):
-    """Safe YAML whose values can be written again: no text with half a character, no number of thousands of digits."""
+    """Safe YAML whose values can be written again: no half of a surrogate pair, no number of thousands of digits."""
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
         """Build the value of a node."""
@@ -49,7 +51,7 @@ class PlainLoader(SafeLoader):
 
 
 class StrictLoader(PlainLoader):
-    """Knows JSON's numbers (``1e3``) too, and refuses a field that is given twice."""
+    """Also reads JSON's numbers (``1e3``), and refuses a field that is given twice."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         """Build a mapping from a node."""
@@ -69,7 +71,7 @@ StrictLoader.add_implicit_resolver(
 
 
 def parse_yaml(text: str | bytes, loader: type[PlainLoader] = StrictLoader, *, aliases: bool = True) -> Any:
-    """Return what a YAML text holds.
+    """Return the value of a YAML text.
 
     Parameters
     ----------
@@ -79,13 +81,13 @@ def parse_yaml(text: str | bytes, loader: type[PlainLoader] = StrictLoader, *, a
     Raises
     ------
     YamlFault
-        For anything that keeps it from being read.
+        If it can't be read, for whatever reason.
     """
     return _guarded(text, loader, aliases, "get_single_data")
 
 
 def compose_yaml(text: str | bytes) -> yaml.Node | None:
-    """Return the tree of nodes of a YAML text, as `parse_yaml` does its values."""
+    """Return the tree of nodes of a YAML text; see `parse_yaml`."""
     node: yaml.Node | None = _guarded(text, PlainLoader, True, "get_single_node")
     return node
 
@@ -105,9 +107,9 @@ def _guarded(text: str | bytes, loader: type[PlainLoader], aliases: bool, take: 
 
 
 def _check_events(text: str | bytes, aliases: bool) -> None:
-    """Raise a `YamlFault` where values are nested too deep or multiply; libyaml builds trees by recursion."""
-    sizes: dict[str, int] = {}  # of what each anchor names, aliases counted as what they stand for
-    opened: list[tuple[str | None, int]] = []  # anchor of each open collection, and `count` where it began
+    """Raise a `YamlFault` if values are nested too deep (libyaml builds trees by recursion) or repeated too often."""
+    sizes: dict[str, int] = {}  # number of values below each anchor, with those that its aliases repeat
+    opened: list[tuple[str | None, int]] = []  # anchor of each open collection, and `count` at its start
     count = aliased = 0
     for event in yaml.parse(text, SafeLoader):
         if not aliases and (isinstance(event, yaml.AliasEvent) or getattr(event, "tag", None) is not None):
@@ -136,7 +138,7 @@ def _check_events(text: str | bytes, aliases: bool) -> None:
 
 
 def _fault(error: Exception, text: str | bytes) -> str:
-    """Say in a line why reading `text` failed with `error`, and where in it if that is known."""
+    """Return in one line why reading `text` failed with `error`, and where if that is known."""
     if isinstance(error, yaml.reader.ReaderError):
         newline = "\n" if isinstance(text, str) else b"\n"
         line = text[: error.position].count(newline) + 1  # type: ignore[arg-type]

@@ -13,9 +13,8 @@ import numpy as np
 from marsupial.errors import MapError, Problem
 from marsupial.generators.canvas import CanvasSize, solid
 from marsupial.generators.cave import cave
-from marsupial.generators.lobby import lobby
 from marsupial.generators.maze import maze
-from marsupial.generators.office import office
+from marsupial.generators.office import lobby, office
 from marsupial.generators.random_obstacles import DEFAULT_SHARE, MOST_SHARE, random_obstacles
 from marsupial.generators.rooms import rooms
 from marsupial.model.grid import Grid
@@ -28,14 +27,14 @@ class Generator:
     Parameters
     ----------
     carve
-        Carves a map into cells (height, width) that are all obstacle; takes them, a random generator, a `CanvasSize`,
+        Carves a map out of cells (height, width) that are all obstacle; takes them, a random generator, a `CanvasSize`,
         and the `options` by keyword.
     least_m
         Smallest width and height that it can fill.
     options
-        Further parameters, all numbers from 0 on, with their defaults.
+        Further parameters, numbers from 0 on, with their defaults.
     most
-        The most that each of these may be.
+        Highest value of each option.
     """
 
     carve: Callable[..., None]

@@ -1,7 +1,7 @@
-"""The built-in scenarios: fixed maps with the team of the paper's experiments on them.
+"""The built-in scenarios: fixed maps with the team of the paper's experiments.
 
-A built-in map never changes: its generator, size and seed are constants here, and only the starts are drawn by the
-seed of the mission. Carriers are twice as fast as rovers and see twice as far, as in the paper's section IV-C.
+A built-in map never changes: its generator, size and seed are constants here; the mission's seed draws only the starts.
+Carriers are twice as fast as rovers and see twice as far, as in the paper's section IV-C.
 
 References
 ----------
@@ -30,12 +30,14 @@ EVERYWHERE = frozenset({FLOOR, ROUGH})
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BuiltIn:
-    """A built-in scenario: a generated map and where rovers can drive on it.
+    """A built-in scenario: a generated map and the terrains that its rovers can drive on.
 
     Parameters
     ----------
     generator
-        Name in `GENERATORS`; `options` are its further parameters.
+        Name in `GENERATORS`.
+    options
+        The generator's options.
     """
 
     summary: str
@@ -106,12 +108,12 @@ SCENARIOS: dict[str, BuiltIn] = {
 
 
 def builtin_scenario(name: str, carriers: int = DEFAULT_CARRIERS, rovers: int = DEFAULT_ROVERS) -> Scenario:
-    """Return the built-in scenario `name` with that team; `rovers` is per carrier.
+    """Return the built-in scenario `name` with a team of `carriers`, each with `rovers`.
 
     Raises
     ------
     ScenarioError
-        If there is no such scenario or no such team.
+        If there is no such scenario, or the team is too large or has no carrier.
     """
     if name not in SCENARIOS:
         raise ScenarioError(f"unknown scenario {name!r}; built in: {', '.join(SCENARIOS)}")
@@ -128,12 +130,12 @@ def bare_map_scenario(
     rovers: int = DEFAULT_ROVERS,
     most: Mapping[str, float] = MOST,
 ) -> Scenario:
-    """Return the scenario of a map without a scenario file: the default types and team on `grid`, within sizes `most`.
+    """Return the scenario of a map without a scenario file: the default types and team on `grid`, within limits `most`.
 
     Raises
     ------
     ScenarioError
-        If there is no such team, or the robots have too many cells under them.
+        If the team is too large or has no carrier, or a robot covers too many cells.
     """
     check_team_size(carriers, rovers)
     kinds = default_types(max(1, rovers))
@@ -152,7 +154,7 @@ def explorers(name: str, grid: Grid, kind: RobotType, robots: int) -> Scenario:
 
 
 def check_team_size(carriers: int, rovers: int) -> None:
-    """Raise a `ScenarioError` unless there can be a team of so many carriers with so many rovers each."""
+    """Raise a `ScenarioError` unless these numbers of carriers and of rovers per carrier are within bounds."""
     faults = {
         "carriers": BOUNDS["carriers"].fault(carriers),
         "rovers": BOUNDS["rovers_per_carrier"].fault(rovers),

@@ -1,8 +1,8 @@
-"""What all generators draw on: an array of cells whose size was checked, boxes carved into it.
+"""What all generators share: an array of cells of checked size, and boxes to carve out of it.
 
-Sizes of walls, doors and corridors are metres in the generators and whole cells here, rounded up so that a robot
-that fits by the metre fits on the grid. A generator starts from solid obstacle and carves; the outermost cells are
-never carved, so every generated map is closed.
+Generators give sizes of walls, doors and corridors in metres. Here they become whole cells, rounded up so that a robot
+that fits by the metre fits on the grid. A generator starts from solid obstacle and carves; it never carves the
+outermost cells, so every generated map is closed.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Box(NamedTuple):
 
 
 def solid(size: CanvasSize, seed: int, least_m: tuple[float, float]) -> CellArray:
-    """Return an all-obstacle array (height, width) of the wanted size, at least `least_m`, to carve into.
+    """Return an array (height, width) of obstacles to carve; its size must be at least `least_m`.
 
     Raises
     ------
@@ -72,12 +72,12 @@ def solid(size: CanvasSize, seed: int, least_m: tuple[float, float]) -> CellArra
 
 
 def cells_of(length_m: float, resolution_m: float, *, least: int = 1) -> int:
-    """Return how many cells are needed for `length_m`, rounded up, and at least `least`."""
-    return max(least, math.ceil(length_m / resolution_m - 1e-9))
+    """Return the number of cells that cover `length_m`, at least `least`."""
+    return max(least, math.ceil(length_m / resolution_m - 1e-9))  # 0.3 / 0.1 is a little more than 3
 
 
 def door_cells(resolution_m: float) -> int:
-    """Return the width of an ordinary door; three cells let a disc wider than one cell through."""
+    """Return the width of an ordinary door, at least three cells, which let a disc wider than one cell through."""
     return cells_of(DOOR_M, resolution_m, least=3)
 
 
@@ -87,7 +87,7 @@ def carve(cells: CellArray, box: Box, code: int) -> None:
 
 
 def fill_pockets(cells: CellArray) -> None:
-    """Fill all free cells but the largest area connected over edges with obstacle."""
+    """Fill all free areas but the largest with obstacle; areas connect over edges of cells."""
     from marsupial.maps.reach import parts  # imports numba, which a list of generators does not need
 
     labels, count = parts(cells != OBSTACLE)

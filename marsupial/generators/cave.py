@@ -1,7 +1,7 @@
 """A cave grown by a cellular automaton, with rough ground in places.
 
-Random noise on squares of half a metre is smoothed by the majority of the neighbours, which leaves winding halls and
-passages. Rough ground lies where a second, blurred noise is highest. Pockets that nothing can reach are filled.
+Random noise on squares of half a metre is smoothed: a square becomes rock if most of its neighbours are, which leaves
+winding halls and passages. Rough ground is where a second, blurred noise is highest. Unreachable pockets are filled.
 
 References
 ----------
@@ -34,11 +34,12 @@ def cave(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
     close_border(cells)
     fill_pockets(cells)
     ground = cells != OBSTACLE
+    # The share is of the ground, not of the map: rock takes a random part of it.
     cells[ground & (hills > np.quantile(hills[ground], 1 - ROUGH_SHARE))] = ROUGH
 
 
 def _rock(rng: np.random.Generator, height: int, width: int) -> Mask:
-    """Return the cave's rock on coarse squares: noise, then `ROUNDS` times the majority of nine."""
+    """Return the rock on coarse squares: noise, then `ROUNDS` times the majority of nine squares."""
     from scipy import ndimage
 
     rock: Mask = rng.random((height, width)) < ROCK_SHARE

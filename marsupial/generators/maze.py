@@ -1,9 +1,9 @@
 """A maze of corridors around a large rough centre, after the paper's figure 5 (right).
 
-The map is divided into square maze cells. Those of the middle are rough, the ring around them is floor. Either part
-is made connected by a random spanning tree, then more walls are taken out: few in the ring, so that it stays a maze
-with some loops, many in the centre, so that it is open ground with inner walls. Openings on every side of the centre
-are the places to set rovers down and pick them up.
+The map is divided into squares. Those in the middle are rough, the ring around them is floor. In each part a random
+spanning tree of passages connects all squares; then further walls are removed: few in the ring, which stays a maze with
+some loops, many in the centre, which becomes open ground with inner walls. The openings on every side of the centre are
+the places to set rovers down and pick them up.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def maze(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
 
 
 class _MazeDrawing:
-    """Where maze squares and the walls between them lie on the grid."""
+    """The boxes of squares, and of the walls between them, on the grid."""
 
     def __init__(self, shape: tuple[int, ...], *, columns: int, rows: int, wall: int) -> None:
         self.wall = wall
@@ -65,7 +65,7 @@ class _MazeDrawing:
         return Box(first.x1, second.x0, first.y0, first.y1)
 
     def remove_posts(self, cells: CellArray) -> None:
-        """Remove the crossings of walls that no wall is left at."""
+        """Remove the crossings of walls at which no wall is left."""
         for x, y in product(self.x[1:-1], self.y[1:-1]):
             post = Box(x, x + self.wall, y, y + self.wall)
             around = cells[y - 1 : post.y1 + 1, x - 1 : post.x1 + 1]
@@ -78,7 +78,7 @@ def _is_middle(i: int, count: int) -> bool:
 
 
 def _neighbours(squares: Iterable[Square], others: set[Square]) -> list[Passage]:
-    """Return the pairs of neighbours, one of `squares` and one of `others`, lower or left one first."""
+    """Return the pairs of a square in `squares` and a neighbour in `others`, the lower or left one first."""
     found = set()
     for i, j in squares:
         for other in ((i + 1, j), (i, j + 1), (i - 1, j), (i, j - 1)):
@@ -88,7 +88,8 @@ def _neighbours(squares: Iterable[Square], others: set[Square]) -> list[Passage]
 
 
 def _passages(rng: np.random.Generator, squares: set[Square], *, loops: float) -> list[Passage]:
-    """Return the passages of a random spanning tree of `squares` and the share `loops` of the other pairs."""
+    """Return the passages of a random spanning tree of `squares`, and a share `loops` of the others."""
+    # Depth-first search with random neighbours: it makes long corridors, where Kruskal's trees have short branches.
     tree: set[Passage] = set()
     start = min(squares)
     path, seen = [start], {start}
@@ -107,7 +108,7 @@ def _passages(rng: np.random.Generator, squares: set[Square], *, loops: float) -
 
 
 def _openings(rng: np.random.Generator, squares: set[Square], centre: set[Square]) -> list[Passage]:
-    """Return the pairs across the centre's border that are open: `OPENINGS_PER_SIDE` on each side."""
+    """Return the openings in the centre's border: `OPENINGS_PER_SIDE` on each side."""
     sides: dict[tuple[bool, int], list[Passage]] = {}
     for first, second in _neighbours(centre, squares - centre):
         upright = first[1] == second[1]

@@ -1,7 +1,7 @@
-"""Open ground with boxes of random size strewn over it until they cover the wanted share.
+"""Open ground with boxes of random size, added until they cover the wanted share.
 
-Gaps between boxes are often too narrow for a carrier and wide enough for a rover. Pockets that nothing can reach are
-filled, so a little more than the wanted share ends up as obstacle.
+Gaps between boxes are often too narrow for a carrier and wide enough for a rover. Unreachable pockets are filled, so
+that a little more than the wanted share becomes obstacle.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def random_obstacles(
     cells[:] = FLOOR
     wanted = math.floor(share * cells.size)
     least, most = (cells_of(side_m, size.resolution_m) for side_m in (LEAST_BOX_M, MOST_BOX_M))
-    while np.count_nonzero(cells == OBSTACLE) < wanted:
+    while np.count_nonzero(cells == OBSTACLE) < wanted:  # boxes may overlap
         wide, high = rng.integers(least, most + 1, 2).tolist()
         x0, y0 = int(rng.integers(cells.shape[1] - wide + 1)), int(rng.integers(cells.shape[0] - high + 1))
         carve(cells, Box(x0, x0 + wide, y0, y0 + high), OBSTACLE)

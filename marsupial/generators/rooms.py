@@ -1,8 +1,8 @@
-"""A building cut into rooms again and again, some of them behind doors that only small robots pass.
+"""A building of rooms without corridors, some of them behind doors that only small robots pass.
 
-The map is halved by walls until no room is larger than wanted. A random tree of doors joins all rooms; about half of
+Walls halve the map until no room is larger than `MOST_ROOM_M`. A random tree of doors joins all rooms; about half of
 its leaves get narrow doors (`NARROW_DOOR_M`), which a rover passes and a carrier does not. More doors make loops.
-Everything is floor: here it is the footprint, not the terrain, that keeps carriers out.
+Everything is floor: the footprint, not the terrain, keeps carriers out.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def _split(rng: np.random.Generator, box: Box, *, wall: int, resolution_m: float
 
 
 def _shared_walls(insides: list[Box], *, wall: int, least: int) -> dict[tuple[int, int], Box]:
-    """Return the wall between each two rooms that share at least `least` cells of it."""
+    """Return the wall between each pair of rooms that share at least `least` cells of one."""
     found = {}
     for i, a in enumerate(insides):
         for j, b in enumerate(insides):
@@ -74,6 +74,7 @@ def _shared_walls(insides: list[Box], *, wall: int, least: int) -> dict[tuple[in
 
 def _tree(rng: np.random.Generator, count: int, pairs: list[tuple[int, int]]) -> set[tuple[int, int]]:
     """Return a random spanning tree of rooms 0..count-1 over `pairs`."""
+    # Kruskal's algorithm over pairs in random order: join two groups of rooms that are not connected yet.
     group = list(range(count))
     tree = set()
     for k in rng.permutation(len(pairs)).tolist():
@@ -86,10 +87,10 @@ def _tree(rng: np.random.Generator, count: int, pairs: list[tuple[int, int]]) ->
 
 
 def _narrow_rooms(rng: np.random.Generator, count: int, tree: set[tuple[int, int]]) -> set[int]:
-    """Choose the rooms with narrow doors among the tree's leaves; the others stay connected without them."""
+    """Return the rooms to get narrow doors: some of the tree's leaves, so that carriers reach all other rooms."""
     degree = [sum(room in pair for pair in tree) for room in range(count)]
     leaves = [room for room in range(count) if degree[room] == 1]
-    if len(leaves) == count:
+    if len(leaves) == count:  # two rooms: carriers must be able to start in one
         leaves = leaves[1:]
     chosen = rng.permutation(len(leaves))[: round(len(leaves) * NARROW_SHARE)]
     return {leaves[i] for i in chosen.tolist()}

@@ -1,4 +1,4 @@
-"""What others do with marsupial, put together: a scenario found, a mission flown, plans made, results shown.
+"""The Python API: load scenarios, run missions, plan, show results.
 
-`import marsupial` offers these to Python (``docs/library.md``); the command line and the service call the same.
+`import marsupial` exports it (``docs/library.md``); the command line and the service call the same functions.
 """

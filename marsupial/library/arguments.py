@@ -1,4 +1,4 @@
-"""Strategies, planners and sensors that are passed as objects, held to what they have to be."""
+"""Checks of arguments that may be objects of the caller's own: strategies, planners, sensors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from marsupial.sim.sensors import Sensor
 
 
 def strategy_argument(value: str | Decider) -> str | Decider:
-    """Return a strategy, or the name of one."""
+    """Return a strategy or its name, checked."""
     if isinstance(value, str):
         return text("strategy", value)
     _check_parts("strategy", value, "name", "decide")
@@ -20,7 +20,7 @@ def strategy_argument(value: str | Decider) -> str | Decider:
 
 
 def planner_argument(value: str | Engine) -> str | Engine:
-    """Return the name of an engine, or an engine whose events are checked."""
+    """Return an engine's name, checked, or an engine whose events are checked."""
     if isinstance(value, str):
         return text("planner", value)
     _check_parts("planner", value, "info", "solve")
@@ -31,14 +31,14 @@ def planner_argument(value: str | Engine) -> str | Engine:
 
 
 def sensor_argument(value: Sensor | None) -> Sensor | None:
-    """Return a sensor, or None."""
+    """Return a sensor, checked, or None."""
     if value is not None:
         _check_parts("sensor", value, "visible")
     return value
 
 
 def _check_parts(name: str, value: object, *parts: str) -> None:
-    """Check that an object has these parts; the last one is a method."""
+    """Check that an object has these attributes, the last one a method."""
     if isinstance(value, type):
         raise UsageError(f"{name}: must be an object, not the class {value.__name__}")
     missing = [part for part in parts if not hasattr(value, part)]

@@ -1,6 +1,6 @@
-"""What a mission or a plan is made with where little is asked for: the budget, the planner.
+"""Defaults for missions and plans: the planner and its budget.
 
-It imports no compiled code, so that a wrong option is refused at once.
+This module imports no compiled code, so that a wrong option is refused at once.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from marsupial.strategies.registry import asks_planner
 DEFAULT_PLANNER = "auto"
 
 DEFAULT_BUDGET_S = 1.0
-"""For each planning."""
+"""Seconds per planning call."""
 
 
 def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DEFAULT_BUDGET_S) -> Budget:
-    """Return the budget for each planning; `default_s` seconds where neither is given.
+    """Return the budget of a planning call; `default_s` seconds if neither is given.
 
     Raises
     ------
@@ -30,16 +30,16 @@ def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DE
 
 
 def takes_budget(strategy: str) -> bool:
-    """Say whether what the strategy does depends on the budget: it asks a planner, or is the clairvoyant."""
+    """Return whether a strategy depends on the budget: it asks a planner, or is the clairvoyant."""
     return strategy == CLAIRVOYANT or asks_planner(strategy)
 
 
 def planner_for(strategy: str | Decider, planner: str | Engine) -> str | Engine:
-    """Return the planner that a strategy asks: `planner`, or `NO_PLANNER` if it asks none by that way.
+    """Return `planner`, or `NO_PLANNER` if the strategy is an object or asks no planner.
 
     Raises
     ------
     EngineUnavailable
-        If the strategy is of an installed package and can't be loaded.
+        If the strategy comes from an installed package and can't be loaded.
     """
     return planner if isinstance(strategy, str) and asks_planner(strategy) else NO_PLANNER

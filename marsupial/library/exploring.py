@@ -1,4 +1,4 @@
-"""`marsupial.explore`: one mission, and all there is of it afterwards."""
+"""`marsupial.explore`: run one mission, and its result."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ SHOWN = (
     "exploration_time_s", "mission_time_s", "coverage", "distance_m", "quality", "energy_j", "deployments",
     "retrievals", "replans", "planning_s.median", "planning_s.total", "analysis_s",
 )  # fmt: skip
-"""The metrics that a notebook shows of a result."""
+"""The metrics that a notebook shows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Exploration(Summary):
-    """What came of a mission: its summary, and everything that happened in it.
+    """The result of a mission: its summary and its events.
 
-    Its attributes are the keys of ``marsupial run --json``; `marsupial.METRICS` says what each metric means.
+    Its attributes are the keys of ``marsupial run --json``; `marsupial.METRICS` defines each metric.
 
     Parameters
     ----------
@@ -53,10 +53,10 @@ class Exploration(Summary):
     events: tuple[MissionEvent, ...] = field(default=())
 
     def plot(self) -> Figure:
-        """Return a drawing of the mission: what was explored, where robots drove, met and parted.
+        """Return a drawing of the mission: explored map, robots' trails, where rovers were set down and picked up.
 
-        It is a figure of matplotlib, apart from pyplot: nothing has to be closed. Notebooks show it, `savefig` writes
-        it.
+        It is a matplotlib figure that pyplot does not know, so it need not be closed. Notebooks show it; `savefig`
+        writes it.
         """
         from marsupial.library.picture import mission_figure
 
@@ -78,27 +78,29 @@ class Exploration(Summary):
         return page
 
     def situation(self, at_s: float = 0.0) -> Situation:
-        """Return what there was to plan for `at_s` seconds into the mission.
+        """Return the situation of planning `at_s` seconds into the mission.
 
         Raises
         ------
         UsageError
-            If the mission was over before, or `at_s` is no time.
+            If the mission ended before, or `at_s` is no time.
         """
         at_ms = round(1000 * number("at_s", at_s, BOUNDS["remaining_s"]))
         return moment_at(self.events, at_ms).survey().situation
 
+    @property
+    def _heading(self) -> str:
+        return f"{self.scenario} by {self.strategy} ({self.planner}), seed {self.seed}: {self.status}"
+
     def __repr__(self) -> str:
-        told = ", ".join(f"{METRICS[key].title} {METRICS[key].shown(self)}" for key in SHOWN[:4])
-        return f"<{self.scenario} by {self.strategy} ({self.planner}), seed {self.seed}: {self.status}, {told}>"
+        return f"<{', '.join([self._heading, *(f'{METRICS[k].title} {METRICS[k].shown(self)}' for k in SHOWN[:4])])}>"
 
     def _repr_html_(self) -> str:
-        head = f"{self.scenario} by {self.strategy} ({self.planner}), seed {self.seed}: {self.status}"
         rows = "".join(
             f"<tr><th style='text-align: left'>{metric.title}</th><td>{escape(metric.shown(self))}</td></tr>"
             for metric in map(METRICS.__getitem__, SHOWN)
         )
-        return f"<table><caption>{escape(head)}</caption>{rows}</table>"
+        return f"<table><caption>{escape(self._heading)}</caption>{rows}</table>"
 
 
 def explore(
@@ -112,9 +114,9 @@ def explore(
     *,
     sensor: Sensor | None = None,
 ) -> Exploration:
-    """Let a team explore a scenario in the simulator, as ``marsupial run`` does, and return what came of it.
+    """Run a mission in the simulator, as ``marsupial run`` does, and return its result.
 
-    The same arguments give the same log, byte for byte, if planning is counted in `steps`.
+    If the budget is in `steps`, the same arguments give the same log, byte for byte.
 
     Parameters
     ----------
@@ -128,37 +130,36 @@ def explore(
     seed
         Draws the starts of the robots that have none.
     budget, steps
-        For each planning: wall-clock seconds, or counted steps; 1 s if neither is given.
+        Wall-clock seconds, or counted steps, per planning call; 1 s if neither is given.
     log
-        Where to write the mission log.
+        Path of the mission log to write.
     sensor
-        What robots see; None for the exact field of view (see `marsupial.Sensor`).
+        The robots' sensor; None for the exact field of view (see `marsupial.Sensor`).
 
     Raises
     ------
     ScenarioError, MapError
         If there is no such scenario, or the team can't be placed in it.
     EngineUnavailable, UsageError
-        If an argument can't be used as asked: the error names it. What a strategy, planner or sensor of yours raises
-        comes through as it is.
+        If an argument can't be used; the error names it. Exceptions of your own strategy, planner or sensor are passed
+        on unchanged.
     """
     limit, seed = budget_of(budget, steps), whole("seed", seed, BOUNDS["seed"])
     strategy, planner, sensor = strategy_argument(strategy), planner_argument(planner), sensor_argument(sensor)
-    written = None if log is None else target("log", log)
-    place = scenario if isinstance(scenario, Scenario) else named_scenario(scenario)
-    asked = planner_for(strategy, planner)
-    prepare_mission(place, strategy, asked)()
+    log_path = None if log is None else target("log", log)
+    loaded = scenario if isinstance(scenario, Scenario) else named_scenario(scenario)
+    planner = planner_for(strategy, planner)
+    prepare_mission(loaded, strategy, planner)()
     recorder = Recorder()
-    with nullcontext() if written is None else LogFile(written) as file:
+    with nullcontext() if log_path is None else LogFile(log_path) as file:
         summary = simulate(
-            place,
+            loaded,
             strategy=strategy,
-            planner=asked,
+            planner=planner,
             budget=limit,
             seed=seed,
             observer=recorder if file is None else Observers([recorder, file]),
             sensor=sensor,
         )
-    told = {each.name: getattr(summary, each.name) for each in fields(Summary)}
-    told["log"] = written
-    return Exploration(**told, events=tuple(recorder.events))
+    values = {each.name: getattr(summary, each.name) for each in fields(Summary)} | {"log": log_path}
+    return Exploration(**values, events=tuple(recorder.events))

@@ -1,8 +1,24 @@
-"""What planners and missions cost once per process is paid before any budget counts.
+"""Load or compile what planners and missions need before any budget counts.
 
-Compiled code is loaded, or compiled where this machine has never run it, by planning for a tiny team, or by exploring a
-tiny map; the process that starts other planners imports their libraries. All that goes on in the background until the
-caller waits for it. What compiling costs, and how that was brought down: docs/benchmarks.md.
+The first call of a planner in a process loads compiled code, or compiles it where the machine has none (half a minute
+for a mission). Both would be charged to the first planning, whose budget may be a second. So a caller prepares first:
+
+::
+
+    caller                        thread                                   process that starts planners
+    prepare_mission(...) ───────► try_mission: explore a tiny map ───┐     import their libraries
+      reads the scenario,         try_planner: plan for a tiny team  │                 │
+      opens its log                 │ compiles? say it every 5 s     │                 │
+    wait() ◄────────────────────────┴────────────────────────────────┴─────────────────┘
+    simulate(...)                 its budget is spent on planning alone
+
+There is no list of functions to load: the trials call what the mission will call, for the types of arguments that it
+will have, as numba compiles a function for each signature. What a trial raises is dropped, since the real call raises
+it again where it can be reported. A strategy or planner of another package may have side effects, so it is never
+tried; one of ours stands in for it.
+
+Where code is kept and how it comes with the package: `marsupial.codecache`; what is compiled for the package:
+`marsupial.library.precompiling`. What compiling costs, and how that was brought down: docs/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -17,8 +33,8 @@ import numpy as np
 
 from marsupial import native
 from marsupial.arrays import Ints
+from marsupial.codecache import is_lasting
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.keeping import is_lasting
 from marsupial.library.missions import simulate
 from marsupial.model.objective import ObjectiveName
 from marsupial.model.planning import NO_PLANNER, Budget, Engine
@@ -33,15 +49,15 @@ from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import STRATEGIES
 
 FALLBACK = "greedy"
-"""What missions continue with where another planner has no plan, and what the others begin with."""
+"""The planner that missions fall back on where another one has no plan, and that gives others their first plan."""
 
 STAND_IN = "heuristic"
-"""The strategy that is tried out for those that others bring along."""
+"""The strategy that is tried in place of another package's."""
 
 SMALL_MAP = "lobby"
 
 CARRIERS, TARGETS, MEETINGS = 2, 4, 3
-"""In the situation that planners are tried out on; each carrier has a rover aboard."""
+"""Sizes of the situation that planners are tried on; each carrier has a rover aboard."""
 
 ONE_STEP = Budget(steps=1)
 
@@ -51,7 +67,7 @@ Say = Callable[[str], None]
 
 
 def prepare_planner(planner: str, say: Say = lambda text: None) -> Callable[[], None]:
-    """Begin to get a planner ready and return what waits until it is; `say` is told of what is compiled."""
+    """Start to load or compile a planner; return a function that waits for it. `say` gets the progress of compiling."""
     if _has_processes(planner):
         return _begin((lambda: try_planner(FALLBACK),), say, processes=True)
     return _begin((lambda: try_planner(planner),), say)
@@ -60,21 +76,22 @@ def prepare_planner(planner: str, say: Say = lambda text: None) -> Callable[[], 
 def prepare_mission(
     scenario: Scenario, strategy: str | Decider, planner: str | Engine, say: Say = lambda text: None
 ) -> Callable[[], None]:
-    """Begin to get ready what a mission needs and return what waits until it is; `say` is told of what is compiled."""
-    tried = strategy if isinstance(strategy, str) and _is_ours(strategy) else STAND_IN
+    """Start to load or compile what a mission needs; return a function that waits for it.
+
+    `say` gets the progress of compiling.
+    """
+    is_ours = isinstance(strategy, str) and (strategy == CLAIRVOYANT or strategy.split("/")[0] in STRATEGIES)
+    tried = strategy if isinstance(strategy, str) and is_ours else STAND_IN
     rovers = any(scenario.type_of(member).role is Role.ROVER for member in scenario.team)
     if not isinstance(planner, str) or planner == NO_PLANNER:
         return _begin((lambda: try_mission(tried, FALLBACK, rovers),), say)
     if _has_processes(planner):
         return _begin((lambda: try_mission(tried, FALLBACK, rovers),), say, processes=True)
     trials = [lambda: try_mission(tried, planner, rovers)]
-    if ObjectiveName.PRICED_ARRIVAL not in engine(planner).info.objectives:  # it has the tiny map done with at once
+    # The tiny map asks such a planner for so little that most of its code is not called.
+    if ObjectiveName.PRICED_ARRIVAL not in engine(planner).info.objectives:
         trials.append(lambda: try_planner(planner))
     return _begin(trials, say)
-
-
-def _is_ours(strategy: str) -> bool:
-    return strategy == CLAIRVOYANT or strategy.split("/")[0] in STRATEGIES
 
 
 def _has_processes(planner: str) -> bool:
@@ -82,12 +99,12 @@ def _has_processes(planner: str) -> bool:
 
 
 def _begin(trials: Sequence[Callable[[], object]], say: Say, *, processes: bool = False) -> Callable[[], None]:
-    """Begin to try out in a thread, and return what waits for it and for the processes."""
+    """Run trials in a thread; return a function that waits for it, and for the processes."""
 
     def run() -> None:
-        with native.watched(_Told(say)):
+        with native.watched(_CompileProgress(say)):
             for trial in trials:
-                with suppress(Exception):  # the call that needs it reports it
+                with suppress(Exception):  # the real call raises it again, where it can be reported
                     trial()
 
     if processes:
@@ -103,34 +120,34 @@ def _begin(trials: Sequence[Callable[[], object]], say: Say, *, processes: bool 
     return wait
 
 
-class _Told:
-    """Says that there is compiling, and how far it is every few seconds."""
+class _CompileProgress:
+    """Reports that functions are being compiled, and every few seconds how many are done."""
 
     def __init__(self, say: Say) -> None:
         self._say = say
-        self._said_s: float | None = None
+        self._last_s: float | None = None
 
     def __call__(self, name: str, done: int, most: int) -> None:
         now = time.monotonic()
-        if self._said_s is None:
+        if self._last_s is None:
             self._say("compiling, which is done once on a machine ..." if is_lasting() else "compiling ...")
-        elif now - self._said_s < SAY_EVERY_S:
+        elif now - self._last_s < SAY_EVERY_S:
             return
         else:
             self._say(f"compiling: {done} functions done, of {most} at most; now {name}")
-        self._said_s = now
+        self._last_s = now
 
 
 @cache
 def try_planner(planner: str) -> None:
-    """Have a planner take one step for a tiny team."""
+    """Run one step of a planner on a tiny situation."""
     for _ in engine(planner).solve(trial_situation(), ONE_STEP):
         pass
 
 
 @cache
 def try_mission(strategy: str, planner: str, rovers: bool) -> None:
-    """Let a carrier, with or without a rover, explore a small map by one of our strategies and planners."""
+    """Explore a small map with one carrier, with or without a rover, by one of our strategies and planners."""
     simulate(
         builtin_scenario(SMALL_MAP, carriers=1, rovers=int(rovers)),
         strategy=strategy,
@@ -141,9 +158,10 @@ def try_mission(strategy: str, planner: str, rovers: bool) -> None:
 
 
 def trial_situation() -> Situation:
-    """Return one that needs a bit of everything: setting down, exploring, picking up, driving home.
+    """Return a situation with all kinds of actions: undock, explore, dock, drive home.
 
-    It is about the smallest whose shortest plan is proven to be that by a search only.
+    It is about the smallest whose optimal plan takes a search to prove: a smaller one would end before the search's
+    code is called.
     """
     carriers, rovers = _named("carrier", CARRIERS), _named("rover", CARRIERS)
     starts, homes = _named("start", CARRIERS), _named("home", CARRIERS)
@@ -177,7 +195,7 @@ def _named(what: str, count: int) -> tuple[str, ...]:
 
 
 def _travel_ms(places: int) -> Ints:
-    """Return (places, places): times drawn at random, each the shortest by way of other places."""
+    """Return random times (places, places) that satisfy the triangle inequality."""
     drawn = np.random.default_rng(2).integers(1, 9, (places, places)) * 1000
     times = np.minimum(drawn, drawn.T)
     np.fill_diagonal(times, 0)

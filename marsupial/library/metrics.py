@@ -1,7 +1,8 @@
-"""What is told of a mission that is over, and the one table of its metrics.
+"""The summary of a finished mission, and the one table of its metrics.
 
-Every field of `Summary` is a key of ``marsupial run --json`` and stands in its order. A metric is named here only: what
-it is called, its unit and definition, how it is read off a mission, how it is rounded in CSV and shown to people.
+The fields of `Summary` are the keys of ``marsupial run --json``, in that order. A metric is defined in its field and
+nowhere else: title, unit, definition, how its value is rounded in CSV and shown as text. JSON, CSV, tables and
+notebooks take it from there.
 """
 
 from __future__ import annotations
@@ -24,24 +25,24 @@ from marsupial.wording import clock
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metric:
-    """A number that says how a mission went.
+    """A measure of a mission.
 
     Parameters
     ----------
     key
-        The attribute of a `Summary`, which is the key in JSON; ``planning_s.median`` is one of an object in it.
+        The attribute of `Summary` and key in JSON; ``planning_s.median`` is an attribute of an object in it.
     title, unit, definition
-        For people; the unit is empty for counts.
+        Texts for people; the unit is empty for counts.
     text
         Writes a value with its unit.
     better
-        1 where more is better, -1 where less is, 0 where neither.
+        1 if more is better, -1 if less is, 0 if neither.
     digits
-        Of a mean in tables.
+        Digits of a mean in tables.
     decimals
-        Kept in CSV; None for whole numbers, and where names are listed their number is kept.
+        Decimals in CSV; None for whole numbers and for lists, of which CSV has the length.
     column
-        Its name in CSV.
+        Name of the column in CSV.
     """
 
     key: str = ""
@@ -56,26 +57,26 @@ class Metric:
 
     @property
     def heading(self) -> str:
-        """The title as a sentence begins."""
+        """The title with a capital letter."""
         return f"{self.title[0].upper()}{self.title[1:]}"
 
     def of(self, summary: Summary) -> Any:
-        """Return its value, None where the mission has none."""
+        """Return the value, None if the mission has none."""
         return attrgetter(self.key)(summary)
 
     def shown(self, summary: Summary) -> str:
-        """Return its value as people read it."""
+        """Return the value as text with its unit."""
         return self.text(self.of(summary))
 
     def cell(self, summary: Summary) -> float | int | None:
-        """Return its value as CSV has it."""
+        """Return the value for CSV."""
         value = self.of(summary)
         if isinstance(value, tuple):
             return len(value)
         return value if value is None or self.decimals is None else round(value, self.decimals)
 
     def read(self, text: str) -> float | int:
-        """Return the value that CSV has."""
+        """Return the value of a cell of CSV."""
         return int(text) if self.decimals is None else float(text)
 
 
@@ -88,13 +89,13 @@ def _digits(count: int, unit: str = "") -> Callable[[float], str]:
 
 
 def _metric(title: str, unit: str, definition: str, **rest: Any) -> Any:
-    """Return a field that is a metric."""
+    """Return a dataclass field with a metric in its metadata."""
     return field(metadata={"metric": Metric(title=title, unit=unit, definition=definition, **rest)})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningTimes:
-    """Wall-clock seconds spent planning, over the replannings of one mission; 0 where there was none."""
+    """Wall-clock seconds of planning over the replannings of one mission; 0 if there was none."""
 
     median: float = _metric(
         "planning, median", "s", "wall-clock time from a situation to the decision, median over all replannings",
@@ -133,12 +134,12 @@ AS_ENDED = (
     "status", "reason", "coverage", "explored_area_m2", "reachable_area_m2", "replans", "plans_valid", "plans_invalid",
     "deployments", "retrievals", "aboard", "remaining",
 )  # fmt: skip
-"""What a summary has as a mission's last event has it."""
+"""The fields that a summary copies from a mission's last event."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Summary:
-    """A mission's end together with what it was and what it cost in wall-clock time."""
+    """A finished mission: what was asked, how it ended, its metrics."""
 
     status: Status
     reason: str
@@ -189,8 +190,8 @@ class Summary:
     plans_refused: int = _metric("refused plans", "", "plans of engines that the checker did not let through")
     planning_s: PlanningTimes
     analysis_s: float | None = _metric(
-        "analysis", "s", "wall-clock time in which it was worked out what the map means: footprints, reach, targets, "
-        "meeting points, travel times; none if a service did that",
+        "analysis", "s", "wall-clock time of analysing the map: footprints, reach, targets, meeting points, travel "
+        "times; none if a service did that",
         text=lambda seconds: "not known" if seconds is None else f"{seconds:.1f} s", better=-1, decimals=6,
     )  # fmt: skip
     deployments: int = _metric("deployments", "", "undockings that were carried out")
@@ -213,7 +214,7 @@ class Summary:
         analysis_s: float | None,
         wall_s: float,
     ) -> Summary:
-        """Return the summary of a mission in `scenario` from its last event and what was reported of its plannings."""
+        """Return the summary of a mission from its last event and the reports of its planning calls."""
         roles = [scenario.type_of(member).role for member in scenario.team]
         carriers, rovers = roles.count(Role.CARRIER), roles.count(Role.ROVER)
         driven = sum(metres for _, metres in ended.distance_m)
@@ -245,7 +246,7 @@ class Summary:
 
 
 def _per_carrier(rovers: int, carriers: int) -> float:
-    """Return the rovers per carrier, as `--rovers` counts them; a fraction where carriers bring different numbers."""
+    """Return the rovers per carrier, as `--rovers` counts them; a fraction if carriers bring different numbers."""
     if carriers == 0:
         return rovers
     share = rovers / carriers
@@ -253,7 +254,7 @@ def _per_carrier(rovers: int, carriers: int) -> float:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as JSON can say it."""
+    """Return a value in the types of JSON."""
     if isinstance(value, StrEnum | Path):
         return str(value)
     if isinstance(value, Mapping):
@@ -268,7 +269,7 @@ def _plain(value: Any) -> Any:
 def _metrics(kind: type, prefix: str = "") -> list[Metric]:
     found = []
     for each in fields(kind):
-        if each.name == "planning_s":
+        if each.name == "planning_s":  # an object in JSON, a column for each of its fields in CSV
             found += _metrics(PlanningTimes, "planning_s.")
         elif "metric" in each.metadata:
             metric: Metric = each.metadata["metric"]

@@ -1,6 +1,6 @@
-"""One mission from a scenario: world, team, strategy and planner put together.
+"""Run one mission of a scenario: set up world, team, strategy and planner, and the loop that connects them.
 
-What `marsupial.explore`, ``marsupial run`` and every comparison call.
+`marsupial.explore`, ``marsupial run`` and all comparisons call `simulate`.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 
 def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
-    """Return the cells (height, width) that a robot of the team can come to stand on.
+    """Return the mask (height, width) of cells that some robot of the team can reach.
 
-    Carriers from their starts, rovers from theirs and from wherever a carrier can set them down on ground that the team
-    gets to see.
+    Carriers drive from their starts; rovers from their own, and from wherever a carrier can set them down on ground
+    that the team can see.
     """
     return explorable_area(scenario.grid, scenario.robot_types, robots)
 
@@ -47,24 +47,28 @@ def simulate(
 ) -> Summary:
     """Run one mission in the simulator and return its summary.
 
-    Besides the strategies there is the clairvoyant (`marsupial.strategies.clairvoyant`), which is given the truth.
+    The strategy may also be the clairvoyant (`marsupial.strategies.clairvoyant`), which knows the true map.
 
     Parameters
     ----------
     strategy, planner
-        By name, or an object. One that is asked for by name is fresh for this mission.
+        Names or objects. A name gets a new object for this mission.
     sensor
-        What robots see; None for the exact field of view.
+        The robots' sensor; None for the exact field of view.
 
     Raises
     ------
     ScenarioError
-        If the team can't be placed, or the strategy is not made for it.
+        If the team can't be placed, or does not suit the strategy.
     EngineUnavailable, UsageError
-        If the strategy or planner can't be used as asked.
+        If the strategy or planner can't be used.
     """
     began = perf_counter()
-    decider = None if strategy == CLAIRVOYANT else _decider(strategy, planner, budget)
+    decider: Decider | None = None
+    if not isinstance(strategy, str):
+        decider = strategy
+    elif strategy != CLAIRVOYANT:
+        decider = registry.strategy(strategy, planner=planner, budget=budget)
     if decider is not None:
         registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
     robots = place_team(scenario, seed)
@@ -78,13 +82,16 @@ def simulate(
     watcher.reachable(reachable)
     watcher.event(started)
     world = SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
+    # The clairvoyant is a yardstick for strategies, not a planner for robots: its planning costs no mission time.
     charged = PlanningTime.INSTANT if decider is None else scenario.planning_time
     order = MissionOrder(goal=scenario.goal, limits=scenario.limits, planning_time=charged, reachable=reachable)
     if decider is None:
-        from marsupial.strategies.clairvoyant.strategy import Clairvoyant  # brings a planner that others may not need
+        from marsupial.strategies.clairvoyant.strategy import Clairvoyant  # imports a planner that others may not need
 
-        insider = Clairvoyant(scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled)
-        mission = MissionLoop(world, kinds, insider, order, watcher, insider)
+        clairvoyant = Clairvoyant(
+            scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled
+        )
+        mission = MissionLoop(world, kinds, clairvoyant, order, watcher, clairvoyant)
     else:
         mission = MissionLoop(world, kinds, decider, order, watcher)
     ended = mission.run(cancelled)
@@ -100,11 +107,9 @@ def simulate(
     )
 
 
-def _decider(wanted: str | Decider, planner: str | Engine, budget: Budget) -> Decider:
-    return registry.strategy(wanted, planner=planner, budget=budget) if isinstance(wanted, str) else wanted
-
-
 class _Reports(Observer):
+    """Collects the reports of planning calls, and the time of analyses."""
+
     def __init__(self) -> None:
         self.reports: list[PlanningReport] = []
         self.analysis_s = 0.0

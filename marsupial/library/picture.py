@@ -1,6 +1,6 @@
-"""A mission as a drawing: what was explored of the map, every robot's trail, where rovers were set down and picked up.
+"""The drawing of a mission for notebooks: the explored map, robots' trails, where rovers were set down and picked up.
 
-A carrier has a colour, the rovers that start aboard it have shades of it.
+Each carrier has a colour; the rovers that start aboard it have shades of that colour.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from marsupial.exports.figures import MapAxes
 from marsupial.exports.ground import frontier, ground_image
-from marsupial.exports.mapaxes import MapAxes
 from marsupial.exports.trails import Drive, Handover, drives, handovers, trail
 from marsupial.library.metrics import METRICS, Summary
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray
 from marsupial.model.mission import MissionEvent, MissionStarted
 from marsupial.model.plan import ActionName
-from marsupial.replay.palette import LIGHT, robot_looks
+from marsupial.replay.palette import LIGHT, robot_styles
 
 TITLE = (("exploration_time_s", "mission_time_s"), ("coverage", "distance_m", "quality"))
 """The metrics in the title, line by line."""
@@ -35,7 +35,7 @@ MOST_LEGEND_ROWS = 26
 
 
 class MissionFigure(Figure):
-    """A figure that notebooks show whether pyplot is in use or not."""
+    """A figure that notebooks show without pyplot."""
 
     def _repr_png_(self) -> bytes:
         data = io.BytesIO()
@@ -44,7 +44,7 @@ class MissionFigure(Figure):
 
 
 def mission_figure(events: Sequence[MissionEvent], summary: Summary) -> MissionFigure:
-    """Return the drawing of a mission, apart from pyplot."""
+    """Return the drawing of a mission."""
     playback = Playback(events)
     mission = playback.mission
     shape = mission.height / mission.width
@@ -54,7 +54,7 @@ def mission_figure(events: Sequence[MissionEvent], summary: Summary) -> MissionF
     frame = MapAxes(mission.width, mission.height, mission.resolution_m, mission.origin_m)
     cells = playback.cells_at(playback.end_ms)
     axes.imshow(ground_image(cells, LIGHT), origin="lower", extent=frame.extent, interpolation="nearest")
-    colours = {name: LIGHT.robot(look) for name, look in robot_looks(mission).items()}
+    colours = {name: LIGHT.robot(style) for name, style in robot_styles(mission).items()}
     _draw_trails(axes, frame, mission, drives(playback), colours)
     _draw_meetings(axes, frame, handovers(playback), colours)
     _draw_starts(axes, frame, mission, colours)
@@ -91,7 +91,7 @@ def _draw_trails(
 
 
 def _line(mission: MissionStarted, robot: str) -> dict[str, Any]:
-    """Return how a robot's trail is drawn: a carrier's broad, a rover's thin above it."""
+    """Return the style of a robot's trail: a rover's is thin, to be seen above a carrier's broad one."""
     is_rover = any(one.name == robot and one.carrier is not None for one in mission.robots)
     return {"linewidth": 1.0 if is_rover else 2.2, "alpha": 0.95 if is_rover else 0.55, "solid_capstyle": "round"}
 
@@ -122,7 +122,7 @@ def _legend(mission: MissionStarted, colours: Mapping[str, str]) -> list[Line2D]
 
 
 def _grounds(mission: MissionStarted, cells: CellArray) -> Iterator[Patch]:
-    """Yield what the colours of cells mean that need to be told."""
+    """Yield legend entries for the ground that occurs, but for floor and obstacles."""
     names = [terrain.name for terrain in mission.terrains if terrain.code not in (UNKNOWN, OBSTACLE, FLOOR)]
     codes = [terrain.code for terrain in mission.terrains if terrain.name in names]
     if np.isin(cells, codes).any():

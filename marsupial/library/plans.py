@@ -1,4 +1,4 @@
-"""`marsupial.plan`: an engine is asked, and every plan that gets better and that the checker accepts is handed on."""
+"""`marsupial.plan`: run an engine and iterate over its improving plans that the checker accepts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from marsupial.wording import counted
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Proposal:
-    """One plan of an engine: when it came, what the checker has against it, and whether it is the best so far."""
+    """One plan of an engine: when it came, the checker's violation if any, and whether it is the best so far."""
 
     plan: Plan
     elapsed_s: float
@@ -36,16 +36,16 @@ class Proposal:
 
 
 class Plans(Iterator[Plan]):
-    """The improving plans of one search, as they come; leaving it early, or `close`, ends the engine.
+    """The improving plans of one search, as they come. `close`, or garbage collection, ends the engine.
 
     Attributes
     ----------
     situation
-        What is planned for.
+        The situation to plan for.
     proposals
-        Every plan of the engine so far, those included that the checker refuses.
+        All plans of the engine so far, with those that the checker refused.
     finished
-        How the engine ended; "no plan" until it has.
+        How the engine ended; "no plan" before it has.
     """
 
     def __init__(self, situation: Situation, engine: Engine, budget: Budget) -> None:
@@ -64,7 +64,7 @@ class Plans(Iterator[Plan]):
         return f"<{counted(len(self.proposals), 'plan')} so far: {best}>"
 
     def all(self) -> Iterator[Proposal]:
-        """Yield every plan that is still to come, better or not, accepted or not."""
+        """Yield every further plan, better or not, accepted or not."""
         return self._search
 
     def close(self) -> None:
@@ -78,7 +78,7 @@ class Plans(Iterator[Plan]):
 
     @property
     def bound_ms(self) -> int | None:
-        """A time that no plan ends before, as far as known: by the engine's proof, or by any situation's."""
+        """The best lower bound on the makespan: the engine's proof, or a bound from the situation alone."""
         proven = self.finished.lower_bound_ms
         if self.best is None:
             return proven
@@ -87,25 +87,23 @@ class Plans(Iterator[Plan]):
 
     @property
     def gap(self) -> float | None:
-        """What the best makespan has above the lower bound, as a share of the makespan: 0 where it is optimal."""
+        """The gap of the best makespan above the lower bound, as a share of the makespan; 0 if it is optimal."""
         bound = self.bound_ms
         if self.best is None or bound is None:
             return None
         return (self.best.makespan_ms - bound) / max(1, self.best.makespan_ms)
 
     def _run(self, engine: Engine, budget: Budget) -> Generator[Proposal]:
-        with closing(asking(engine, self.situation, budget)) as events:
+        with closing(engine_events(engine, self.situation, budget)) as events:
             for event in events:
                 if isinstance(event, Finished):
                     self.finished = event
-                else:
-                    self.proposals.append(self._weighed(event))
-                    yield self.proposals[-1]
-
-    def _weighed(self, event: Improved) -> Proposal:
-        best, found = self._incumbent.take(event.plan), self._incumbent.violation
-        violation = None if found is None else str(found)
-        return Proposal(plan=event.plan, elapsed_s=event.elapsed_s, violation=violation, best=best)
+                    continue
+                best, found = self._incumbent.take(event.plan), self._incumbent.violation
+                violation = None if found is None else str(found)
+                proposal = Proposal(plan=event.plan, elapsed_s=event.elapsed_s, violation=violation, best=best)
+                self.proposals.append(proposal)
+                yield proposal
 
 
 def plan(
@@ -120,7 +118,7 @@ def plan(
     Parameters
     ----------
     situation
-        A situation; what its JSON says, as a dict; or the path of a ``situation.json`` or ``problem.pddl``.
+        A situation, its JSON as a dict, or the path of a ``situation.json`` or ``problem.pddl``.
     planner
         The name of an engine, ``cmd:COMMAND {domain} {problem}``, or an object (see `marsupial.Engine`).
     budget, steps
@@ -129,13 +127,14 @@ def plan(
     Raises
     ------
     SituationError
-        If the situation can't be planned for as written, with every problem found.
+        If the situation can't be planned for, with every problem found.
     EngineUnavailable, UsageError
-        If the planner or budget can't be used as asked; when the first plan is asked for.
+        If the planner or budget can't be used; an engine may raise them with its first plan.
     """
     limit = budget_of(budget if steps is None else None, steps)
     found = engine_of(planner_argument(planner))
     wanted = situation_of(situation)
+    # Compile before the budget runs. The caller's own engine is not tried: it may have side effects.
     if isinstance(planner, str) and found.info.missing is None:
         prepare_planner(planner)()
     return Plans(wanted, found, limit)
@@ -147,12 +146,12 @@ def check(situation: Situation, plan: Plan, *, targets: frozenset[str] | None = 
     Parameters
     ----------
     targets
-        Names of the targets it has to explore; None: all of the situation. The other goals are the situation's.
+        Names of the targets to explore instead of all; the other goals are the situation's.
 
     Returns
     -------
     Verdict
-        With the first violation in time; among actions that start together, the first in the order of the plan.
+        With the earliest violation; among actions that start together, the first in the order of the plan.
 
     Raises
     ------
@@ -164,6 +163,6 @@ def check(situation: Situation, plan: Plan, *, targets: frozenset[str] | None = 
     return checker.check(instance("situation", situation, Situation), checked_plan("plan", plan), targets=targets)
 
 
-def asking(engine: Engine, situation: Situation, budget: Budget) -> Generator[Improved | Finished]:
-    """Ask an engine; closing this ends the engine, whatever kind of iterator it gives."""
+def engine_events(engine: Engine, situation: Situation, budget: Budget) -> Generator[Improved | Finished]:
+    """Yield the events of an engine; closing this generator ends the engine, even one whose iterator has no `close`."""
     yield from engine.solve(situation, budget)

@@ -1,8 +1,8 @@
-"""Compile what missions and planners use before anybody waits for it: ``python -m marsupial.library.precompiling``.
+"""Compile what missions and planners use ahead of time: ``python -m marsupial.library.precompiling [FOLDER]``.
 
-The code goes into the package's folder for it (`marsupial.keeping`), or one that is named, and runs on any machine with
-the same operating system, Python and numba. Compiling goes on in processes of their own, for a processor that nearly
-all machines can stand for.
+The code goes into FOLDER, or the package's own, and runs on any machine with the same operating system, Python and
+numba (`marsupial.codecache`). New processes compile it, for a processor that nearly all machines have: numba reads
+which one from the environment when it is imported.
 """
 
 from __future__ import annotations
@@ -11,11 +11,10 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
 from pathlib import Path
 
+from marsupial.codecache import PRECOMPILED, precompile_into, processor_environment
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.keeping import PRECOMPILED, precompile_into, processor_environment
 from marsupial.library.choices import DEFAULT_PLANNER
 from marsupial.library.first_use import CARRIERS, ONE_STEP, SMALL_MAP, try_mission, try_planner
 from marsupial.library.missions import simulate
@@ -30,9 +29,9 @@ JOBS = 2
 
 
 def precompile(folder: Path) -> int:
-    """Have new processes compile into a folder, in place of what it held; return how many files there are.
+    """Replace a folder's precompiled code; return the number of its files.
 
-    There are none where nobody knows a processor that other machines have as well.
+    0 on an architecture without a shared processor.
     """
     for file in folder.glob("*.code"):
         file.unlink()
@@ -40,6 +39,7 @@ def precompile(folder: Path) -> int:
     environment = processor_environment()
     if not environment:
         return 0
+    # Code that calls Intel's vector library would fail to load on machines without it.
     environment = {**os.environ, **environment, "NUMBA_DISABLE_INTEL_SVML": "1"}
     command = [sys.executable, "-m", __spec__.name, "--job"]
     jobs = [subprocess.Popen([*command, str(job), folder], env=environment) for job in range(JOBS)]
@@ -50,27 +50,24 @@ def precompile(folder: Path) -> int:
 
 
 def compile_here(job: int, folder: Path) -> None:
-    """Use what one of the processes is to compile, and write its code into a folder.
+    """Run one process's share of trials, and write what they compile into a folder.
 
-    What takes longest to compile, the searches of `anytime` and `exact`, is begun in different processes.
+    The searches of `anytime` and `exact` take longest to compile, so each process gets one of them.
     """
     precompile_into(folder)
     if job == 0:
         try_planner("anytime")
-        _try_missions(("temporal", CLAIRVOYANT))
+        strategies: tuple[str, ...] = ("temporal", CLAIRVOYANT)
     else:
-        _try_missions(("heuristic", "heuristic-plus", "assignment", *RULES))
         _try_log_and_energy()
         try_planner("exact")
-
-
-def _try_missions(strategies: Iterable[str]) -> None:
+        strategies = ("heuristic", "heuristic-plus", "assignment", *RULES)
     for strategy in strategies:
         try_mission(strategy, DEFAULT_PLANNER, rovers=strategy not in RULES)
 
 
 def _try_log_and_energy() -> None:
-    """Have a mission with routes of least energy written to a log."""
+    """Run a mission with routes of least energy and a log."""
     scenario = with_routes(builtin_scenario(SMALL_MAP, CARRIERS, 1), Routes.ENERGY)
     with tempfile.TemporaryDirectory(prefix="marsupial-") as logs, LogFile(Path(logs, "log.jsonl")) as log:
         simulate(scenario, strategy="heuristic", planner=DEFAULT_PLANNER, budget=ONE_STEP, seed=1, observer=log)

@@ -1,4 +1,4 @@
-"""Observers that keep a mission's events: in memory, or as a mission log."""
+"""Observers that record a mission's events in memory or in a mission log."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from marsupial.model.mission import MissionEvent
 
 
 class Recorder(Observer):
-    """Keeps every event."""
+    """Records events in memory."""
 
     def __init__(self) -> None:
         self.events: list[MissionEvent] = []
@@ -23,9 +23,9 @@ class Recorder(Observer):
 
 
 class LogFile(Observer):
-    """Writes the log as the mission goes; the file is not touched before the mission starts.
+    """Writes the log during the mission; the file is not touched before the first event.
 
-    What can't be written raises a `UsageError`.
+    A file that can't be written raises a `UsageError`.
     """
 
     def __init__(self, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What names a scenario: a built-in name, or the path of a scenario file or of a map, which gets the default team."""
+"""Load a scenario by its built-in name, or from a scenario file or a map file, which gets the default team."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from marsupial.errors import ScenarioError
 from marsupial.formats.files import NO_SUCH_FILE, file_fault
 from marsupial.formats.mapfiles.read import READERS, names_recording, read_map
-from marsupial.formats.scenario import is_scenario_file, understand_scenario, with_team
+from marsupial.formats.scenario import is_scenario_file, read_scenario_and_map, with_team
 from marsupial.generators.builtin import (
     DEFAULT_CARRIERS,
     DEFAULT_ROVERS,
@@ -27,7 +27,7 @@ from marsupial.model.scenario import Scenario
 
 
 def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rovers: int | None = None) -> Scenario:
-    """Return a scenario as ``marsupial run`` takes it; what is odd about its map and starts is warned of.
+    """Return a scenario as ``marsupial run`` takes it; warn (`warnings`) of what looks wrong about map and starts.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rov
         A built-in name (``marsupial scenarios`` lists them), or the path of a scenario file, a nav2 ``map.yaml``, a
         MovingAI ``.map`` or a recording of ROS 2.
     carriers, rovers
-        Another team: carriers, and rovers for each of them; None keeps what the scenario says (2 and 2 without one).
+        Number of carriers, and of rovers per carrier; None keeps the scenario's (a map has 2 and 2).
 
     Raises
     ------
@@ -55,16 +55,16 @@ def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rov
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadedScenario:
-    """A scenario as it was loaded.
+    """A scenario that was loaded.
 
     Parameters
     ----------
     source
-        What named it: a built-in name or a path.
+        Its built-in name or path.
     scenario
         The scenario, with the team asked for.
     reading
-        How its map file was understood, None where there is none.
+        How its map file was interpreted, None if there is none.
     """
 
     source: str
@@ -72,7 +72,7 @@ class LoadedScenario:
     reading: MapReading | None = None
 
     def warnings(self) -> list[str]:
-        """Return what is odd about map and starts, with the name of the file; the whole map is looked at for that."""
+        """Return what looks wrong about map and starts, each with the name of the file; this analyses the whole map."""
         if self.source in SCENARIOS:
             return []
         from marsupial.maps.describe import describe  # imports numba
@@ -87,11 +87,12 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
     path = Path(source)
     if source in SCENARIOS:
         return LoadedScenario(source=source, scenario=builtin_scenario(source, *_team(carriers, rovers)))
+    # A recording may be a folder, or have a topic behind its path: `read_map` checks it.
     fault = None if names_recording(path) else file_fault(path)
     if fault is not None:
         raise ScenarioError(_unknown(source)) if fault == NO_SUCH_FILE else ScenarioError(fault, source=source)
     if is_scenario_file(path):
-        written, reading = understand_scenario(path)
+        written, reading = read_scenario_and_map(path)
         return LoadedScenario(source=source, scenario=with_team(written, carriers, rovers), reading=reading)
     reading = read_map(path)
     bare = bare_map_scenario(path.stem, reading.grid, *_team(carriers, rovers))

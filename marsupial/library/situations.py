@@ -1,4 +1,4 @@
-"""Situations in and out: read from what names one, written as files that any PDDL planner takes."""
+"""Read situations from values or files, and write them as files that PDDL planners take."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from marsupial.model.situation import Situation
 
 
 def situation_of(source: Situation | Mapping[str, Any] | str | PathLike[str]) -> Situation:
-    """Return a situation as it is, from what its JSON says, or read from a file (PDDL if its name ends in ``.pddl``).
+    """Return a situation unchanged, from its JSON as a dict, or from a file (PDDL if its name ends in ``.pddl``).
 
     Raises
     ------
@@ -39,12 +39,12 @@ def situation_of(source: Situation | Mapping[str, Any] | str | PathLike[str]) ->
 
 
 def situation_files(situation: Situation, name: str = "exploration") -> dict[str, str]:
-    """Return a situation as ``marsupial export`` writes it: the texts of its files, by their names.
+    """Return the texts of the files that ``marsupial export`` writes of a situation, by file name.
 
     Parameters
     ----------
     name
-        Of the PDDL problem.
+        Name of the PDDL problem.
     """
     instance("situation", situation, Situation)
     return {

@@ -1,9 +1,10 @@
-"""Our planners as an engine of the unified-planning library, for problems of marsupial's domain.
+"""marsupial's planners as an engine of the unified-planning library, for problems of marsupial's domain only.
 
-Such problems are what its `PDDLReader` makes of ``pddl/domain.pddl`` and a problem of that domain. Only that domain's:
-our planners know what carriers and rovers do, they don't read actions.
+Its `PDDLReader` makes such problems of ``pddl/domain.pddl`` and a problem of that domain. marsupial's planners know
+what carriers and rovers do; they don't read actions, so they can't solve other domains.
 
-unified-planning imports this module once the engine is registered (`register_with_unified_planning`).
+A problem becomes PDDL text, which our own reader turns into a situation with all its checks; a plan becomes actions of
+the problem again.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from unified_planning.engines.mixins import AnytimePlannerMixin, OneshotPlannerM
 from unified_planning.engines.mixins.anytime_planner import AnytimeGuarantee
 from unified_planning.engines.results import PlanGenerationResult
 from unified_planning.engines.results import PlanGenerationResultStatus as Status
+from unified_planning.environment import get_environment
 from unified_planning.exceptions import UPUsageError
 from unified_planning.io import PDDLReader
 from unified_planning.model import ProblemKind
@@ -33,8 +35,11 @@ from marsupial.model.plan import Plan
 from marsupial.model.planning import Outcome
 from marsupial.model.situation import Situation
 
+NAME = "marsupial"
+"""The engine's name in unified-planning."""
+
 DEFAULT_S = 10.0
-"""How long to plan without a timeout."""
+"""Seconds to plan without a timeout."""
 
 FEATURES = frozenset(
     {
@@ -43,7 +48,7 @@ FEATURES = frozenset(
         "SIMPLE_NUMERIC_PLANNING", "STATIC_FLUENTS_IN_DURATIONS", "UNDEFINED_INITIAL_NUMERIC",
     }
 )  # fmt: skip
-"""What problems of the domain have, as unified-planning calls it."""
+"""The features of the domain's problems by unified-planning's names."""
 
 WITHOUT_PLAN = {
     Outcome.UNSOLVABLE: Status.UNSOLVABLE_PROVEN,
@@ -55,15 +60,26 @@ WITHOUT_PLAN = {
 }
 
 
+def register_with_unified_planning(environment: object | None = None) -> None:
+    """Add the engine ``marsupial`` to an environment of unified-planning, the global one by default.
+
+    Then ``OneshotPlanner(name="marsupial")`` and ``AnytimePlanner(name="marsupial")`` solve problems of marsupial's
+    domain; their parameters are ``planner``, ``"auto"`` by default, and ``steps`` for reproducible plans.
+    """
+    known = get_environment(environment).factory
+    if NAME not in known.engines:
+        known.add_engine(NAME, __name__, MarsupialEngine.__name__)
+
+
 class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
     """An engine for problems of marsupial's domain.
 
     Parameters
     ----------
     planner
-        Which of marsupial's planners (``marsupial planners`` lists them).
+        One of marsupial's planners (``marsupial planners`` lists them).
     steps
-        Plan for so many counted steps, which is reproducible; None for until the timeout.
+        Number of counted steps to plan for, which is reproducible; None plans until the timeout.
     """
 
     def __init__(self, planner: str = "auto", steps: int | None = None) -> None:
@@ -75,27 +91,27 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
 
     @property
     def name(self) -> str:
-        """Its name in the factory."""
-        return "marsupial"
+        """The engine's name."""
+        return NAME
 
     @staticmethod
     def supported_kind() -> ProblemKind:
-        """Return the kind of the domain's problems; whether a problem is of the domain shows when it is solved."""
+        """Return the kind of the domain's problems; other problems of that kind are refused when they are solved."""
         return ProblemKind(FEATURES, version=3)
 
     @staticmethod
     def supports(problem_kind: ProblemKind) -> bool:
-        """Say whether a problem of that kind may be of the domain."""
+        """Return whether a problem of that kind may be of the domain."""
         return bool(problem_kind <= MarsupialEngine.supported_kind())
 
     @staticmethod
     def satisfies(optimality_guarantee: OptimalityGuarantee) -> bool:
-        """Say whether plans are that good: no plan is promised to be the best."""
+        """Return whether plans are that good; none is promised to be optimal."""
         return bool(optimality_guarantee == OptimalityGuarantee.SATISFICING)
 
     @staticmethod
     def ensures(anytime_guarantee: AnytimeGuarantee) -> bool:
-        """Say whether plans come like that: each is better than those before it."""
+        """Return whether plans come like that; each is better than those before it."""
         return bool(anytime_guarantee == AnytimeGuarantee.INCREASING_QUALITY)
 
     def _solve(
@@ -111,7 +127,7 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
     def _get_solutions(
         self, problem: Any, timeout: float | None = None, output_stream: IO[str] | None = None
     ) -> Iterator[PlanGenerationResult]:
-        """Yield each better plan as it comes, then the best again with what is proven of it, or why there is none."""
+        """Yield each better plan, then the best again with what is proven of it, or the reason that there is none."""
         situation = situation_of_problem(problem)
         with closing(plans_for(situation, self._planner, timeout or DEFAULT_S, steps=self._steps)) as plans:
             for plan in plans:
@@ -139,6 +155,7 @@ def situation_of_problem(problem: Any) -> Situation:
     UPUsageError
         If it is not of marsupial's domain, with every problem found.
     """
+    # Compare whole actions, with conditions and effects: a domain may share only names with ours.
     domain = PDDLReader(problem.environment).parse_problem_string(domain_text())
     if set(problem.actions) != set(domain.actions):
         raise UPUsageError("marsupial plans for problems of its own domain only: the actions of pddl/domain.pddl")
@@ -160,7 +177,7 @@ def situation_of_problem(problem: Any) -> Situation:
 
 
 def _fact(fact: Any, value: Any) -> str:
-    """Return a fact as text; nothing for what is not so."""
+    """Return a fact as text; an empty one for a fact that is false."""
     if value.is_bool_constant():
         return _atom(fact) if value.is_true() else ""
     return f"(= {_atom(fact)} {Fraction(value.constant_value())})"
@@ -178,8 +195,8 @@ def to_up_plan(plan: Plan, problem: Any, situation: Situation) -> TimeTriggeredP
     Raises
     ------
     InvalidPlanError
-        If PDDL can't say it: a name that the situation doesn't have or of the wrong type, or a start before the robot
-        is free.
+        If PDDL can't express it: a name that the situation doesn't have or of the wrong type, or a start before the
+        robot is free.
     """
     timed = []
     for step in steps_of(plan, situation):

@@ -15,6 +15,7 @@ from marsupial.mission.frames import in_last_frame
 from marsupial.mission.state import MissionTracker, RobotView, Tracks, reveal, views
 from marsupial.model import OBSTACLE, UNKNOWN, Action, CellArray
 from marsupial.model import mission as log
+from marsupial.model.runs import triples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,17 +193,15 @@ def _unknown(mission: log.MissionStarted) -> CellArray:
 
 
 def _counts(runs: Sequence[int]) -> tuple[int, int]:
-    """Return how many cells of `runs` are known, and how many of these are no obstacles."""
-    pairs = list(zip(runs[1::3], runs[2::3], strict=True))
-    known = sum(length for length, code in pairs if code != UNKNOWN)
-    return known, known - sum(length for length, code in pairs if code == OBSTACLE)
+    """Return how many cells of runs are known, and how many of these are no obstacles."""
+    known = sum(length for _, length, code in triples(runs) if code != UNKNOWN)
+    return known, known - sum(length for _, length, code in triples(runs) if code == OBSTACLE)
 
 
 def _counts_before(cells: CellArray, event: CellEvent) -> tuple[int, int]:
     """Return the same counts for the event's cells before the event, and write the event to the map."""
     flat = cells.reshape(-1)
-    starts, lengths = event.runs[0::3], event.runs[1::3]
-    parts = [flat[start : start + length] for start, length in zip(starts, lengths, strict=True)]
+    parts = [flat[start : start + length] for start, length, _ in triples(event.runs)]
     known = sum(int(np.count_nonzero(part != UNKNOWN)) for part in parts)
     barred = sum(int(np.count_nonzero(part == OBSTACLE)) for part in parts)
     reveal(cells, event)

@@ -1,9 +1,14 @@
-"""Missions as one HTML page that needs nothing else: no network, no server, no library.
+"""A mission, or two side by side, as one HTML page that needs no network, server or library.
 
-The page is put together from ``page.html``, the palette, the style and the modules, and holds the mission logs in
-script elements, packed: the browser plays them from there, and they can be saved again from the page. All that follows
-from a log, such as who is where and on whom, the page works out itself (`model.js`). Whatever stands in a log, it can
-neither end an element nor be taken for markup.
+::
+
+    page.html ◄─┬─ <style>    palette as CSS variables + page.css
+                ├─ <script type="application/gzip" class="log">    one log: gzip, base 64
+                └─ <script>   modules (*.js) joined into one scope, imports and exports cut off
+
+The page itself computes what follows from a log (`model.js`), such as who is where and on whom, and can save the log
+again. Base 64 has no character that could end an element or be taken for markup, so a log may hold any text. The
+service serves the same modules as files, without joining them.
 """
 
 from __future__ import annotations
@@ -28,7 +33,7 @@ MODULES = (
 """The page's modules, ``NAME.js``, each after those that it imports."""
 
 LIVE_MODULES = ("service", "stream", "startform", "entrylist", "missionspage", "jobdrawing", "jobpage", "live")
-"""Those that only the page of the service has, which loads all as they are."""
+"""Modules of the service's page alone."""
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
@@ -38,10 +43,10 @@ _PACKING = 9
 
 
 def replay_page(events: Iterable[MissionEvent], other: Iterable[MissionEvent] | None = None) -> str:
-    """Return the page that replays `events`, the events of one mission from its start; with `other`, two side by side.
+    """Return the page that replays a mission from all its events; with `other`, two missions side by side.
 
-    ``#t=120`` behind the page's address opens it at 120 s; ``play=1``, ``speed=10``, ``theme=dark`` and the layers
-    ``labels``, ``sensors``, ``plan`` and ``trails`` as 0 or 1 may follow, joined by ``&``.
+    The page's address takes options: ``#t=120`` opens it at 120 s; ``play=1``, ``speed=10``, ``theme=dark`` and the
+    layers ``labels``, ``sensors``, ``plan`` and ``trails`` as 0 or 1 may follow, joined by ``&``.
     """
     missions = [tuple(one) for one in (events, other) if one is not None]
     policy = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
@@ -54,19 +59,19 @@ def replay_page(events: Iterable[MissionEvent], other: Iterable[MissionEvent] | 
 
 
 def page_shell(*, title: str, head: str, scripts: str) -> str:
-    """Return the page with more in its head and, behind its body, its scripts; `title` is text, the others markup."""
+    """Return ``page.html`` with its slots filled; `title` is text, the others are markup."""
     parts = {"title": escape(title), "head": head, "scripts": scripts}
     return _SLOT.sub(lambda slot: parts[slot[1]], module_text("page.html"))
 
 
 def page_style() -> str:
-    """Return the style of the page, which begins with the palette, light and dark."""
+    """Return the style of the page: the palettes, light and dark, then ``page.css``."""
     dark = ':root[data-theme="dark"]'
     return f":root {{ {_variables(LIGHT)} }}\n{dark} {{ {_variables(DARK)} }}\n{module_text('page.css').strip()}"
 
 
 def joined_modules() -> str:
-    """Return the page's modules as one script: they say nothing twice, so that they can share one scope."""
+    """Return the page's modules as one script; no two of them define the same name, so that they can share a scope."""
     names = (*MODULES, "file")
     texts = (_EXPORT.sub("", _IMPORT.sub("", module_text(f"{name}.js"))).strip() for name in names)
     return "\n".join(["(() => {", '"use strict";', *texts, "})();"])
@@ -84,7 +89,7 @@ def _title(events: tuple[MissionEvent, ...]) -> str:
 
 
 def _packed(events: tuple[MissionEvent, ...]) -> str:
-    """Return a mission's log packed by gzip, which all browsers unpack, in base 64."""
+    """Return a mission's log as gzip, which browsers can unpack, in base 64."""
     log = "".join(f"{line}\n" for line in log_lines(events)).encode("ascii")
     return b64encode(gzip.compress(log, _PACKING, mtime=0)).decode("ascii")
 

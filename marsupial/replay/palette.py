@@ -1,14 +1,14 @@
-"""The colours of every picture of a mission: page, films, figures, terminal. Nothing else says what is of which colour.
+"""The colours of all pictures of a mission: page, films, figures, terminal. No other file chooses a colour.
 
-A carrier has a hue, its rovers have shades of it and another shape; ground is grey, so that robots stand out; actions
-are greys, from light (nothing to do) to dark (two robots at once), and yellow for what is explored: no robot is grey or
-yellow. Hues differ in lightness as much as in hue, and were chosen by search so that they stay apart for readers who
-see two primary colours only. Where there are more carriers than hues, hues begin again with dashed trails.
+Each carrier has a hue; its rovers have shades of that hue and another shape. Ground is grey, so that robots stand out.
+Actions are greys, from light (idle) to dark (docking, with two robots), and yellow for exploring; no robot is grey or
+yellow. The hues were found by a search that keeps them distinct for colour-blind readers, so they differ in lightness
+too. With more carriers than hues, the hues repeat with dashed trails.
 
 References
 ----------
 G. M. Machado, M. M. Oliveira, L. A. F. Fernandes: A physiologically-based model for simulation of color vision
-deficiency, IEEE TVCG 15(6), 2009: the simulation that the tests compute distances by.
+deficiency, IEEE TVCG 15(6), 2009: the simulation by which the tests measure distances between colours.
 """
 
 from __future__ import annotations
@@ -28,16 +28,15 @@ class Palette:
     Attributes
     ----------
     families
-        For each carrier in turn: its own colour, then those of its rovers in turn.
+        One tuple for each carrier: its own colour, then the colours of its rovers.
     page, ink, dim
-        What is behind everything, text and outlines, text of less weight.
+        Background, text and outlines, minor text.
     unknown, free, wall, other
         Ground: unknown, floor, obstacles, any other terrain.
     frontier
-        Where known ground ends, and targets; drawn with an outline of `ink`.
+        Frontier cells and targets, with an outline of `ink`.
     actions
-        By what a robot does: ``drive``, ``explore``, ``aboard`` (a carrier), ``dock``, ``undock``,
-        ``wait``.
+        By activity: ``drive``, ``explore``, ``aboard``, ``dock``, ``undock``, ``wait``.
     """
 
     families: tuple[tuple[str, str, str, str], ...]
@@ -55,23 +54,23 @@ class Palette:
         """Return the colour of cells with a terrain code."""
         return {UNKNOWN: self.unknown, OBSTACLE: self.wall, FLOOR: self.free}.get(code, self.other)
 
-    def robot(self, look: RobotLook) -> str:
+    def robot(self, style: RobotStyle) -> str:
         """Return the colour of a robot."""
-        return self.families[look.hue][look.shade]
+        return self.families[style.hue][style.shade]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RobotLook:
-    """How a robot is told from others, whatever the palette.
+class RobotStyle:
+    """How a robot is drawn, in any palette.
 
     Attributes
     ----------
     role
-        Gives the shape: no rover has that of a carrier.
+        Chooses the shape.
     hue, shade
-        Where its colour stands in `Palette.families`.
+        Indices of its colour in `Palette.families`.
     dashed
-        Whether another family has its colours already.
+        Whether an earlier family has the same colours.
     """
 
     role: Role
@@ -116,8 +115,8 @@ REACH: Mapping[str, str] = {
     "islands": "#9a6fb0",
     "leaks": "#d1322d",
 }
-"""Of a map before a mission, beside `LIGHT`: ground that carriers (and perhaps rovers) can stand on, that only rovers
-can, that is too narrow for all, islands that are cut off from most of it, leaks at its border."""
+"""Colours for a map without a mission, beside `LIGHT`: ground that carriers (and perhaps rovers) can stand on, that
+only rovers can, that is too narrow for all; islands that are cut off; leaks at the border."""
 
 DARK = Palette(
     families=(
@@ -148,23 +147,23 @@ DARK = Palette(
     },
 )
 
-
 ROVER_SHADES = 3
-"""After so many the rovers of a carrier have their shades again, and only names tell them apart."""
+"""Number of shades for the rovers of a carrier; they repeat after that, and only names tell these rovers apart."""
 
 
-def robot_looks(mission: MissionStarted) -> dict[str, RobotLook]:
-    """Return how each robot looks, in the order of the team; a rover that starts on the ground has a hue of its own."""
+def robot_styles(mission: MissionStarted) -> dict[str, RobotStyle]:
+    """Return the style of each robot, in team order; a rover that starts on the ground has a hue of its own."""
     roles = {kind.name: kind.role for kind in mission.types}
     names = [robot.name for robot in mission.robots if robot.carrier is None]
     family = {name: number for number, name in enumerate(names)}
     aboard = dict.fromkeys(names, 0)
-    looks: dict[str, RobotLook] = {}
+    styles: dict[str, RobotStyle] = {}
     for robot in mission.robots:
+        # Shade 0 is the carrier's own colour, or that of a rover that starts alone.
         number, shade = family[robot.carrier or robot.name], 0
         if robot.carrier is not None:
             shade = aboard[robot.carrier] % ROVER_SHADES + 1
             aboard[robot.carrier] += 1
         hues = len(LIGHT.families)
-        looks[robot.name] = RobotLook(role=roles[robot.type], hue=number % hues, shade=shade, dashed=number >= hues)
-    return looks
+        styles[robot.name] = RobotStyle(role=roles[robot.type], hue=number % hues, shade=shade, dashed=number >= hues)
+    return styles

@@ -78,7 +78,7 @@ def test_what_can_not_be_exported_is_a_wrong_usage(
         ("x.mcap", "--speed 5", ".mcap takes no speed; a speed is for .gif, .mp4"),
         ("x.svg", "--speed 5", ".svg takes no speed"),
         ("x.gif", "--at 5", ".gif takes no moment (at); a moment (at) is for .svg, .png, .pdf"),
-        ("x.mcap", "--dark", ".mcap takes no dark ground"),
+        ("x.mcap", "--dark", ".mcap takes no dark background"),
         ("x.html", "--speed 5", "--speed does not apply to pages"),
     ],
 )

@@ -14,7 +14,7 @@ from small_missions import drawn_grid
 
 from marsupial.cli.display.map_picture import LETTERS, QUARTERS, characters, coarse_map, map_picture
 from marsupial.errors import UsageError
-from marsupial.exports.mapaxes import MapAxes
+from marsupial.exports.figures import MapAxes
 from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass, map_classes
 from marsupial.exports.mapfigure import map_figure
 from marsupial.exports.marknames import best_place

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from marsupial.generators.scattered import scattered
+from marsupial.generators.papers import scattered
 from marsupial.model.grid import FLOOR, OBSTACLE
 
 

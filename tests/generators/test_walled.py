@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from marsupial.generators.walled import SIDE, WALLED
+from marsupial.generators.papers import SIDE, WALLED
 from marsupial.model.grid import FLOOR, OBSTACLE
 
 

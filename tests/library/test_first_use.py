@@ -132,7 +132,7 @@ def test_all_is_compiled_before_a_budget_counts_and_nothing_is_said_where_it_was
 @pytest.mark.slow
 def test_nothing_is_left_to_compile_of_what_missions_and_planners_use_where_it_was_precompiled(tmp_path: Path) -> None:
     assert precompile(tmp_path) > 40
-    found = f"import pathlib; from marsupial import keeping; keeping.PRECOMPILED = pathlib.Path({str(tmp_path)!r})"
+    found = f"import pathlib; from marsupial import codecache; codecache.PRECOMPILED = pathlib.Path({str(tmp_path)!r})"
     cold = told(found + FRESH, NUMBA_CACHE_DIR=str(tmp_path / "kept"))
     assert cold == NOTHING
 

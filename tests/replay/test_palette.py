@@ -5,7 +5,7 @@ from skimage.color import deltaE_ciede2000
 from marsupial.model.mission import MissionStarted, PlacedRobot
 from marsupial.model.robots import Role, default_types
 from marsupial.model.scenario import Goal
-from marsupial.replay.palette import DARK, LIGHT, REACH, Palette, robot_looks
+from marsupial.replay.palette import DARK, LIGHT, REACH, Palette, robot_styles
 
 PALETTES = pytest.mark.parametrize("palette", [LIGHT, DARK], ids=["light", "dark"])
 
@@ -65,14 +65,14 @@ def team(*aboard: tuple[str, str | None]) -> MissionStarted:
 
 
 def test_rovers_have_shades_of_the_carrier_they_start_on_and_another_shape() -> None:
-    looks = robot_looks(team(("c1", None), ("r1", "c1"), ("r2", "c1"), ("c2", None), ("r3", "c2"), ("r4", None)))
-    assert [(look.hue, look.shade) for look in looks.values()] == [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (2, 0)]
-    assert [name for name, look in looks.items() if look.role is Role.ROVER] == ["r1", "r2", "r3", "r4"]
-    assert LIGHT.robot(looks["r3"]) == LIGHT.families[1][1]
+    styles = robot_styles(team(("c1", None), ("r1", "c1"), ("r2", "c1"), ("c2", None), ("r3", "c2"), ("r4", None)))
+    assert [(style.hue, style.shade) for style in styles.values()] == [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (2, 0)]
+    assert [name for name, style in styles.items() if style.role is Role.ROVER] == ["r1", "r2", "r3", "r4"]
+    assert LIGHT.robot(styles["r3"]) == LIGHT.families[1][1]
 
 
 def test_more_carriers_than_hues_are_told_apart_by_dashes_and_more_rovers_than_shades_by_names() -> None:
-    looks = robot_looks(team(*((f"c{i}", None) for i in range(9)), *((f"r{i}", "c0") for i in range(4))))
-    assert (looks["c8"].hue, looks["c8"].dashed) == (0, True)
-    assert not any(look.dashed for name, look in looks.items() if name != "c8")
-    assert [looks[f"r{i}"].shade for i in range(4)] == [1, 2, 3, 1]
+    styles = robot_styles(team(*((f"c{i}", None) for i in range(9)), *((f"r{i}", "c0") for i in range(4))))
+    assert (styles["c8"].hue, styles["c8"].dashed) == (0, True)
+    assert not any(style.dashed for name, style in styles.items() if name != "c8")
+    assert [styles[f"r{i}"].shade for i in range(4)] == [1, 2, 3, 1]

@@ -91,7 +91,7 @@ def _write_map(out: Path, grid: Grid, how: str) -> None:
     from marsupial.cli.display.messages import say, warn
     from marsupial.cli.outputs import write_bytes
     from marsupial.errors import UsageError
-    from marsupial.formats.mapfiles.nav2_writer import nav2_files
+    from marsupial.formats.mapfiles.nav2 import nav2_files
     from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 
     out = out if out.suffix else out.with_suffix(".yaml")

@@ -24,7 +24,7 @@ from marsupial.model.grid import UNKNOWN, CellArray, Mask
 from marsupial.model.mission import MissionStarted, Planned
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import Role
-from marsupial.replay.palette import LIGHT, robot_looks
+from marsupial.replay.palette import LIGHT, robot_styles
 from marsupial.wording import counted
 
 _LINES_BESIDE_MAP = 4  # up to two lines about the mission, and room for the prompt
@@ -124,11 +124,11 @@ def _marks(mission: MissionStarted) -> dict[str, tuple[str, str]]:
     carrying = {kind.name for kind in mission.types if kind.role is Role.CARRIER}
     carriers = [robot.name for robot in mission.robots if robot.type in carrying]
     rovers = [robot.name for robot in mission.robots if robot.type not in carrying]
-    marks, looks = {}, robot_looks(mission)
+    marks, styles = {}, robot_styles(mission)
     for robot in mission.robots:
         lead = robot.name in carriers
         letters, among = (ascii_uppercase, carriers) if lead else (ascii_lowercase, rovers)
-        colour = LIGHT.families[looks[robot.name].hue][0]
+        colour = LIGHT.families[styles[robot.name].hue][0]
         marks[robot.name] = (letters[among.index(robot.name) % 26], f"bold white on {colour}")
     return marks
 

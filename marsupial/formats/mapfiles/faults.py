@@ -1,4 +1,4 @@
-"""The faults of a map file, as many of them as somebody reads."""
+"""Report the faults of a map file, but only as many as somebody reads."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from marsupial.errors import MapError, Problem
 
 MAX_PROBLEMS = 10
-"""A file with more faults than this is cut short in the report: it is probably no such file at all."""
+"""Most faults to report: a file with more is probably of another kind."""
 
 
 def raise_any(problems: Sequence[Problem], source: str) -> None:
-    """Raise a MapError with the first of the problems, if there are any, and how many more there are."""
+    """Raise a MapError with the first problems and the number of the others; do nothing if there are none."""
     shown, rest = list(problems[:MAX_PROBLEMS]), len(problems) - MAX_PROBLEMS
     if rest > 0:
         shown.append(Problem("", f"and {rest} more faults like these"))

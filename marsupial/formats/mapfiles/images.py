@@ -1,10 +1,11 @@
-"""Images as 8-bit grey, one byte a pixel.
+"""Read images as 8-bit grey, one byte per pixel.
 
-Colours become grey as in nav2's map server, which asks ImageMagick for a grey image: the Rec. 709 luma
-0.212656 R + 0.715158 G + 0.072186 B, rounded. (Releases of nav2 up to Jazzy took the mean of the channels; the two
-differ only in pixels that are really coloured, and those are counted, and where there is alpha: see `nav2`.) 16-bit
-greys are divided by 257 and rounded.
-The size in the header is checked before a pixel is decoded.
+Colours become grey as in nav2's map server, which uses ImageMagick: the Rec. 709 luma 0.212656 R + 0.715158 G +
+0.072186 B, rounded. Releases of nav2 up to Jazzy took the mean of the channels. The two differ only in coloured pixels,
+which are counted here, and in images with alpha (see `nav2`). 16-bit greys are divided by 257 and rounded.
+
+A small compressed file can hold an image that fills the memory, so the size in the header is checked before a pixel is
+decoded.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image, UnidentifiedImageError
 from PIL.BmpImagePlugin import BmpImageFile
 from PIL.ImageFile import ImageFile
@@ -31,13 +31,13 @@ from marsupial.formats.files import file_fault
 from marsupial.model.grid import CellArray, Mask
 
 MAX_CELLS = 100_000_000
-"""Most cells a map may have."""
+"""Most cells of a map."""
 
 SMALL_BYTES, SMALL_CELLS = 100_000, 2_125_000
-"""Most cells of a map whose compressed file is smaller than that: a mission on them takes less than 500 MB."""
+"""Most cells of a map in a compressed file of fewer bytes; a mission on it takes less than 500 MB."""
 
 CELLS_PER_BYTE = 160
-"""Most cells for each byte of a larger file; drawn and scanned maps have a few dozen."""
+"""Most cells per byte of a larger file; drawn and scanned maps have a few dozen."""
 
 FORMATS = ("PNG", "PPM", "BMP", "JPEG")
 """The decoders used; ``PPM`` is Pillow's name for PGM, PPM and PBM. The content decides, not the suffix."""
@@ -59,7 +59,7 @@ class GreyImage:
     grey
         uint8 (height, width), the top row first.
     opaque
-        Mask (height, width) of the pixels whose alpha is 255, or None where the image has no alpha.
+        Mask (height, width) of the pixels whose alpha is 255; None if the image has no alpha.
     format, mode
         File format and pixel format by Pillow's names (``PNG``, ``RGB``).
     coloured
@@ -79,14 +79,14 @@ def read_grey(path: Path, *, field: str = "image", source: str = "", max_cells: 
     Parameters
     ----------
     field, source
-        Which field of which file named the image: they stand in the error.
+        The field that names the image, and its file, for the error.
     max_cells
-        Most pixels the image may have.
+        Most pixels of the image.
 
     Raises
     ------
     MapError
-        Where the file is missing, no image, broken or too big.
+        If the file is missing, no image, broken or too big.
     """
     fault = file_fault(path)
     if fault is None:
@@ -98,12 +98,12 @@ def read_grey(path: Path, *, field: str = "image", source: str = "", max_cells: 
 
 
 def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) -> GreyImage:
-    """Return the image that `data` holds, as `read_grey` does for a file.
+    """Return the image in `data`; see `read_grey`.
 
     Raises
     ------
     MapError
-        Where it is no image, broken or too big.
+        If it is no image, broken or too big.
     """
     try:
         return _decode(io.BytesIO(data), max_cells)
@@ -112,12 +112,12 @@ def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) ->
 
 
 def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
-    """Return width and height of the PNG or PGM image that `data` holds, by its header alone.
+    """Return width and height of the PNG or PGM image in `data`; only the header is read.
 
     Raises
     ------
     MapError
-        Where it is no such image.
+        If it is no such image.
     """
     size = _header_size(io.BytesIO(data), (PngImageFile, PpmImageFile))
     if size is None:
@@ -126,7 +126,7 @@ def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
 
 
 def _header_size(file: Path | io.BytesIO, kinds: Sequence[type[ImageFile]]) -> tuple[int, int] | None:
-    """Return width and height by the header of an image of one of these kinds; None where it is none."""
+    """Return width and height from the header of an image of one of these kinds; None if it is none."""
     for kind in kinds:
         if not isinstance(file, Path):
             file.seek(0)
@@ -136,9 +136,9 @@ def _header_size(file: Path | io.BytesIO, kinds: Sequence[type[ImageFile]]) -> t
 
 
 def size_fault(width: int, height: int, size_bytes: int, max_cells: int = MAX_CELLS) -> str | None:
-    """Say what is wrong with the size of a map in a file of so many bytes, which may be compressed.
+    """Return what is wrong with the size of a map in a file of `size_bytes`, which may be compressed, or None.
 
-    A blank map of any size fits in a few bytes, and takes gigabytes to be explored.
+    A blank map of any size fits in a few compressed bytes, but a mission on it takes gigabytes.
     """
     cells = width * height
     if cells > max_cells:
@@ -153,7 +153,7 @@ def size_fault(width: int, height: int, size_bytes: int, max_cells: int = MAX_CE
 
 
 class _Undecodable(Exception):
-    """What is wrong with an image."""
+    """The reason why an image can't be decoded."""
 
 
 def _decode(file: Path | io.BytesIO, max_cells: int) -> GreyImage:
@@ -168,8 +168,10 @@ def _decode(file: Path | io.BytesIO, max_cells: int) -> GreyImage:
 
 
 def _load(file: Path | io.BytesIO, max_cells: int) -> GreyImage:
-    size = _header_size(file, _HEADERS)  # Pillow's own check of what it opens warns of large honest maps, too
-    if size is not None and (fault := size_fault(*size, _bytes_of(file), max_cells)):
+    size = _header_size(file, _HEADERS)
+    size_bytes = file.stat().st_size if isinstance(file, Path) else file.getbuffer().nbytes
+    # Before Pillow opens it: Pillow's own check also warns of large maps that are within our limits.
+    if size is not None and (fault := size_fault(*size, size_bytes, max_cells)):
         raise _Undecodable(fault)
     with Image.open(file, formats=FORMATS) as image:
         image.load()
@@ -177,10 +179,6 @@ def _load(file: Path | io.BytesIO, max_cells: int) -> GreyImage:
         opaque = _opaque(image)
         grey, coloured = _grey(image)
     return GreyImage(grey=grey, opaque=opaque, format=format_, mode=mode, coloured=coloured)
-
-
-def _bytes_of(file: Path | io.BytesIO) -> int:
-    return file.stat().st_size if isinstance(file, Path) else file.getbuffer().nbytes
 
 
 def _opaque(image: Image.Image) -> Mask | None:
@@ -192,7 +190,8 @@ def _opaque(image: Image.Image) -> Mask | None:
 def _grey(image: Image.Image) -> tuple[CellArray, int]:
     """Return the grey values and the number of coloured pixels."""
     if image.mode.startswith("I"):
-        return _from_16_bits(np.asarray(image)), 0
+        values = np.clip(np.asarray(image), 0, 65535).astype(np.uint32)
+        return ((values + 128) // 257).astype(np.uint8), 0  # 65535 = 255 * 257
     if image.mode in ("1", "L"):
         return np.asarray(image.convert("L")), 0
     if image.mode in ("LA", "P", "PA", "RGB", "RGBA", "CMYK"):
@@ -200,12 +199,9 @@ def _grey(image: Image.Image) -> tuple[CellArray, int]:
     raise ValueError(f"pixel format {image.mode} is not a grey or colour image")
 
 
-def _from_16_bits(values: npt.NDArray[np.integer]) -> CellArray:
-    return np.asarray((np.clip(values, 0, 65535).astype(np.uint32) + 128) // 257).astype(np.uint8)
-
-
 def _from_rgb(rgb: CellArray) -> tuple[CellArray, int]:
     red, green, blue = (rgb[..., i] for i in range(3))
+    # The luma of a grey pixel is its grey: compute only coloured ones, which are few.
     coloured = (red != green) | (green != blue)
     grey = red.copy()
     grey[coloured] = np.floor(rgb[coloured] @ _LUMA + 0.5).astype(np.uint8)

@@ -1,9 +1,9 @@
 """The grid benchmark format of movingai.com: `.map` files.
 
 ``.`` and ``G`` are floor, ``S`` (swamp) is rough ground; ``@`` and ``O`` (out of bounds) and ``T`` (trees) are
-obstacles. So is ``W``: the format calls water passable, but not from terrain, and robots stand on terrain. The format
-has no scale: a cell is one metre unless somebody says otherwise. Files count rows from the top, grids from the bottom,
-so rows are turned round here.
+obstacles. So is ``W``: the format lets nobody enter water from land, and robots start on land. The format has no scale:
+a cell is one metre unless the caller gives another size. Files have the top row first, grids the bottom row, so rows
+are reversed here.
 
 References: N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", 2012, and the format page of movingai.com.
 """
@@ -26,26 +26,25 @@ from marsupial.wording import counted
 SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T": OBSTACLE, "W": OBSTACLE}
 """Terrain code of each character."""
 
-
 _PROBLEM_WORDS = 9
-"""In a line of a `.scen` file: bucket, map, width, height, start x and y, goal x and y, length."""
+"""Words in a line of a `.scen` file: bucket, map, width, height, start x and y, goal x and y, length."""
 
 UNIT_M = 1.0
-"""Metres a cell of a map whose scale nobody has said."""
+"""Default size of a cell."""
 
 
-def understand_movingai(path: Path | str, resolution_m: float | None = None) -> MapReading:
-    """Read a `.map` file and say how its characters were understood.
+def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapReading:
+    """Read a `.map` file; return the map and how its characters were interpreted.
 
     Parameters
     ----------
     resolution_m
-        Metres a cell; None where nobody has said.
+        Size of a cell; None for the default, with a warning.
 
     Raises
     ------
     MapError
-        Naming the line of every fault.
+        With every fault and its line.
     """
     lines = _lines(read_bytes(Path(path), MapError, 2 * MAX_CELLS))
     if not lines:
@@ -78,7 +77,7 @@ def understand_movingai(path: Path | str, resolution_m: float | None = None) -> 
 
 
 def scenario_map(path: Path) -> str | None:
-    """Return the name of the map that a `.scen` file gives its first problem, or None where that can't be read."""
+    """Return the map's name in the first problem of a `.scen` file; None if it can't be read."""
     with suppress(MapError):
         for line in read_bytes(path, MapError, MAX_CELLS).splitlines()[1:2]:
             words = line.split(b"\t") if b"\t" in line else line.split()
@@ -87,7 +86,7 @@ def scenario_map(path: Path) -> str | None:
 
 
 def _lines(data: bytes) -> list[bytes]:
-    """Return the lines without their ends (LF or CRLF) and without blank lines at the end of the file."""
+    """Return the lines without line ends (LF or CRLF), and without blank lines at the end of the file."""
     lines = [line.rstrip() for line in data.split(b"\n")]
     while lines and not lines[-1]:
         lines.pop()
@@ -95,7 +94,7 @@ def _lines(data: bytes) -> list[bytes]:
 
 
 def _size(lines: list[bytes], source: str) -> tuple[int, int]:
-    """Return (width, height) of the four header lines; height and width may come in either order."""
+    """Return (width, height) from the four header lines, in which height and width may come in either order."""
     head = [line.split() for line in lines[:4]] + [[]] * 4
     problems: list[Problem] = []
     if head[0] != [b"type", b"octile"]:

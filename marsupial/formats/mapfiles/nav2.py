@@ -1,12 +1,19 @@
-"""Maps of ROS: a `map.yaml` beside an image, as nav2's map server reads them.
+"""Maps of ROS, a `map.yaml` and an image: read as nav2's map server does, and written as its map saver does.
 
-The rules are those of `map_io.cpp` in nav2's map server, in its single precision: a grey g is the occupancy
-p = 1 - g/255 (g/255 with `negate`); `trinary` says 100 from `occupied_thresh` on, 0 up to `free_thresh`, else
--1; `scale` spreads 1..99 between the two; `raw` takes the byte itself. Unknown keys are ignored. The image's bottom
-row is row 0 of the map.
+::
 
-As a grid, 100 is obstacle, -1 unknown and everything else floor: what nav2's static layer does by default
-(`trinary_costmap` with `lethal_cost_threshold` 100).
+    grey (0..255) ──mode, thresholds──► occupancy (-1, 0..100) ──► obstacle (100), unknown (-1), floor (else)
+
+The rules are those of `map_io.cpp` in nav2's map server, in its single precision. A grey g has p = 1 - g/255 (g/255
+with `negate`). Mode `trinary` gives 100 for p >= `occupied_thresh`, 0 for p <= `free_thresh`, else -1; `scale` spreads
+1..99 between the two; `raw` takes the byte itself. The image's bottom row is row 0 of the map. The second step is what
+nav2's static layer does by default (`trinary_costmap` with `lethal_cost_threshold` 100).
+
+A map with wrong thresholds is still a valid map, on which exploration ends too early or never. So reading also returns
+warnings about greys whose meaning is doubtful.
+
+Maps are written in mode trinary with the saver's greys and thresholds, which every release of nav2 reads back. The
+format has no terrain, so all ground is free.
 """
 
 from __future__ import annotations
@@ -15,64 +22,67 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import yaml
 
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, read_header
-from marsupial.formats.mapfiles.occupancy import UNSAID, Occupancy, OccupancyArray
+from marsupial.formats.mapfiles.occupancy import UNKNOWN_OCCUPANCY, Occupancy, OccupancyArray
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mapreading import LegendEntry, MapReading
 from marsupial.wording import counted
 
-SAVED_UNKNOWN = 205
-"""The grey that map savers write for unknown."""
+SAVED_FREE, SAVED_OCCUPIED, SAVED_UNKNOWN = 254, 0, 205
+"""The greys that map savers write."""
+
+_SAVED_HEADER = {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
 
 NEARLY_SAVED_UNKNOWN = range(200, 211)
-"""Greys that a conversion on the way may have made of it; as an edge's blur has them too, only if populated."""
+"""Greys that a conversion may have made of `SAVED_UNKNOWN`; blurred edges have them too, so they must be frequent."""
 
 POPULATED_SHARE = 0.005
-"""A grey with at least this share of the image is an area of its own, not the blur along an edge."""
+"""Least share of the image of a grey that counts as an area, not as the blur along an edge."""
 
 DISTINCT_GREYS = 20
-"""Populated greys at least this far apart look as if they meant different things."""
+"""Least difference of frequent greys that probably mean different things."""
 
 _BECAME = {FLOOR: "free", OBSTACLE: "obstacle", UNKNOWN: "unknown"}
 
 
-def understand_nav2(path: Path | str) -> MapReading:
-    """Read a nav2 map and say how its pixels were understood.
+def read_nav2(path: Path | str) -> MapReading:
+    """Read a nav2 map; return the map and how its greys were interpreted.
 
     Raises
     ------
     MapError
-        Naming every wrong field of the yaml, or what is wrong with the image.
+        With every wrong field of the yaml, or the fault of the image.
     """
     header = read_header(Path(path))
     return understand_image(header, read_grey(header.image, source=str(path)))
 
 
 def read_occupancy(path: Path | str) -> Occupancy:
-    """Read a nav2 map as occupancies, as nav2's map server publishes it; transparent pixels are unknown.
+    """Read a nav2 map as the occupancies that nav2's map server publishes; transparent pixels are unknown.
 
     Raises
     ------
     MapError
-        As `understand_nav2`.
+        See `read_nav2`.
     """
     header = read_header(Path(path))
     image = read_grey(header.image, source=str(path))
     values = occupancy_table(header)[image.grey]
     transparent = _transparent(header, image)
     if transparent is not None:
-        values[transparent] = UNSAID
+        values[transparent] = UNKNOWN_OCCUPANCY
     return Occupancy(
         values=np.ascontiguousarray(np.flipud(values)), resolution_m=header.resolution_m, origin_m=header.origin_m
     )
 
 
 def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
-    """Say how an image is understood under a header."""
+    """Return the map of an image with a header, and how its greys were interpreted."""
     table = occupancy_table(header)
-    codes = _code_table(table)
+    codes = np.select([table < 0, table == 100], [UNKNOWN, OBSTACLE], FLOOR).astype(np.uint8)
     cells = codes[image.grey]
     transparent = _transparent(header, image)
     if transparent is not None:
@@ -98,8 +108,19 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
     )
 
 
+def nav2_files(grid: Grid, path: Path) -> dict[Path, bytes]:
+    """Return the contents of the yaml at `path` and the image beside it, by path."""
+    image = path.with_suffix(".pgm")
+    grey = np.full(grid.cells.shape, SAVED_FREE, dtype=np.uint8)
+    grey[grid.cells == OBSTACLE] = SAVED_OCCUPIED
+    grey[grid.cells == UNKNOWN] = SAVED_UNKNOWN
+    header = {"image": image.name, "resolution": grid.resolution_m, "origin": list(grid.origin_m), **_SAVED_HEADER}
+    pixels = f"P5\n{grid.width} {grid.height}\n255\n".encode() + np.flipud(grey).tobytes()
+    return {image: pixels, path: yaml.safe_dump(header, sort_keys=False).encode()}
+
+
 def occupancy_table(header: Nav2Header) -> OccupancyArray:
-    """Return the occupancy (-1, or 0 to 100) that each of the 256 greys stands for."""
+    """Return the occupancy (-1, or 0 to 100) of each of the 256 greys."""
     greys = np.arange(256)
     if header.mode is Mode.RAW:
         return np.where(greys <= 100, greys, -1).astype(np.int8)
@@ -117,12 +138,8 @@ def occupancy_table(header: Nav2Header) -> OccupancyArray:
     return table
 
 
-def _code_table(table: OccupancyArray) -> CellArray:
-    return np.select([table < 0, table == 100], [UNKNOWN, OBSTACLE], FLOOR).astype(np.uint8)
-
-
 def _transparent(header: Nav2Header, image: GreyImage) -> Mask | None:
-    """Return the pixels that alpha makes unknown, or None where alpha plays no part (there is none, or mode raw)."""
+    """Return the mask of pixels that are unknown by their alpha; None if the image has no alpha, or in mode raw."""
     return None if image.opaque is None or header.mode is Mode.RAW else ~image.opaque
 
 
@@ -157,7 +174,7 @@ def _image_warnings(image: GreyImage, hidden: int) -> list[str]:
 
 
 def _saved_unknown_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], codes: CellArray) -> list[str]:
-    """Name the greys near the savers' 205 that became free or obstacle."""
+    """Warn of greys near `SAVED_UNKNOWN` that became free or obstacle."""
     found = []
     for code, key in ((FLOOR, "free_thresh"), (OBSTACLE, "occupied_thresh")):
         greys = [g for g in NEARLY_SAVED_UNKNOWN if counts[g] and codes[g] == code]
@@ -165,8 +182,9 @@ def _saved_unknown_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], c
         if SAVED_UNKNOWN not in greys and cells < max(1, POPULATED_SHARE * int(counts.sum())):
             continue
         area = cells * header.resolution_m**2
+        names = f"grey{'s' if len(greys) > 1 else ''} {', '.join(map(str, greys))}"
         text = (
-            f"{_names(greys)} became {_BECAME[code]} in {counted(cells, 'cell')} "
+            f"{names} became {_BECAME[code]} in {counted(cells, 'cell')} "
             f"({area:.4g} m2, {cells / counts.sum():.1%}), yet map savers write grey {SAVED_UNKNOWN} for unknown"
         )
         if code == FLOOR and header.mode is Mode.SCALE:
@@ -180,14 +198,14 @@ def _saved_unknown_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], c
 
 
 def _threshold_below(grey: int) -> float:
-    """Return the largest `free_thresh` of three digits under which `grey` is not free."""
+    """Return the largest `free_thresh` of three digits with which `grey` is not free."""
     occupancy = 1 - grey / 255
     rounded = int(occupancy * 1000) / 1000
     return rounded if rounded < occupancy - 1e-6 else rounded - 0.001
 
 
 def _mixed_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], codes: CellArray) -> list[str]:
-    """Name greys that are far apart, common, and yet became the same: one of them may mean something else."""
+    """Warn of frequent greys that are far apart but became the same: one of them probably means something else."""
     if header.mode is not Mode.TRINARY:
         return []
     total = max(int(counts.sum()), 1)
@@ -217,23 +235,19 @@ def _between_warnings(counts: npt.NDArray[np.int64], table: OccupancyArray) -> l
 def _alpha_warnings(
     header: Nav2Header, image: GreyImage, counts: npt.NDArray[np.int64], table: OccupancyArray
 ) -> list[str]:
-    """Say where releases of nav2 up to Jazzy read an image with alpha otherwise.
+    """Warn if releases of nav2 up to Jazzy read an image with alpha differently.
 
-    In mode trinary they take the mean of red, green, blue and alpha, so that opaque pixels are brighter.
+    In mode trinary they take the mean of red, green, blue and alpha, so opaque pixels are brighter to them.
     """
     if image.opaque is None or header.mode is not Mode.TRINARY:
         return []
     shade = (3 * np.arange(256) + 255) / (4 * 255)
     p = shade if header.negate else 1 - shade
-    formerly = np.select([p > header.occupied_thresh, p < header.free_thresh], [100, 0], -1)
-    cells = int(counts[formerly != table].sum())
+    until_jazzy = np.select([p > header.occupied_thresh, p < header.free_thresh], [100, 0], -1)
+    cells = int(counts[until_jazzy != table].sum())
     if not cells:
         return []
     return [
         f"the image has an alpha channel: nav2 up to Jazzy counts it as a fourth colour and reads {cells} opaque "
         "pixels otherwise; without the channel all releases agree"
     ]
-
-
-def _names(greys: list[int]) -> str:
-    return f"grey {greys[0]}" if len(greys) == 1 else f"greys {', '.join(map(str, greys))}"

@@ -1,9 +1,9 @@
-"""The yaml file of a nav2 map, checked field by field.
+"""Read the yaml file of a nav2 map and check it field by field.
 
-Numbers are read as the map server reads them, so ``5e-2`` (a string to YAML 1.1) is a number here too. The file
-comes from outside: it is size-limited, and aliases and tags, which no map file needs, are refused: with them
-a few lines unfold without end. All wrong fields are reported at once. The map server ignores fields that it doesn't
-know, and so do we, but one that looks like a field that is absent is a slip of the pen, and named.
+Values are read as nav2's map server reads them, so ``5e-2``, a text in YAML 1.1, is a number here too. The file comes
+from outside: its size is limited, and aliases and tags, which no map file needs, are refused. All wrong fields are
+reported at once. Like the map server, we ignore unknown fields; but if one looks like a field that is absent, it is
+probably a typo, and a warning names it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _NUMBERS = ("resolution", "origin", *_THRESHOLDS)
 _FIELDS = ("image", "mode", "negate", *_NUMBERS)
 
 _TRUTHS = {"y": 1, "n": 0}
-"""Truth values to the map server that are texts to YAML's other readers."""
+"""Texts that the map server reads as true and false, but PyYAML doesn't."""
 
 
 class Mode(StrEnum):
@@ -43,10 +43,10 @@ class Mode(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Nav2Header:
-    """A map's yaml file.
+    """The content of a map's yaml file.
 
-    `image` is the resolved path, thresholds are occupancies from 0 to 1, `warnings` name fields that were ignored and
-    may have been meant otherwise.
+    `image` is the resolved path, thresholds are occupancies from 0 to 1, `warnings` name ignored fields that are
+    probably typos.
     """
 
     image: Path
@@ -60,12 +60,12 @@ class Nav2Header:
 
 
 def read_header(path: Path) -> Nav2Header:
-    """Read a map's yaml file; that the image is there is checked too.
+    """Read a map's yaml file, and check that its image exists.
 
     Raises
     ------
     MapError
-        Naming every wrong field.
+        With every wrong field.
     """
     text = read_bytes(path, MapError, MAX_YAML_BYTES)
     data = _load(text, str(path))
@@ -79,12 +79,12 @@ def read_header(path: Path) -> Nav2Header:
 
 
 def header_of(data: bytes) -> Nav2Header:
-    """Return the header that the bytes of a yaml file hold; nothing is looked for at its image's path.
+    """Return the header in the bytes of a yaml file, without a look at its image.
 
     Raises
     ------
     MapError
-        Naming every wrong field.
+        With every wrong field.
     """
     if len(data) > MAX_YAML_BYTES:
         raise MapError(f"has {len(data)} bytes, more than the limit of {MAX_YAML_BYTES}")
@@ -96,13 +96,13 @@ def header_of(data: bytes) -> Nav2Header:
 
 
 def _header(fields: Fields, folder: Path, text: bytes) -> Nav2Header:
-    """Read the fields of the file `text`; the header means something only if no problem was noted."""
+    """Read the fields of the file `text`; the header is valid only if no problem was noted."""
     before = len(fields.problems)
     origin = fields.numbers("origin", 3) or (0.0, 0.0, 0.0)
     free, occupied = (_threshold(fields, key) for key in _THRESHOLDS)
     if len(fields.problems) == before and free > occupied:
         fields.wrong("free_thresh", f"must not be above occupied_thresh ({occupied:g}), got {free:g}")
-    slips = [Problem(key, f"unknown field{meant}") for key, meant in _slips(fields.data)]
+    typos = [Problem(key, f"unknown field{meant}") for key, meant in _typos(fields.data)]
     header = Nav2Header(
         image=folder / fields.text("image"),
         resolution_m=fields.number("resolution", None, BOUNDS["resolution_m"]),
@@ -111,15 +111,15 @@ def _header(fields: Fields, folder: Path, text: bytes) -> Nav2Header:
         free_thresh=free,
         occupied_thresh=occupied,
         mode=Mode(fields.choice("mode", list(Mode), Mode.TRINARY) or Mode.TRINARY),
-        warnings=tuple(f"{slip}; it is ignored" for slip in with_lines(slips, text)),
+        warnings=tuple(f"{typo}; it is ignored" for typo in with_lines(typos, text)),
     )
-    if len(fields.problems) > before:
-        fields.problems += slips
+    if len(fields.problems) > before:  # a typo may be why a field is missing
+        fields.problems += typos
     return header
 
 
 def _threshold(fields: Fields, key: str) -> float:
-    """Take a share; one in percent, which the map server refuses too, is told how it is written."""
+    """Read a share; explain how to write it if it is in percent, which the map server refuses too."""
     value = fields.data.get(key)
     if isinstance(value, str) and value.endswith("%"):
         fields.wrong(key, f"must be a share from 0 to 1 without a percent sign, as 0.65, got {shown(value)}")
@@ -127,8 +127,8 @@ def _threshold(fields: Fields, key: str) -> float:
     return fields.number(key, None, BOUNDS["share"])
 
 
-def _slips(data: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Return each unknown field that looks like an absent one, with words on which."""
+def _typos(data: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield each unknown field that looks like an absent one, with a suggestion."""
     absent = [key for key in _FIELDS if key not in data]
     for key in data:
         meant = "" if key in _FIELDS else suggestion(str(key), absent)
@@ -149,13 +149,13 @@ def _load(data: bytes, source: str) -> Mapping[str, Any]:
 
 
 def _as_map_server(key: str, value: Any) -> Any:
-    """Return a value as the map server reads it: texts of numbers are numbers, a mode may be in capitals."""
+    """Return a value as the map server reads it: numbers may be written as texts, a mode in capitals."""
     if isinstance(value, list):
         return [_as_map_server(key, item) for item in value]
     if key == "negate" and isinstance(value, bool):
         return int(value)
     if key == "negate" and isinstance(value, str):
-        is_short = len(value) < 10  # Python makes no number of thousands of digits
+        is_short = len(value) < 10  # `int` refuses thousands of digits
         return _TRUTHS.get(value.lower(), int(value) if is_short and value.isascii() and value.isdigit() else value)
     if key == "mode" and isinstance(value, str):
         return value.lower()

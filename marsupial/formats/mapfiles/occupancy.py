@@ -1,7 +1,7 @@
-"""Occupancy as ROS tells it (`nav_msgs/OccupancyGrid`): -1 unknown, 0 free to 100 occupied, in a frame of its own.
+"""Grids of occupancy as in ROS (`nav_msgs/OccupancyGrid`): -1 unknown, 0 free to 100 occupied, with an own origin.
 
-Messages and recordings hold it as it is; images hold greys that stand for it (`nav2.py`). It is made a map by two
-thresholds, as nav2's map saver does, or looked up below the cells of another map, as nav2's costmap filters do.
+Messages and recordings hold occupancies, images greys that stand for them (`nav2.py`). A grid becomes a map by two
+thresholds, as in nav2's map saver; or it is looked up at the cells of another map, as nav2's costmap filters do.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid
 
 OccupancyArray = npt.NDArray[np.int8]
 
-UNSAID, OCCUPIED = -1, 100
+UNKNOWN_OCCUPANCY, OCCUPIED = -1, 100
 
 FREE_THRESH, OCCUPIED_THRESH = 0.25, 0.65
-"""Occupancies (shares of 100) up to and from which nav2's map saver writes a cell as free and as occupied."""
+"""nav2's map saver writes a cell as free up to the first, as occupied from the second on (shares of 100)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,7 +48,7 @@ class Occupancy:
 
 
 def shortest_resolution(resolution_m: float) -> float:
-    """Return the resolution that was meant: messages hold it in single precision (0.05000000074505806)."""
+    """Return the shortest decimal for a resolution: messages hold it in single precision (0.05000000074505806)."""
     with np.errstate(over="ignore"):  # too large a number is infinite, which no resolution is
         return float(str(np.float32(resolution_m)))
 
@@ -56,29 +56,29 @@ def shortest_resolution(resolution_m: float) -> float:
 def terrain_codes(
     values: OccupancyArray, free_thresh: float = FREE_THRESH, occupied_thresh: float = OCCUPIED_THRESH
 ) -> CellArray:
-    """Return floor, obstacle or unknown for each occupancy; what lies between the thresholds is unknown.
+    """Return floor, obstacle or unknown for each occupancy; between the thresholds it is unknown.
 
     Parameters
     ----------
     free_thresh, occupied_thresh
-        Occupancies, from 0 to 1, up to which a cell is free, and from which it is occupied.
+        Highest occupancy, from 0 to 1, of a free cell, and lowest of an occupied one.
     """
     occupancy = np.arange(256, dtype=np.uint8).view(np.int8)
-    said = (occupancy >= 0) & (occupancy <= OCCUPIED)
-    free, occupied = said & (occupancy <= 100 * free_thresh), said & (occupancy >= 100 * occupied_thresh)
+    known = (occupancy >= 0) & (occupancy <= OCCUPIED)
+    free, occupied = known & (occupancy <= 100 * free_thresh), known & (occupancy >= 100 * occupied_thresh)
     table = np.select([occupied, free], [OBSTACLE, FLOOR], UNKNOWN).astype(np.uint8)
     return np.asarray(table[values.view(np.uint8)])
 
 
-def below(occupancy: Occupancy, grid: Grid) -> OccupancyArray:
-    """Return the occupancy at the centre of each cell of a map, -1 where there is none: int8 (height, width)."""
+def occupancy_on(occupancy: Occupancy, grid: Grid) -> OccupancyArray:
+    """Return the occupancy at the centre of each cell of a map, int8 (height, width); -1 outside of the occupancies."""
     same = occupancy.resolution_m == grid.resolution_m and occupancy.origin_m == grid.origin_m
     if same and occupancy.values.shape == grid.cells.shape:
         return occupancy.values
     height, width = occupancy.values.shape
     (x0, y0, yaw), (gx, gy, turned) = occupancy.origin_m, grid.origin_m
     columns = (np.arange(grid.width) + 0.5) * grid.resolution_m
-    found = np.full(grid.cells.shape, UNSAID, dtype=np.int8)
+    found = np.full(grid.cells.shape, UNKNOWN_OCCUPANCY, dtype=np.int8)
     for row in range(grid.height):  # row by row: whole tables of points take 32 bytes a cell
         across = (row + 0.5) * grid.resolution_m
         dx = gx + np.cos(turned) * columns - np.sin(turned) * across - x0

@@ -1,8 +1,8 @@
-"""Any map file, by its suffix.
+"""Read any map file, by its suffix.
 
-``.yaml`` or ``.yml`` is a nav2 map, ``.map`` a MovingAI map, ``.mcap`` or ``.db3`` a recording of ROS 2; so is a folder
-with a ``metadata.yaml``. Files that come with maps and are none, images and MovingAI's lists of path problems, are
-refused with the map to give.
+``.yaml`` or ``.yml`` is a nav2 map, ``.map`` a MovingAI map; ``.mcap``, ``.db3`` or a folder with a ``metadata.yaml``
+is a recording of ROS 2. Images and MovingAI's lists of path problems come with maps but are none: the error names the
+map to give instead.
 """
 
 from __future__ import annotations
@@ -13,61 +13,61 @@ from pathlib import Path
 
 from marsupial.errors import MapError
 from marsupial.formats.files import file_fault
-from marsupial.formats.mapfiles.movingai import scenario_map, understand_movingai
-from marsupial.formats.mapfiles.nav2 import understand_nav2
-from marsupial.formats.mapfiles.rosbag import SUFFIXES, is_recording, split_topic, understand_rosbag
+from marsupial.formats.mapfiles.movingai import read_movingai, scenario_map
+from marsupial.formats.mapfiles.nav2 import read_nav2
+from marsupial.formats.mapfiles.rosbag import SUFFIXES, is_recording, read_rosbag, split_topic
 from marsupial.model.mapreading import MapReading
 
 READERS: dict[str, Callable[[Path], MapReading]] = {
-    ".yaml": understand_nav2,
-    ".yml": understand_nav2,
-    ".map": understand_movingai,
-    **dict.fromkeys(SUFFIXES, understand_rosbag),
+    ".yaml": read_nav2,
+    ".yml": read_nav2,
+    ".map": read_movingai,
+    **dict.fromkeys(SUFFIXES, read_rosbag),
 }
 
 _SCALELESS = (".map",)
-"""Formats that don't say how large a cell is."""
+"""Formats without the size of a cell."""
 
 _IMAGES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".ppm")
 
 
 def has_scale(path: Path) -> bool:
-    """Say whether a map file says how large its cells are."""
+    """Return whether a map file has the size of its cells."""
     return path.suffix.lower() not in _SCALELESS
 
 
 def read_map(path: Path | str, resolution_m: float | None = None) -> MapReading:
-    """Read a map file and say how it was understood.
+    """Read a map file; return the map and how it was interpreted.
 
     Parameters
     ----------
     resolution_m
-        Metres a cell of a map without a scale (`has_scale`); of others it is their own.
+        Size of a cell for a map without one (`has_scale`); other maps ignore it.
 
     Raises
     ------
     MapError
-        Where the file is missing, of no known kind, or wrong inside.
+        If the file is missing, of an unknown kind, or has faults.
     """
     path = Path(path)
     if names_recording(path):
-        return understand_rosbag(path)
+        return read_rosbag(path)
     fault = file_fault(path)
     if fault is not None:
         raise MapError(fault, source=str(path))
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise MapError(_kind_fault(path), source=str(path))
-    return reader(path) if has_scale(path) else understand_movingai(path, resolution_m)
+    return reader(path) if has_scale(path) else read_movingai(path, resolution_m)
 
 
 def names_recording(path: Path) -> bool:
-    """Say whether a path is a folder that holds a recording of ROS 2, or a topic is named behind a recording."""
+    """Return whether a path is the folder of a ROS 2 recording, or a recording followed by a topic."""
     return (os.path.isdir(path) and is_recording(path)) or split_topic(path)[1] is not None
 
 
 def _kind_fault(path: Path) -> str:
-    """Say why a file of no known kind is no map, and which file to give instead."""
+    """Return why a file of another kind is no map, and which file to give instead."""
     suffix = path.suffix.lower()
     if suffix == ".scen":
         return f"holds MovingAI path problems for single agents, not a map: give the map they are for, {_map_of(path)}"
@@ -84,7 +84,7 @@ def _kind_fault(path: Path) -> str:
 
 
 def _map_of(path: Path) -> Path | str:
-    """Return the map that a MovingAI scenario file is for, where one of that name stands beside it, else the name."""
+    """Return the path of the map that a MovingAI scenario file is for if it is in the same folder, else its name."""
     name = scenario_map(path)
     beside = [path.with_suffix(""), *([path.parent / Path(name).name] if name else [])]
     return next((one for one in beside if one.suffix == ".map" and one.is_file()), name or "a .map file")

@@ -1,7 +1,7 @@
-"""Maps out of recordings of ROS 2 (rosbag2): the last `nav_msgs/OccupancyGrid` of a topic.
+"""Read a map from a recording of ROS 2 (rosbag2): the last `nav_msgs/OccupancyGrid` of a topic.
 
-A recording is a folder with a `metadata.yaml`, or one of its files (`.mcap`, `.db3`) alone. Behind a ``#`` the topic
-may be named (``run7#/carrier1/map``); else it is ``/map``, or the only topic there is that has maps.
+A recording is a folder with a `metadata.yaml`, or one of its files (`.mcap`, `.db3`) alone. A topic may follow a ``#``
+(``run7#/carrier1/map``); without it, the topic is the only one with maps, or ``/map``.
 """
 
 from __future__ import annotations
@@ -41,27 +41,27 @@ USUAL_TOPIC = "/map"
 
 
 def is_recording(path: Path) -> bool:
-    """Say whether a path is meant as a recording: a folder with metadata, or a file of one."""
-    if os.path.isdir(path):  # which is false, where `Path` raises, for names that can't be
+    """Return whether a path is meant as a recording: a folder with metadata, or a file of one."""
+    if os.path.isdir(path):  # False for impossible names, for which `Path.is_dir` raises
         return os.path.isfile(path / METADATA)
     return path.suffix.lower() in SUFFIXES
 
 
 def split_topic(path: Path) -> tuple[Path, str | None]:
-    """Return the recording that a path names, and the topic that is named behind it."""
+    """Return the recording that a path names, and the topic after it, if any."""
     recording, mark, topic = str(path).partition("#")
     if not mark or os.path.exists(path) or not is_recording(Path(recording)):
         return path, None
     return Path(recording), "/" + topic.lstrip("/")
 
 
-def understand_rosbag(path: Path | str) -> MapReading:
-    """Read the last map of a recording and say how it was understood.
+def read_rosbag(path: Path | str) -> MapReading:
+    """Read the last map of a recording; return the map and how it was interpreted.
 
     Raises
     ------
     MapError
-        Where it can't be read, has no map, or several topics with maps and none is named.
+        If it can't be read, has no map, or has several topics with maps and none is named.
     """
     recording, topic = split_topic(Path(path))
     if not recording.is_dir() and (fault := file_fault(recording)) is not None:
@@ -69,7 +69,8 @@ def understand_rosbag(path: Path | str) -> MapReading:
     with _opened(recording) as reader:
         found, others = _topic(reader, topic, str(recording))
         message, count = _last(reader, found)
-    fault = size_fault(message.info.width, message.info.height, _bytes_of(recording))
+    files = recording.iterdir() if recording.is_dir() else (recording,)
+    fault = size_fault(message.info.width, message.info.height, sum(file.stat().st_size for file in files))
     if fault is not None:
         raise MapError(fault, source=f"{recording}#{found}")
     occupancy = occupancy_of(message, source=f"{recording}#{found}")
@@ -78,12 +79,12 @@ def understand_rosbag(path: Path | str) -> MapReading:
 
 
 def occupancy_of(message: Any, source: str = "") -> Occupancy:
-    """Return what a `nav_msgs/OccupancyGrid` holds, as `rosbags` reads it.
+    """Return the occupancies of a `nav_msgs/OccupancyGrid` of `rosbags`.
 
     Raises
     ------
     MapError
-        Where its numbers contradict each other, or it is too large.
+        If its numbers contradict each other, or it is too large.
     """
     info, data = message.info, np.asarray(message.data, dtype=np.int8)
     size = info.width * info.height
@@ -91,6 +92,7 @@ def occupancy_of(message: Any, source: str = "") -> Occupancy:
         raise MapError(f"has {size} cells, more than the limit of {MAX_CELLS}", source=source)
     if len(data) != size:
         raise MapError(f"has {len(data)} cells, but is {info.width} x {info.height}", source=source)
+    # The yaw of a rotation, as tf2 computes it: roll and pitch of a map are ignored.
     q, p = info.origin.orientation, info.origin.position
     yaw = float(np.arctan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2)))
     try:
@@ -101,11 +103,6 @@ def occupancy_of(message: Any, source: str = "") -> Occupancy:
         )
     except MapError as error:
         raise MapError(error.problems, source=source) from error
-
-
-def _bytes_of(recording: Path) -> int:
-    files = recording.iterdir() if recording.is_dir() else (recording,)
-    return sum(file.stat().st_size for file in files)
 
 
 @contextmanager
@@ -120,15 +117,16 @@ def _opened(recording: Path) -> Iterator[Reader]:
             yield reader
     except MapError:
         raise
-    except Exception as error:  # of SQLite, YAML, MCAP, LZ4, Zstandard and CDR: whatever a damaged file breaks first
+    except Exception as error:  # a damaged file may raise from SQLite, YAML, MCAP, LZ4, Zstandard or CDR
         text = " ".join(str(error).split()) or type(error).__name__
         raise MapError(f"is no recording of ROS 2 that can be read ({text})", source=str(recording)) from error
 
 
 def _topic(reader: Reader, asked: str | None, source: str) -> tuple[str, list[str]]:
-    """Return the topic to take, and the others with maps if it was taken from several without being asked for."""
+    """Return the topic to read; also the other topics with maps, if it was chosen among several by default."""
     maps = [connection for connection in reader.connections if connection.msgtype == MAP_TYPE]
-    topics = sorted({c.topic for c in maps if c.msgcount} or {c.topic for c in maps})  # a file cut short counts none
+    # A file that was cut short has no counts of messages.
+    topics = sorted({c.topic for c in maps if c.msgcount} or {c.topic for c in maps})
     if not topics:
         raise MapError(f"holds no {MAP_TYPE}", source=source)
     if asked is not None:
@@ -143,7 +141,7 @@ def _topic(reader: Reader, asked: str | None, source: str) -> tuple[str, list[st
 
 
 def _last(reader: Reader, topic: str) -> tuple[Any, int]:
-    """Return the last map of a topic, and how many there are; only that one is decoded."""
+    """Return the last map of a topic, and the number of its maps; only the last is decoded."""
     from rosbags.typesys import Stores, get_typestore
 
     raw, count = b"", 0

@@ -1,7 +1,7 @@
-"""Terrain classes painted in a second image of the same size as the map.
+"""Terrain classes from a second image of the map's size.
 
-Where a cell of the map is known and no obstacle, the grey of the mask says its class. Walls and unknown cells stay
-what they are whatever is painted there, and so do cells under transparent pixels.
+The grey of the mask gives the class of each known cell without obstacle. Walls, unknown cells and cells under
+transparent pixels don't change, whatever is painted there.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from marsupial.wording import counted
 
 
 def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Grid:
-    """Return the grid with the terrain classes of the mask image in a file.
+    """Return the grid with the terrain classes of a mask image in a file.
 
     Raises
     ------
     MapError
-        As `apply_mask`, or where there is no such image.
+        See `apply_mask`; also if there is no such image.
     """
     source = str(mask_path)
     _check_codes(codes, grid, source)
@@ -38,13 +38,12 @@ def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source:
     Parameters
     ----------
     codes
-        Terrain code, one of the grid's classes, for each grey value (0 to 255) that may occur on a cell that is
-        known and no obstacle. Greys elsewhere in the mask need no entry: they change nothing.
+        Terrain codes of the grid by grey (0 to 255); every grey on a known cell without obstacle needs one.
 
     Raises
     ------
     MapError
-        Naming unusable entries of `codes`, a mask of another size, or the greys that have no entry.
+        With unusable entries of `codes`, the other size of the mask, or the greys without an entry.
     """
     _check_codes(codes, grid, source)
     if mask.grey.shape != grid.cells.shape:

@@ -1,7 +1,7 @@
-"""Put a situation together from the checked facts of a PDDL problem.
+"""Build a situation from the checked facts of a PDDL problem.
 
-The facts that actions read come first; records refine what they leave open. Where a fact contradicts another one
-(two robots at one start, a capacity that its type's other carriers don't have), its line is reported.
+Facts that actions read take precedence; records add what these leave open. If a fact contradicts another one (two
+robots at one start, two carriers of a type with different capacities), its line is reported.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from marsupial.model.situation import (
 from marsupial.wording import counted
 
 MOST_ENTRIES = 20_000_000
-"""Entries of all travel tables together, 8 bytes each: a few lines of objects would ask for any number of them."""
+"""Most entries of all travel tables together, 8 bytes each: a few lines of objects could ask for any number."""
 
 Members = Mapping[str, str]
-"""Robots with the objects of their types, in order."""
+"""The type's object of each robot, in order."""
 
 
 def assemble(table: FactTable) -> Situation:
@@ -48,7 +48,7 @@ def assemble(table: FactTable) -> Situation:
     targets = tuple(_target(table, word, members) for word in table.of_kind("target"))
     travel = _travel(table, members)
     goal = _goal(table)
-    table.refuse_if_wrong()
+    table.check()
     return Situation(
         types=types,
         robots=robots,
@@ -106,7 +106,7 @@ def _dock_ms(table: FactTable, name: str, word: str, rovers: Sequence[str]) -> i
 
 
 def _shared(table: FactTable, name: str, robots: Sequence[str], read: Callable[[Key], int | None]) -> int | None:
-    """Return the number that all robots of a type have in common; None where there are none."""
+    """Return the number that all robots of a type have in common; None if there are no robots."""
     shared: int | None = None
     for robot in robots:
         number = read((name, robot))
@@ -145,7 +145,7 @@ def _home_in_goal(table: FactTable, robot: str) -> str | None:
 
 
 def _check_starts(table: FactTable) -> None:
-    """Check that each start is the place of one robot."""
+    """Check that exactly one robot is at each start."""
     owners: dict[str, str] = {}
     for (name, *args), line in table.facts.items():
         if name == "at" and args[1] in owners:
@@ -158,7 +158,7 @@ def _check_starts(table: FactTable) -> None:
 
 
 def _check_loads(table: FactTable) -> None:
-    """Check that `num_docked` counts the rovers aboard."""
+    """Check that `num_docked` is the number of rovers aboard."""
     for carrier in table.of_kind("carrier"):
         load = sum(key[0] == "on" and key[2] == carrier for key in table.facts)
         count = table.count(("num_docked", carrier))
@@ -186,7 +186,7 @@ def _target(table: FactTable, word: str, members: Members) -> TargetInfo:
 
 
 def _goal(table: FactTable) -> SituationGoal:
-    """Return the goal's flags, told by records or else by the goal itself, which has to agree with them."""
+    """Return the goal's flags from records, or else from the goal itself; check that both agree."""
     returns = ("return_home",) in table.facts or any(key[0] == "at" for key in table.goals)
     aboard = any(key[0] == "aboard" for key in table.goals)
     recovers = ("recover_rovers",) in table.facts or (aboard and not returns)
@@ -211,7 +211,10 @@ def _wanted(table: FactTable, recovers: bool, returns: bool) -> Iterator[Key]:
 
 
 def _travel(table: FactTable, members: Members) -> dict[str, TravelTable]:
-    """Return the travel tables; the rest of a running action is taken off the drives out of its robot's start."""
+    """Return the travel tables.
+
+    The `path_cost` of drives out of a robot's start includes the rest of its running action, which is subtracted here.
+    """
     owners = {key[2]: key[1] for key in table.facts if key[0] == "at"}
     starts = [place for robot in members for place in table.args("at", robot)]
     places = [*starts, *table.of_kind("target"), *table.of_kind("meeting"), *table.of_kind("home")]

@@ -1,19 +1,22 @@
-"""A situation as the objects, facts and goals of the canonical domain: what the text and the library's problem share.
+"""A situation as objects, facts and goals of the canonical domain, and its numbers as text.
 
-`problem_facts` is the one place that says how a situation becomes PDDL. Most facts are what actions read. *Records*
-are read by no action; they keep what the others leave open, so that the situation can be read back exactly.
+`problem_facts` alone defines how a situation becomes PDDL. Actions read most of the facts. *Records* are facts that no
+action reads: they hold the rest of the situation, so that it can be read back exactly.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
+from fractions import Fraction
 from itertools import product
 from math import isfinite
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.names import encode_name, encode_type
+from marsupial.model.bounds import MOST
 from marsupial.model.robots import Role
 from marsupial.model.situation import PlanningType, RobotState, Situation
 
@@ -29,7 +32,7 @@ SUPERTYPES: Mapping[str, str | None] = {
     "meeting": "waypoint",
     "home": "waypoint",
 }
-"""The domain's types, each with the one it is a kind of."""
+"""The domain's types, each with its supertype."""
 
 LEAF_TYPES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())
 """The types that objects may have."""
@@ -66,6 +69,8 @@ FUNCTIONS: Mapping[str, tuple[str, ...]] = {
 }
 """The domain's functions with the types of their parameters."""
 
+_NUMBER = re.compile(r"[-+]?[0-9./]{1,1100}(?:[eE][-+]?[0-9]{1,3})?")
+
 
 @dataclass(frozen=True, slots=True)
 class Fact:
@@ -94,28 +99,47 @@ def seconds(ms: int) -> str:
     return f"{'-' if ms < 0 else ''}{abs(ms) // 1000}.{abs(ms) % 1000:03d}"
 
 
+def exact(text: str) -> Fraction:
+    """Return the number in a text exactly: decimal, with an exponent, or a fraction (``1/3``).
+
+    Raises
+    ------
+    ValueError
+        If it is no number, has more than 1100 digits, or is beyond `MOST`: ``1e1000000`` would fill the memory.
+    """
+    if _NUMBER.fullmatch(text) is None:
+        raise ValueError(f"{text[:40]!r} is no number of at most 1100 digits")
+    try:
+        value = Fraction(text)
+    except ZeroDivisionError:
+        raise ValueError(f"{text!r} divides by zero") from None
+    if abs(value) > MOST:
+        raise ValueError(f"{text} is more than {MOST:g}")
+    return value
+
+
 def duration_ms(ms: int) -> int:
-    """Return how long an action takes whose travel or docking takes `ms`: at least 1, as PDDL wants more than 0."""
+    """Return the duration of an action whose travel or docking takes `ms`: at least 1, as PDDL requires more than 0."""
     return max(1, int(ms))
 
 
 def start_of(situation: Situation) -> dict[str, RobotState]:
-    """Return by start place the robot whose start it is."""
+    """Return the robot at each start."""
     return {robot.place: robot for robot in situation.robots if robot.place is not None}
 
 
 def problem_facts(situation: Situation, *, records: bool = True) -> ProblemFacts:
-    """Return what the canonical PDDL says of `situation`.
+    """Return the objects, facts and goals of `situation`.
 
     Parameters
     ----------
     records
-        Whether to include the facts no action reads.
+        Whether to include the facts that no action reads.
 
     Raises
     ------
     SituationError
-        If a target's reveal is no finite number: PDDL has no way to write it.
+        If a target's reveal is no finite number, which PDDL can't express.
     """
     sections = [
         ("Where everybody is", tuple(_whereabouts(situation))),
@@ -128,7 +152,7 @@ def problem_facts(situation: Situation, *, records: bool = True) -> ProblemFacts
 
 
 def goal_facts(situation: Situation) -> tuple[Fact, ...]:
-    """Return what a plan has to reach."""
+    """Return the facts that a plan has to reach."""
     goal = situation.goal
     facts = [Fact("explored", (encode_name(target.name),)) for target in situation.targets]
     if goal.recover_rovers or goal.return_home:
@@ -143,9 +167,9 @@ def goal_facts(situation: Situation) -> tuple[Fact, ...]:
 
 
 def _drive_ms(situation: Situation, kind: str, origin: str, place: str, owners: Mapping[str, RobotState]) -> int | None:
-    """Return the `path_cost` of a drive in ms, or None where no action can use it.
+    """Return the `path_cost` of a drive in ms, or None if no action can use it.
 
-    A robot's start is its own, so the rest of its running action is part of the cost of every drive out of it.
+    Only one robot leaves a start, so the cost of each drive out of it includes the rest of that robot's running action.
     """
     owner = owners.get(origin)
     if origin == place or place in owners or (owner is not None and owner.type != kind):
@@ -221,6 +245,7 @@ def _records(situation: Situation) -> Iterator[Fact]:
     for kind in situation.types:
         yield from _type_records(situation, kind)
     for args, cost, travel in _table(situation):
+        # A `path_cost` is at least 1 ms, so it can't hold a travel time of 0.
         if travel is not None and (cost is None or travel == 0):
             yield Fact("travel", args, seconds(travel))
 
@@ -236,18 +261,19 @@ def _target_records(situation: Situation) -> Iterator[Fact]:
 
 
 def _type_records(situation: Situation, kind: PlanningType) -> Iterator[Fact]:
-    """Yield the numbers of a type that its robots' facts don't tell."""
+    """Yield the numbers of a type that the facts of its robots don't hold."""
     manned = kind.name in _manned(situation)
     if kind.capacity and not (manned and kind.role is Role.CARRIER):
         yield Fact("type_capacity", (encode_type(kind.name),), str(int(kind.capacity)))
     for name, time in (("type_dock_time", kind.dock_ms), ("type_undock_time", kind.undock_ms)):
-        told = manned and kind.role is Role.ROVER
-        if time != (duration_ms(time) if told else 0):
+        # The facts of rovers hold docking times, but at least 1 ms; without rovers, reading assumes 0.
+        in_facts = manned and kind.role is Role.ROVER
+        if time != (duration_ms(time) if in_facts else 0):
             yield Fact(name, (encode_type(kind.name),), seconds(int(time)))
 
 
 def _manned(situation: Situation) -> frozenset[str]:
-    """Return the types that some robot is of."""
+    """Return the types that have robots."""
     return frozenset(robot.type for robot in situation.robots)
 
 

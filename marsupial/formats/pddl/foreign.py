@@ -1,7 +1,7 @@
-"""PDDL that is not of the canonical domain at all: what is missing in a few lines, and not what is wrong in a thousand.
+"""Recognise PDDL of another domain, and report what it lacks in three lines instead of a thousand problems.
 
-A text counts as foreign by its words: where most types, facts and goals of a problem, or most declarations of a domain,
-are others than the canonical domain's. What the domain is called decides nothing.
+A problem is foreign if most of its types, facts and goals are unknown to the canonical domain; a domain, if it lacks
+most of the canonical declarations. The domain's name does not matter.
 """
 
 from __future__ import annotations
@@ -14,21 +14,22 @@ from marsupial.formats.pddl.sexpr import Form, Word, at_line, typed_list
 
 _TYPES = ("robot_type", "carrier", "rover", "start", "target", "meeting")
 _FACTS = ("at", "is_a", "can_explore", "path", "path_cost", "capacity", "dock_time")
-"""What a problem has that is worth a plan."""
+"""Facts that a problem needs to have a plan."""
 
 _MOST_NAMES = 6
-"""How many names a line lists."""
+"""Most names in a line."""
 
 Declared = tuple[str, str]
-"""Kind and name of something that a domain declares."""
+"""Kind and name of a declaration in a domain."""
 
 
 def foreign_problem(form: Form) -> tuple[Problem, ...]:
-    """Return what `form` lacks of a problem of the canonical domain, in three lines; nothing where it may be one."""
+    """Return three problems with what `form` lacks; none if it may be a problem of the canonical domain."""
     sections = [item for item in form.items if isinstance(item, Form)]
     kinds = [(f"type {kind}", item) for item, kind in _declared(sections)]
     facts = [(item.head, item) for item in _facts(sections)]
     known = {f"type {kind}" for kind in LEAF_TYPES} | set(PREDICATES) | set(FUNCTIONS)
+    # Names count once, however often they are used: one unknown fact in a thousand places is one slip.
     used = {name for name, _ in (*kinds, *facts)}
     if len(used - known) <= len(used & known):
         return ()
@@ -45,7 +46,7 @@ def foreign_problem(form: Form) -> tuple[Problem, ...]:
 def foreign_domain(
     name: str, line: int, given: Collection[Declared], wanted: Sequence[Declared]
 ) -> tuple[Problem, ...]:
-    """Return what a domain lacks of the canonical one, in three lines; nothing where it has half of it or more."""
+    """Return three problems with what a domain lacks of the canonical one; none if it has at least half of it."""
     missing = [each for each in wanted if each not in given]
     if 2 * len(missing) <= len(wanted):
         return ()
@@ -64,7 +65,7 @@ def _declared(sections: Sequence[Form]) -> Iterator[tuple[Word | Form, Word | Fo
 
 
 def _facts(sections: Sequence[Form]) -> Iterator[Form]:
-    """Yield the facts and goals; of a number its function."""
+    """Yield the facts and goals; for a numeric fact, its function."""
     for section in sections:
         parts = section.items[1:] if section.head in (":init", ":goal") else ()
         for part in parts:

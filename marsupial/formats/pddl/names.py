@@ -1,9 +1,9 @@
-"""Names in PDDL: which stand as they are, and how the others are written so that they can be read back.
+"""Names in PDDL: plain ones are kept, others are escaped so that they can be read back.
 
-PDDL knows no capitals and few characters, and planners stumble over objects called like a type or a keyword. A name
-that PDDL can't hold is written ``n-`` plus its characters, each one outside ``[a-z0-9_]`` as its code ``-<hex>-``:
-``Room 1`` is ``n--52-oom-20-1``, ``home`` is ``n-home``. Robot types are objects named ``<name>_type``, in a name
-space of their own as in a situation.
+PDDL ignores case and allows few characters, and planners fail on objects named like a type or a keyword. Such a name
+becomes ``n-`` and its characters, with the code ``-<hex>-`` for each one outside of ``[a-z0-9_]``: ``Room 1`` becomes
+``n--52-oom-20-1``, ``home`` becomes ``n-home``. Robot types are objects ``<name>_type``: as in a situation, a type may
+have the same name as a robot or place.
 """
 
 from __future__ import annotations
@@ -30,30 +30,30 @@ _KEYWORDS = """
 """
 
 RESERVED = frozenset((_DOMAIN_WORDS + _KEYWORDS).split())
-"""Words with a meaning of their own in the domain or in PDDL."""
+"""Words with a meaning in the domain or in PDDL."""
 
 
 def encode_name(name: str) -> str:
-    """Return how a robot or place is called in PDDL."""
-    if name.endswith(TYPE_SUFFIX):
+    """Return the PDDL name of a robot or place."""
+    if name.endswith(TYPE_SUFFIX):  # it must not look like a type
         return _escape(name.removesuffix(TYPE_SUFFIX)) + "-5f-type"
     return name if _is_plain(name, name) else _escape(name)
 
 
 def encode_type(name: str) -> str:
-    """Return how the object that stands for a robot type is called in PDDL."""
+    """Return the name of the PDDL object for a robot type."""
     whole = name + TYPE_SUFFIX
     return whole if _is_plain(name, whole) else _escape(name) + TYPE_SUFFIX
 
 
 def decode_name(word: str) -> str:
-    """Return the robot or place called `word` in PDDL."""
+    """Return the robot or place with the PDDL name `word`."""
     name = _unescape(word)
     return name if encode_name(name) == word else word
 
 
 def decode_type(word: str) -> str:
-    """Return the robot type whose object is called `word` in PDDL."""
+    """Return the robot type whose PDDL object has the name `word`."""
     name = _unescape(word.removesuffix(TYPE_SUFFIX))
     return name if encode_type(name) == word else word
 

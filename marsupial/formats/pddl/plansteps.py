@@ -1,11 +1,19 @@
-"""A plan as PDDL says it: steps with exact times in seconds, and how they become whole milliseconds.
+"""Convert plans between PDDL's steps, with exact times in seconds, and actions in whole milliseconds.
 
-PDDL differs from a `Plan` in two ways. A robot whose running action ends later leaves its start at once, and the
-rest of that action is part of its drive's duration; a `Plan` has the drive alone, later. And times of planners are
-any decimals. They are rounded to the nearest millisecond; where that leaves less than `EPSILON_MS` between an action
-and the next one of the same robot, although there was some time between them, the later one starts as much later as
-is needed. (In this domain all dependence between actions goes through a robot in both.) Actions that touched or
-overlapped before rounding are left alone: such a plan is wrong, and the checker shall see it.
+PDDL differs from a `Plan` in two ways.
+
+*Busy robots.* In PDDL a robot whose running action is not over leaves its start at time 0, and its drive takes longer
+by the rest of that action. In a `Plan` the drive starts later:
+
+::
+
+    PDDL    |== rest of the action ==|==== drive ====|      start 0, duration rest + drive
+    Plan                             |==== drive ====|      start rest, duration drive
+
+*Any decimals.* Planners' times are rounded to the nearest millisecond. Rounding may leave less than `EPSILON_MS`
+between two actions of a robot that had some time between them; then the later one is delayed as much as is needed. (In
+this domain two actions depend on each other only through a robot in both.) Actions that touched or overlapped before
+rounding are left alone: such a plan is invalid, and the checker must see it.
 """
 
 from __future__ import annotations
@@ -25,12 +33,14 @@ from marsupial.model.situation import Situation
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """One line of a PDDL plan: PDDL names, seconds as printed; `where` is how to call it in a message.
+    """One line of a PDDL plan, with PDDL names and the printed seconds.
 
     Attributes
     ----------
+    where
+        The line's name in messages.
     start_off, duration_off
-        By how many seconds the true time may differ from the printed one, which is rounded.
+        The most seconds by which the true time may differ from the printed one, which is rounded.
     """
 
     start: Fraction
@@ -44,7 +54,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """The plan that steps mean, and of each action that was mended its new times, in order of start."""
+    """The plan of some steps; `mended` describes the actions whose times were corrected, in order of start."""
 
     plan: Plan
     mended: tuple[str, ...] = ()
@@ -56,18 +66,18 @@ def steps_of(plan: Plan, situation: Situation) -> tuple[Step, ...]:
     Raises
     ------
     InvalidPlanError
-        If an action names what the situation doesn't have, or starts before its robot is free: PDDL can't say that.
+        If an action has an unknown name, or starts before its robot is free, which PDDL can't express.
     """
     return tuple(_step(action, situation) for action in plan.actions)
 
 
 def plan_of(steps: Iterable[Step], situation: Situation) -> Plan:
-    """Return the plan that the steps mean for `situation`; raises as `reading_of` does."""
+    """Return the plan of the steps; see `reading_of`."""
     return reading_of(steps, situation).plan
 
 
 def reading_of(steps: Iterable[Step], situation: Situation) -> Reading:
-    """Return the plan that the steps mean for `situation`, and what of it had been rounded away.
+    """Return the plan of the steps for `situation`, and the actions whose rounded times were corrected.
 
     Raises
     ------
@@ -88,7 +98,7 @@ def reading_of(steps: Iterable[Step], situation: Situation) -> Reading:
 
 
 class _Unreadable(Exception):
-    """A step that means no action; `reading_of` turns it into a problem."""
+    """The reason why a step is no action; `reading_of` turns it into a problem."""
 
 
 def _step(action: Action, situation: Situation) -> Step:
@@ -111,13 +121,13 @@ def _step(action: Action, situation: Situation) -> Step:
 
 
 def _free_ms(robot: str, origin: str | None, situation: Situation) -> int:
-    """Return the time that is part of a drive's PDDL duration: until `robot` is free, if `origin` is its start."""
+    """Return the rest of `robot`'s running action if `origin` is its start, as part of the drive's PDDL duration."""
     owner = situation.robot_by_name.get(robot)
     return int(owner.free_at_ms) if owner is not None and origin is not None and owner.place == origin else 0
 
 
 _Names = Mapping[str, frozenset[str]]
-"""The names in a situation of each kind of thing that a step can name."""
+"""The names in a situation by the noun for their kind in messages."""
 
 
 def _names(situation: Situation) -> _Names:
@@ -135,7 +145,7 @@ def _names(situation: Situation) -> _Names:
 
 @dataclass(frozen=True, slots=True)
 class _Timed:
-    """An action in rounded ms, with the start and end its step gives it and by how much these may be off, in ms."""
+    """An action in rounded ms, with its step's exact start and end, and the most ms by which these may be off."""
 
     action: Action
     start: Fraction
@@ -151,12 +161,13 @@ def _timed(step: Step, situation: Situation, names: _Names) -> _Timed:
     if step.start < 0:
         raise _Unreadable(f"starts before the plan, at {float(step.start):g}")
     free = _free_ms(action.robot, action.origin, situation)
-    told = _told_ms(action, situation)
-    if step.duration is None and told is None:
+    known = _duration_ms(action, situation)
+    if step.duration is None and known is None:
         raise _Unreadable(f"no duration given, and no path from {action.origin} to {action.place} that tells it")
-    printed = Fraction(told or 0) if step.duration is None else step.duration * 1000 - free
+    # If the printed duration was rounded and the situation's is within its reach, the situation's is the true one.
+    printed = Fraction(known or 0) if step.duration is None else step.duration * 1000 - free
     off = step.duration_off * 1000
-    exact = Fraction(told) if told is not None and abs(told - printed) <= off else printed
+    exact = Fraction(known) if known is not None and abs(known - printed) <= off else printed
     if exact <= 0:
         raise _Unreadable(f"{action.robot} is busy for {free} ms at first, the action must take longer")
     start = step.start * 1000 + free
@@ -175,12 +186,12 @@ def _timed(step: Step, situation: Situation, names: _Names) -> _Timed:
 
 
 def _nearest(value: Fraction) -> int:
-    """Round to the nearest integer, halves up: what is an integer apart stays so."""
+    """Round to the nearest integer, halves up: unlike halves to even, this keeps whole distances between times."""
     return (2 * value + 1) // 2
 
 
 def _action(step: Step, situation: Situation, names: _Names) -> Action:
-    """Return the action a step means, without its times."""
+    """Return the action of a step, without its times."""
     try:
         name = ActionName(step.name)
     except ValueError:
@@ -212,8 +223,8 @@ def _check(name: str | None, noun: str, names: _Names) -> None:
         raise _Unreadable(f"there is no {noun} {name}")
 
 
-def _told_ms(action: Action, situation: Situation) -> int | None:
-    """Return how long an action takes by the situation; None where there is no path."""
+def _duration_ms(action: Action, situation: Situation) -> int | None:
+    """Return an action's duration in the situation; None if there is no path."""
     kind = situation.type_of(action.robot)
     if action.origin is None:
         return duration_ms(kind.dock_ms if action.name is ActionName.DOCK else kind.undock_ms)
@@ -222,7 +233,7 @@ def _told_ms(action: Action, situation: Situation) -> int | None:
 
 
 def _spaced(timed: Sequence[_Timed]) -> Reading:
-    """Return the actions with the gaps that rounding closed opened again."""
+    """Return the actions, delayed where rounding has closed a gap before them."""
     last: dict[str, tuple[_Timed, int]] = {}
     actions: list[Action] = []
     mended: list[str] = []
@@ -230,6 +241,7 @@ def _spaced(timed: Sequence[_Timed]) -> Reading:
         start, wrong = item.action.start_ms, item.mended
         for before, end_ms in (last[robot] for robot in item.action.robots if robot in last):
             off = before.end_off + item.start_off
+            # Open a gap only if there was one, or if there may have been one before the planner rounded its output.
             if before.end < item.start or (off and before.end <= item.start + off):
                 start = max(start, end_ms + EPSILON_MS)
                 wrong = wrong or before.end >= item.start

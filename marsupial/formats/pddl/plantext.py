@@ -1,8 +1,8 @@
 """Plans as text, in the format of the planning competitions (IPC): ``12.001: (move r1 rover_type s1 m1) [5.000]``.
 
-What is written holds whole milliseconds and reads back as the same plan. What is read may come from any planner:
-any case, durations left out, ``1.2e+01``, comments, blank lines, LPG's ``[D:5.00; C:0.10]`` and the bracket too much
-at the end of each line of its plan files. See `marsupial.formats.pddl.plansteps` for how times become milliseconds.
+Written plans have whole milliseconds and read back as the same plan. Plans to read may come from any planner: in any
+case, without durations, with ``1.2e+01``, comments or blank lines, with LPG's ``[D:5.00; C:0.10]`` and its extra
+bracket at the end of each line. `marsupial.formats.pddl.plansteps` explains how times become milliseconds.
 """
 
 from __future__ import annotations
@@ -13,8 +13,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 from marsupial.errors import PlanTextError, Problem
-from marsupial.formats.pddl.facts import seconds
-from marsupial.formats.pddl.numbers import exact
+from marsupial.formats.pddl.facts import exact, seconds
 from marsupial.formats.pddl.plansteps import Reading, Step, reading_of, steps_of
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
@@ -25,19 +24,19 @@ _DURATION = rf"\[\s*(?:({_NUMBER})\s*|d:\s*({_NUMBER})\s*;[^\]]*)\](?:\s*\))?\s*
 _LINE = re.compile(rf"({_NUMBER})\s*:\s*\(\s*([^\s()]+)((?:\s+[^\s()]+)*)\s*\)\s*(?:{_DURATION})?(?:;.*)?")
 
 _ROUNDED_TO = -2
-"""Exponent of the last digit of times that count as rounded: LPG's hundredths of a second. Whole milliseconds are
-exact, and a plan with fewer digits was written by a person, who means what it says."""
+"""Exponent of the last digit of times that count as rounded: LPG's hundredths of a second. Milliseconds are exact, and
+a person wrote a plan with fewer digits, which is exact too."""
 
 
 def write_plan_text(plan: Plan, situation: Situation) -> str:
     """Return a plan for `situation` in IPC format, after a header of comments.
 
-    A drive of a robot that is still busy starts at once and takes as much longer, as `path_cost` says.
+    The first drive of a busy robot starts at 0 and takes longer by the rest of its running action, like `path_cost`.
 
     Raises
     ------
     InvalidPlanError
-        If an action names a robot there is none of, or starts before its robot is free.
+        If an action has an unknown robot, or starts before its robot is free.
     """
     lines = [f"; {counted(len(plan.actions), 'action')}, makespan {seconds(plan.makespan_ms)} s"]
     lines += [_line(step) for step in steps_of(plan, situation)]
@@ -45,14 +44,14 @@ def write_plan_text(plan: Plan, situation: Situation) -> str:
 
 
 def read_plan_text(text: str, situation: Situation) -> Plan:
-    """Return the plan for `situation` that a text in IPC format holds; see `read_plan`."""
+    """Return the plan in a text in IPC format; see `read_plan`."""
     return read_plan(text, situation).plan
 
 
 def read_plan(text: str, situation: Situation) -> Reading:
-    """Return the plan for `situation` that a text in IPC format holds, and what of it had been rounded away.
+    """Return the plan for `situation` in a text in IPC format, and the actions whose rounded times were corrected.
 
-    It is not checked whether it is valid.
+    The plan may be invalid: the checker finds out.
 
     Raises
     ------
@@ -105,5 +104,5 @@ def _steps(text: str, problems: list[Problem]) -> Iterator[Step]:
 
 
 def _off(number: str) -> Fraction:
-    """Return by how many seconds a printed time may differ from the true one."""
+    """Return the most seconds by which a printed time may differ from the true one."""
     return Fraction(1, 200) if Decimal(number).as_tuple().exponent == _ROUNDED_TO else Fraction(0)

@@ -1,8 +1,13 @@
-"""Read a problem of the canonical domain back into a situation.
+"""Read a problem of the canonical domain as a situation.
 
-First the text becomes checked objects and facts (names, numbers of arguments, types), then a situation is put
-together from them. All problems found are reported together, each with its line. Records may be missing, as in a
-problem written by hand: then the situation is the plainest one with the same plans.
+::
+
+    text ──parse_form──► forms ──_Reader──► FactTable ──assemble──► Situation
+              brackets           names, numbers of     facts that agree
+                                 arguments, types      with each other
+
+Each step reports all its problems at once, with their lines. A problem written by hand may have no records: then the
+situation is the simplest one with the same plans.
 """
 
 from __future__ import annotations
@@ -12,9 +17,8 @@ from dataclasses import dataclass, field
 
 from marsupial.errors import SituationError
 from marsupial.formats.pddl.assemble import assemble
-from marsupial.formats.pddl.facts import FUNCTIONS, LEAF_TYPES, PREDICATES, SUPERTYPES
+from marsupial.formats.pddl.facts import FUNCTIONS, LEAF_TYPES, PREDICATES, SUPERTYPES, exact
 from marsupial.formats.pddl.foreign import foreign_problem
-from marsupial.formats.pddl.numbers import exact
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
 from marsupial.formats.pddl.table import FactTable
 from marsupial.model.situation import Situation
@@ -28,20 +32,20 @@ def read_problem(text: str) -> Situation:
     Raises
     ------
     SituationError
-        With every problem found and its line; of another domain's problem only what it lacks.
+        With every problem and its line; for another domain's problem, with what it lacks.
     """
     form = parse_form(text)
     if strange := foreign_problem(form):
         raise SituationError(strange)
     reader = _Reader()
     reader.read(form)
-    reader.table.refuse_if_wrong()
+    reader.table.check()
     return assemble(reader.table)
 
 
 @dataclass(slots=True)
 class _Reader:
-    """Checks names, arguments and types while it fills the table."""
+    """Fills the table, and checks names, arguments and types."""
 
     table: FactTable = field(default_factory=FactTable)
 
@@ -126,7 +130,7 @@ class _Reader:
         return None if any(faults) else args
 
     def _argument(self, item: Form, arg: str, wanted: str) -> bool:
-        """Report an argument that is unknown or of another type than `wanted`; say whether it was."""
+        """Return whether an argument is unknown or of another type than `wanted`, and note the problem."""
         kind: str | None = self.table.kinds.get(arg)
         if kind is None:
             self.table.wrong(item.line, f"{item}: there is no object {arg}")

@@ -1,7 +1,7 @@
-"""S-expressions with line numbers: the brackets and words that PDDL is written in.
+"""Parse S-expressions, the syntax of PDDL, with line numbers.
 
-A text becomes nested tuples of `Word` and `Form`, each knowing its line, so that every complaint about a PDDL file
-can say where. Words are lower-cased, as PDDL doesn't tell cases apart; ``;`` starts a comment.
+A text becomes nested tuples of `Word` and `Form`. Each has its line, so that every problem of a PDDL file can be
+reported with it. Words become lower case, as PDDL ignores case; ``;`` starts a comment.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from marsupial.errors import Problem, SituationError
 _TOKENS = re.compile(r";[^\n]*|[()]|[^\s();]+|\n")
 
 _DEEPEST = 100
-"""Nesting beyond this is no PDDL; what works on forms may then be recursive."""
+"""Most levels of nesting; PDDL has far fewer. The limit makes recursion over forms safe."""
 
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """One word; its line doesn't count when words are compared."""
+    """One word; comparisons ignore its line."""
 
     text: str
     line: int = field(default=0, compare=False)
@@ -31,14 +31,14 @@ class Word:
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """What stands between a pair of brackets; `line` is that of the opening one and doesn't count in comparisons."""
+    """The content of a pair of brackets; `line` is that of the opening one, and comparisons ignore it."""
 
     items: tuple[Word | Form, ...]
     line: int = field(default=0, compare=False)
 
     @property
     def head(self) -> str:
-        """First word, or nothing where there is none."""
+        """The first item if it is a word, else an empty text."""
         return self.items[0].text if self.items and isinstance(self.items[0], Word) else ""
 
     def __str__(self) -> str:
@@ -46,18 +46,19 @@ class Form:
 
 
 def at_line(line: int, message: str) -> Problem:
-    """Return the problem that `message` describes, found at `line` of a text."""
+    """Return a problem at a line of a text."""
     return Problem(f"line {line}", message)
 
 
 def parse_form(text: str) -> Form:
-    """Return the one form that `text` consists of.
+    """Return the single form of a text.
 
     Raises
     ------
     SituationError
-        With the line of a bracket that is missing or too much, or of what stands outside the brackets.
+        With the line of a missing or extra bracket, or of a word outside of the form.
     """
+    # The stack of open forms: their items so far, and the lines of their opening brackets.
     root: list[Word | Form] = []
     open_items, open_lines = [root], [1]
     line = 1
@@ -82,7 +83,7 @@ def parse_form(text: str) -> Form:
 
 
 def typed_list(items: Sequence[Word | Form]) -> Iterator[tuple[Word | Form, Word | Form]]:
-    """Yield each item of a list such as ``a b - kind c`` with its type, ``object`` where it has none."""
+    """Yield each item of a list such as ``a b - kind c`` with its type, by default ``object``."""
     waiting: list[Word | Form] = []
     rest = iter(items)
     for item in rest:

@@ -1,6 +1,6 @@
-"""What a PDDL problem says, sorted by name: objects, facts, numbers and goals with their lines, and what is wrong.
+"""The objects, facts, numbers and goals of a PDDL problem by name, with their lines, and all problems found.
 
-`marsupial.formats.pddl.read` fills it from text, `marsupial.formats.pddl.assemble` asks it; both add to its problems.
+`marsupial.formats.pddl.read` fills the table, `marsupial.formats.pddl.assemble` reads it; both note problems in it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from marsupial.formats.pddl.sexpr import at_line
 from marsupial.model.bounds import BOUNDS, Bound
 
 Key = tuple[str, ...]
-"""A predicate or function with its arguments, as in the text."""
+"""A predicate or function with its arguments."""
 
 
 @dataclass(slots=True)
@@ -26,16 +26,16 @@ class FactTable:
     values: dict[Key, tuple[Fraction, int]] = field(default_factory=dict)
     goals: dict[Key, int] = field(default_factory=dict)
     goal_line: int = 1
-    wrongs: list[tuple[int, str]] = field(default_factory=list)
+    problems: list[tuple[int, str]] = field(default_factory=list)
 
     def wrong(self, line: int, message: str) -> None:
         """Note a problem."""
-        self.wrongs.append((line, message))
+        self.problems.append((line, message))
 
-    def refuse_if_wrong(self) -> None:
+    def check(self) -> None:
         """Raise `SituationError` with all problems noted, by line."""
-        if self.wrongs:
-            raise SituationError([at_line(line, message) for line, message in sorted(self.wrongs)])
+        if self.problems:
+            raise SituationError([at_line(line, message) for line, message in sorted(self.problems)])
 
     def of_kind(self, *kinds: str) -> tuple[str, ...]:
         """Return the objects of these types, in order."""
@@ -46,7 +46,7 @@ class FactTable:
         return [key[2] for key in self.facts if key[0] == name and key[1] == first]
 
     def single(self, name: str, first: str) -> str | None:
-        """Return the one second argument of a predicate, or None; several are a problem."""
+        """Return the second argument of the predicate's only fact with that first argument, or None; note several."""
         found = self.args(name, first)
         if len(found) > 1:
             self.wrong(self.facts[name, first, found[1]], f"{first} has {found[0]} already: ({name} {first} ...)")
@@ -57,11 +57,11 @@ class FactTable:
         return self.values[key][1]
 
     def ms(self, key: Key) -> int | None:
-        """Return a time in ms, or None where it isn't given."""
+        """Return a time in ms, or None if it is not given."""
         return self._whole(key, 1000, BOUNDS["duration_ms"], "seconds with at most three decimals")
 
     def count(self, key: Key) -> int | None:
-        """Return a whole number, or None where it isn't given."""
+        """Return a whole number, or None if it is not given."""
         return self._whole(key, 1, BOUNDS["capacity"], "a whole number")
 
     def _whole(self, key: Key, scale: int, bound: Bound, wanted: str) -> int | None:

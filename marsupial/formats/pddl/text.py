@@ -1,24 +1,42 @@
-"""The canonical PDDL of a situation, as text.
+"""Situations as PDDL text: the canonical domain, ``pddl/domain.pddl``, and problems of it.
 
-``pddl/domain.pddl`` is the one source of the domain. A problem is written so that any PDDL 2.1 planner can be pointed
-at it and so that `marsupial.formats.pddl.read.read_problem` gives back the very same situation.
+Any PDDL 2.1 planner can read a problem, and `read_problem` returns exactly the situation that it was written from.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cache
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
 
-from marsupial.errors import Problem, SituationError
+from marsupial.errors import InternalError, Problem, SituationError
 from marsupial.formats.pddl.facts import problem_facts
 from marsupial.formats.pddl.foreign import foreign_domain
 from marsupial.formats.pddl.names import encode_name
 from marsupial.formats.pddl.read import read_problem
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
-from marsupial.formats.resources import pddl_folder
 from marsupial.model.situation import Situation
 
-__all__ = ["check_domain", "domain_text", "problem_text", "read_problem"]
+__all__ = ["check_domain", "domain_text", "pddl_folder", "problem_text", "read_problem"]
+
+
+def pddl_folder() -> Traversable:
+    """Return the folder with ``domain.pddl``, its documentation and ``examples``.
+
+    In a checkout it is at the top, where people find it; a wheel has it as ``marsupial/data/pddl``.
+
+    Raises
+    ------
+    InternalError
+        If marsupial was installed without it.
+    """
+    checkout = Path(__file__).resolve().parents[3] / "pddl"
+    for folder in (files("marsupial") / "data" / "pddl", checkout):
+        if (folder / "domain.pddl").is_file():
+            return folder
+    raise InternalError("the folder pddl is neither in the installed package nor beside it")
 
 
 @cache
@@ -35,9 +53,9 @@ def problem_text(situation: Situation, *, name: str = "exploration", records: bo
     name
         Name of the problem.
     records
-        Whether to write the facts that no action reads. Without them the problem is shorter and has the same plans,
-        but what is read back is only as good for planning: no reveals, no homes beyond those in the goal, times
-        until robots are free as part of their first drives.
+        Whether to write the facts that no action reads. Without them the problem is shorter and has the same plans, but
+        the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and the
+        times until robots are free are part of their first drives.
 
     Raises
     ------
@@ -56,13 +74,13 @@ def problem_text(situation: Situation, *, name: str = "exploration", records: bo
 
 
 def check_domain(text: str) -> None:
-    """Check that `text` is the canonical domain; comments, layout, order and requirements don't matter.
+    """Check that `text` is the canonical domain; comments, layout, order and requirements may differ.
 
     Raises
     ------
     SituationError
-        With each predicate, function, type or action that is missing, unknown or different, and its line; where most
-        are missing, with what is missing by kind.
+        With each predicate, function, type or action that is missing, unknown or different, and its line; if most are
+        missing, with their names by kind.
     """
     form = parse_form(text)
     given, wanted = _declarations(form), _declarations(parse_form(domain_text()))
@@ -87,7 +105,7 @@ _Declarations = dict[tuple[str, str], tuple[Form, int]]
 
 
 def _declarations(domain: Form) -> _Declarations:
-    """Return what a domain declares by kind and name; variable names are part of it."""
+    """Return a domain's declarations by kind and name; the names of variables must be the canonical ones too."""
     found: _Declarations = {}
     for part in domain.items[1:]:
         for kind, name, form in _parts(part):

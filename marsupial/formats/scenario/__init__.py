@@ -1,12 +1,11 @@
-"""Scenario files: the one documented format that a mission's world, team and goal are written in.
+"""Scenario files: the documented format of a mission's world, team and goal (``docs/scenario-format.md``).
 
-``docs/scenario-format.md`` describes it. Reading reports every wrong field at once; writing is all or nothing, and
-what was written reads back as the same scenario.
+Reading reports all wrong fields at once. Writing is all or nothing, and a written file reads back as the same scenario.
 """
 
 from __future__ import annotations
 
-from marsupial.formats.scenario.read import is_scenario_file, is_scenario_text, read_scenario, understand_scenario
+from marsupial.formats.scenario.read import is_scenario_file, is_scenario_text, read_scenario, read_scenario_and_map
 from marsupial.formats.scenario.team import with_team
 from marsupial.formats.scenario.write import scenario_text, write_scenario
 
@@ -14,8 +13,8 @@ __all__ = [
     "is_scenario_file",
     "is_scenario_text",
     "read_scenario",
+    "read_scenario_and_map",
     "scenario_text",
-    "understand_scenario",
     "with_team",
     "write_scenario",
 ]

@@ -1,6 +1,6 @@
-"""The masks beside a map: ``keepout`` and ``speed``, nav2 maps that become terrain where they say something.
+"""The fields ``keepout`` and ``speed`` of a map: nav2 maps that become terrain (`mapfiles.filter_masks`).
 
-Scenario files and the settings of `marsupial ros` have them, word for word.
+Scenario files and the settings of `marsupial ros` share them.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ PERCENT = Bound(0, 100, "%", above=True)
 
 
 def read_filters(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> FilterMasks:
-    """Read the masks of a ``map``; they mean something only if no problem was noted. Paths are relative to `folder`."""
+    """Read the masks of a ``map``, with paths relative to `folder`; they are valid only if no problem was noted."""
     keepout = _read_keepout(fields.part("keepout"), terrains, folder) if fields.has("keepout") else None
     speed = _read_speed(fields.part("speed"), terrains, folder) if fields.has("speed") else None
     return FilterMasks(keepout=keepout, speed=speed)
 
 
 def _mask(fields: Fields, folder: Path, file: str) -> Occupancy | None:
-    """Return the mask that ``file`` names; None, with the problems noted, where it can't be read."""
+    """Return the mask that ``file`` names; None, with its problems noted, if it can't be read."""
     if not file:
         return None
     try:
@@ -39,7 +39,7 @@ def _mask(fields: Fields, folder: Path, file: str) -> Occupancy | None:
 
 
 def note_file(fields: Fields, key: str, error: MapError) -> None:
-    """Note the problems of a file that a field names, with the file's path as far as it is known."""
+    """Note the problems of a file that a field names, with the file's path if it is known."""
     for problem in error.problems:
         text = f"{error.source}: {problem}" if error.source else str(problem)
         fields.problems.append(Problem(fields.at(key), text))
@@ -71,7 +71,7 @@ def _read_speed(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> 
 
 
 def _code(fields: Fields, key: str, name: str, terrains: tuple[Terrain, ...]) -> int | None:
-    """Return the code of a terrain that is ground; None, with the problem noted, where there is none."""
+    """Return the code of a terrain other than obstacle; None, with a problem noted, if there is none of that name."""
     codes = {terrain.name: terrain.code for terrain in terrains if terrain.code != OBSTACLE}
     if name and name not in codes:
         fields.wrong(key, unknown("terrain", name, codes))

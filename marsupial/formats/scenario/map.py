@@ -1,7 +1,12 @@
-"""The ``map`` and ``terrains`` of a scenario file: from a map file, a generator, or rows in the file itself.
+"""The fields ``map`` and ``terrains`` of a scenario file.
 
-Terrain classes of the scenario are added to those every map has; a mask image may paint them onto the map. Rows are
-drawn as the map is seen, the top one first, with one character a cell.
+::
+
+    file | generator | rows ──► cells ──► mask (an image) ──► keepout, speed (nav2 masks) ──► grid
+                                            each paints terrain over known cells without obstacle
+
+The scenario's own terrain classes are added to those that every map has. Rows have one character per cell and the top
+row first, as a map is seen.
 """
 
 from __future__ import annotations
@@ -28,7 +33,7 @@ SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}
 """Characters that need no legend."""
 
 _MOST_SYMBOLS = 10
-"""No more wrong characters of a row are named."""
+"""Most wrong characters of a row to report."""
 
 _NO_SYMBOL = f"must be a text of one character, none of {' '.join(SYMBOLS)}"
 
@@ -38,7 +43,7 @@ _KEYS = ("mask", *FILTERS, "width_m", "height_m", "resolution_m", "seed", "origi
 
 
 def read_terrains(top: Fields) -> tuple[Terrain, ...]:
-    """Read the list ``terrains``; return it after the classes that every map has."""
+    """Read the list ``terrains``; return the classes that every map has, then those."""
     terrains = list(TERRAINS)
     for fields in top.parts("terrains", required=False):
         name = fields.name("name")
@@ -51,7 +56,7 @@ def read_terrains(top: Fields) -> tuple[Terrain, ...]:
 
 
 def add_terrain(terrains: list[Terrain], terrain: Terrain, notes: Notes) -> None:
-    """Add a class whose name and code are not used yet."""
+    """Add a terrain class, or note a problem if its name or code is used already."""
     if terrain.name in {other.name for other in terrains}:
         notes.wrong("name", f"{terrain.name!r} is used twice")
     elif terrain.code in {other.code for other in terrains}:
@@ -63,20 +68,20 @@ def add_terrain(terrains: list[Terrain], terrain: Terrain, notes: Notes) -> None
 
 
 def free_code(terrains: list[Terrain]) -> int:
-    """Return the lowest code that is not used yet."""
+    """Return the lowest unused code."""
     used = {terrain.code for terrain in terrains}
     return next((code for code in range(UNKNOWN) if code not in used), UNKNOWN)
 
 
 class MapField(NamedTuple):
-    """The map of a scenario: as it is, and how its file was understood, None where it is from no file."""
+    """The map of a scenario, and how its file was interpreted, None if it has no file."""
 
     grid: Grid
     reading: MapReading | None = None
 
 
 def read_map_field(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapField | None:
-    """Read ``map``; return None, with the problems noted, where it is wrong. Paths are relative to `folder`."""
+    """Read ``map``, with paths relative to `folder`; return None, with problems noted, if it has any."""
     fields = top.part("map")
     before = len(top.problems)
     if not isinstance(top.data.get("map"), Mapping):
@@ -88,7 +93,7 @@ def read_map_field(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> 
         return None
     for other in SOURCES:
         if other != sources[0]:
-            fields.refuse(other, "")  # it is absent: said so that it isn't offered
+            fields.refuse(other, "")  # it is absent; this keeps it out of the list of allowed fields
     read = {"file": _from_file, "generator": _from_generator, "rows": _from_rows}[sources[0]]
     found = read(fields, terrains, folder)
     mask = _read_mask(fields, terrains)
@@ -111,7 +116,7 @@ def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> M
     if name and not has_scale(folder / name):
         resolution_m = fields.quantity("resolution_m") if fields.has("resolution_m") else None
     else:
-        fields.refuse("resolution_m", "a nav2 map says it itself: 'resolution' in its yaml")
+        fields.refuse("resolution_m", "a nav2 map has its own: 'resolution' in its yaml")
     if not name or len(fields.problems) > before:
         return None
     try:
@@ -128,6 +133,7 @@ def _from_generator(fields: Fields, terrains: tuple[Terrain, ...], folder: Path)
     numbers = {key: fields.number(key, None, BOUNDS["extent_m"]) for key in ("width_m", "height_m")}
     numbers["resolution_m"] = fields.quantity("resolution_m", 0.25)
     seed = fields.count("seed", 1)
+    # With an unknown generator, read the options of all: they must not be reported as unknown fields too.
     for entry in [GENERATORS[name]] if name else GENERATORS.values():
         numbers |= {key: fields.number(key, default) for key, default in entry.options.items()}
     if len(fields.problems) > before:
@@ -153,12 +159,12 @@ def _from_rows(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> M
 def drawn_cells(
     rows: Sequence[str], legend: Mapping[str, str], terrains: tuple[Terrain, ...], notes: Notes
 ) -> CellArray:
-    """Return the map drawn in rows of characters; it means something only if no problem was noted.
+    """Return the map drawn in rows of characters; it is valid only if no problem was noted.
 
     Parameters
     ----------
     legend
-        A terrain name for each further character.
+        Terrain names by further characters.
     """
     before = len(notes.problems)
     symbols = SYMBOLS | _legend_codes(legend, terrains, notes.below("legend"))
@@ -174,7 +180,7 @@ def drawn_cells(
 
 
 def _read_legend(fields: Fields) -> dict[str, str]:
-    """Read ``legend``: texts by texts."""
+    """Read ``legend``: terrain names by characters."""
     legend = fields.part("legend", required=False)
     for symbol in legend.data:
         if not isinstance(symbol, str):
@@ -193,7 +199,7 @@ def _legend_codes(legend: Mapping[str, str], terrains: tuple[Terrain, ...], note
 
 
 def _read_mask(fields: Fields, terrains: tuple[Terrain, ...]) -> tuple[str, dict[int, int]] | None:
-    """Read ``mask``: the image's path, and the terrain code for each grey."""
+    """Read ``mask``: the image's path, and terrain codes by grey."""
     if not fields.has("mask"):
         return None
     mask = fields.part("mask")
@@ -205,7 +211,7 @@ def _read_mask(fields: Fields, terrains: tuple[Terrain, ...]) -> tuple[str, dict
 
 
 def _greys(fields: Fields) -> Iterator[tuple[str, list[int]]]:
-    """Read ``greys`` of a mask: the name of each terrain with its greys."""
+    """Read ``greys`` of a mask: yield each terrain's name with its greys."""
     for name, values in fields.data.items():
         given = values if isinstance(values, list) else [values]
         wrong = [grey for grey in given if isinstance(grey, bool) or not isinstance(grey, int) or not 0 <= grey <= 255]
@@ -217,7 +223,7 @@ def _greys(fields: Fields) -> Iterator[tuple[str, list[int]]]:
 def mask_codes(
     greys: Iterable[tuple[str, Sequence[int]]], terrains: tuple[Terrain, ...], notes: Notes
 ) -> dict[int, int]:
-    """Return the terrain code for each grey of a mask, from the greys of each terrain."""
+    """Return the terrain code of each grey of a mask, from the greys of each terrain."""
     names = {terrain.name: terrain.code for terrain in terrains}
     codes: dict[int, int] = {}
     for name, values in greys:

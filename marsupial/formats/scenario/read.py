@@ -1,7 +1,7 @@
-"""Reading a scenario file; ``docs/scenario-format.md`` describes the format field by field.
+"""Read a scenario file; ``docs/scenario-format.md`` describes the format field by field.
 
-The file is YAML, so JSON will do too. It is parsed into plain values, every field is checked
-(`marsupial.formats.fields`), and only if nothing at all is wrong a `Scenario` is made of it.
+The file is YAML, of which JSON is a part. It is parsed into plain values, and all fields are checked
+(`marsupial.formats.fields`). Only a file without any problem becomes a `Scenario`.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ def read_scenario(path: Path | str) -> Scenario:
     ScenarioError
         With every wrong field by its path and line.
     """
-    return understand_scenario(path)[0]
+    return read_scenario_and_map(path)[0]
 
 
-def understand_scenario(path: Path | str) -> tuple[Scenario, MapReading | None]:
-    """Read a scenario file, as `read_scenario`, and say how its map file was understood, if it has one."""
+def read_scenario_and_map(path: Path | str) -> tuple[Scenario, MapReading | None]:
+    """Read a scenario file, see `read_scenario`; return also how its map file was interpreted, if it has one."""
     path = Path(path)
     data, text = parse(path)
     problems: list[Problem] = []
@@ -55,9 +55,9 @@ def understand_scenario(path: Path | str) -> tuple[Scenario, MapReading | None]:
 
 
 def is_scenario_file(path: Path | str) -> bool:
-    """Say whether a file is meant as a scenario file, be it right or wrong: it names its format or has a team.
+    """Return whether a file is meant as a scenario file, valid or not: it is JSON, or names a format, team or types.
 
-    Maps are YAML too, but never JSON.
+    nav2 maps are YAML too, but never JSON.
     """
     path = Path(path)
     if path.suffix.lower() not in (".yaml", ".yml"):
@@ -69,7 +69,7 @@ def is_scenario_file(path: Path | str) -> bool:
 
 
 def is_scenario_text(text: str) -> bool:
-    """Say the same of what a YAML file holds; of any text, since nothing is made of it."""
+    """Return whether the text of a YAML file is meant as a scenario file; any text will do, as only keys are read."""
     try:
         top = compose_yaml(text)
     except YamlFault:
@@ -80,7 +80,7 @@ def is_scenario_text(text: str) -> bool:
 
 
 def parse(path: Path) -> tuple[object, str]:
-    """Return what a YAML or JSON file of ours holds, and its text; raise a ScenarioError where it is neither."""
+    """Return the value of a YAML or JSON file, and its text; raise a ScenarioError if it is neither."""
     text = read_text(path, ScenarioError, MOST_BYTES)
     try:
         return parse_yaml(text), text
@@ -89,7 +89,7 @@ def parse(path: Path) -> tuple[object, str]:
 
 
 def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
-    """Read all fields; the scenario means something only if no problem was noted."""
+    """Read all fields; the scenario is valid only if no problem was noted."""
     if not read_version(top, FORMAT, VERSION):
         return None
     name = top.text("name", path.stem)
@@ -118,7 +118,7 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
 
 
 def read_version(top: Fields, form: str, latest: int) -> bool:
-    """Check format and version; False where the file is of a later version and its fields mean who knows what."""
+    """Check format and version; return False for a later version, whose fields are unknown here."""
     top.choice("format", [form])
     version = top.integer("version", None, Bound(1, MOST))
     if version > latest:
@@ -127,7 +127,7 @@ def read_version(top: Fields, form: str, latest: int) -> bool:
 
 
 def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) -> dict[str, RobotType | None]:
-    """Read ``robot_types`` by name; None for a type with a wrong field, or one too large for the cells of the map."""
+    """Read ``robot_types`` by name; None for a type with a problem, such as one too large for the cells of the map."""
     extent = None if grid is None else Extent(grid.cells.size, grid.resolution_m)
     kinds: dict[str, RobotType | None] = {}
     parts = top.parts("robot_types")
@@ -135,7 +135,7 @@ def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) ->
         top.wrong("robot_types", "must not be empty")
     if len(parts) > MOST_TYPES:
         top.wrong("robot_types", f"has {len(parts)} robot types, more than the limit of {MOST_TYPES}")
-    for fields in parts[:MOST_TYPES]:
+    for fields in parts[:MOST_TYPES]:  # a long list would cost time and report a problem each
         before = len(top.problems)
         kind = _read_type(fields, terrains)
         fault = None if extent is None else radius_fault(kind.radius_m, extent)
@@ -173,7 +173,7 @@ def _read_type(fields: Fields, terrains: tuple[Terrain, ...]) -> RobotType:
 
 
 def _read_role_fields(fields: Fields, role: str) -> dict[str, Any]:
-    """Read what only carriers or only rovers have; nothing where the role is wrong."""
+    """Read the fields that only carriers or only rovers have; none if the role has a problem."""
     if not role:
         return {}
     if role == Role.CARRIER:

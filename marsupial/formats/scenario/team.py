@@ -1,7 +1,7 @@
-"""The ``team`` of a scenario file: a number of equal carriers and rovers, or every robot by name.
+"""The field ``team`` of a scenario file: numbers of equal carriers and rovers, or a list of all robots.
 
-A carried rover names its carrier; every other robot has a start in metres of the map frame, or the word ``drawn``
-where the start is drawn by a seed. Names are compared without regard to case, as PDDL does.
+A rover aboard names its carrier. Every other robot has a start in metres of the map frame, or the word ``drawn``, and
+then a seed draws the start. Names that differ only in case count as equal, as in PDDL.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from marsupial.wording import counted
 DRAWN = "drawn"
 
 Kinds = Mapping[str, RobotType | None]
-"""Robot types by name; None for one whose own fields are wrong, of which nothing more is said."""
+"""Robot types by name; None for one whose fields have problems: no further problems are noted about it."""
 
 
 @dataclass(frozen=True, slots=True)
 class MemberEntry:
-    """One robot of the list as far as it could be read, with the notes on it."""
+    """One robot of the list, with the notes on its fields."""
 
     notes: Notes
     member: TeamMember
 
 
 def standing_fault(grid: Grid, kind: RobotType, cell: Cell) -> str | None:
-    """Say what keeps a robot of this type from standing on a cell of the map."""
+    """Return why a robot of this type can't stand on a cell of the map, or None."""
     from marsupial.maps.footprint import fits  # imports numba, which a team without starts does not need
 
     if fits(grid, kind, cell):
@@ -47,7 +47,7 @@ def standing_fault(grid: Grid, kind: RobotType, cell: Cell) -> str | None:
 
 
 def read_team(top: Fields, kinds: Kinds, grid: Grid | None) -> tuple[TeamMember, ...]:
-    """Read ``team`` in either form; starts are checked where the map could be read."""
+    """Read ``team`` in either form; check starts if the map could be read."""
     if isinstance(top.data.get("team"), Mapping):
         return _read_numbers(top.part("team"), kinds)
     if "team" in top.data and not isinstance(top.data["team"], list):
@@ -67,22 +67,22 @@ def read_team(top: Fields, kinds: Kinds, grid: Grid | None) -> tuple[TeamMember,
 
 
 def numbered_team(carrier: RobotType, rover: RobotType | None, carriers: int, rovers: int) -> tuple[TeamMember, ...]:
-    """Return `carriers` carriers with `rovers` docked rovers each, of these types, starts to be drawn."""
+    """Return `carriers` carriers of these types with `rovers` rovers aboard each; starts are drawn later."""
     rover_type = "" if rover is None else rover.name
     team = uniform_team(carriers, rovers)
     return tuple(replace(m, type=carrier.name if m.carrier is None else rover_type) for m in team)
 
 
 def with_team(scenario: Scenario, carriers: int | None, rovers: int | None) -> Scenario:
-    """Return the scenario with another number of carriers, or of rovers per carrier.
+    """Return the scenario with other numbers of carriers, and of rovers per carrier; None keeps a number.
 
-    The new team is of the types of the first carrier and the first rover, and its starts are drawn. What is None
-    stays as it is: the number of carriers, or the number of rovers on the first of them.
+    The new team has the types of the first carrier and the first rover, and its starts are drawn. The number of rovers
+    to keep is that of the first carrier.
 
     Raises
     ------
     ScenarioError
-        If there is no such team, or a carrier of this scenario doesn't hold so many rovers.
+        If the numbers are out of bounds, or a carrier of this scenario doesn't hold so many rovers.
     """
     if carriers is None and rovers is None:
         return scenario
@@ -92,15 +92,12 @@ def with_team(scenario: Scenario, carriers: int | None, rovers: int | None) -> S
     rovers = sum(m.carrier == first.name for m in scenario.team) if rovers is None else rovers
     check_team_size(carriers, rovers)
     carrier = scenario.type_of(first)
-    rover = scenario.type_of(of_role[Role.ROVER][0]) if of_role[Role.ROVER] else _first(scenario, Role.ROVER)
+    types = [*map(scenario.type_of, of_role[Role.ROVER]), *(k for k in scenario.robot_types if k.role is Role.ROVER)]
+    rover = types[0] if types else None
     problem = _size_problem(carrier, rover, rovers)
     if problem:
         raise ScenarioError([Problem("rovers", problem)])
     return replace(scenario, team=numbered_team(carrier, rover, carriers, rovers))
-
-
-def _first(scenario: Scenario, role: Role) -> RobotType | None:
-    return next((kind for kind in scenario.robot_types if kind.role is role), None)
 
 
 def _size_problem(carrier: RobotType, rover: RobotType | None, rovers: int) -> str | None:
@@ -112,7 +109,7 @@ def _size_problem(carrier: RobotType, rover: RobotType | None, rovers: int) -> s
 
 
 def _read_numbers(fields: Fields, kinds: Kinds) -> tuple[TeamMember, ...]:
-    """Read the short form: ``carriers``, ``rovers_per_carrier``, and the types where there are several."""
+    """Read the short form: ``carriers``, ``rovers_per_carrier``, and which types if there are several."""
     before = len(fields.problems)
     carriers, rovers = fields.count("carriers"), fields.count("rovers_per_carrier")
     carrier = _type_for(fields, Role.CARRIER, kinds, required=True)
@@ -130,7 +127,7 @@ def _read_numbers(fields: Fields, kinds: Kinds) -> tuple[TeamMember, ...]:
 
 
 def _type_for(fields: Fields, role: Role, kinds: Kinds, *, required: bool) -> RobotType | None:
-    """Read ``carrier_type`` or ``rover_type``; where it is absent, take the first type of that role."""
+    """Read ``carrier_type`` or ``rover_type``; if it is absent, return the first type of that role."""
     key = f"{role}_type"
     fitting = {name: kind for name, kind in kinds.items() if kind is not None and kind.role is role}
     if fields.has(key):
@@ -147,7 +144,7 @@ def _type_for(fields: Fields, role: Role, kinds: Kinds, *, required: bool) -> Ro
 
 
 def _all_known(kinds: Kinds) -> bool:
-    """Say whether no robot type is missing because of its own problems."""
+    """Return whether all robot types could be read, so that a missing one is the team's problem."""
     return bool(kinds) and None not in kinds.values()
 
 
@@ -166,7 +163,7 @@ def _read_member(fields: Fields, kinds: Kinds, grid: Grid | None) -> MemberEntry
 
 
 def _read_start(fields: Fields, kind: RobotType | None, grid: Grid | None) -> Cell | None:
-    """Read where a robot starts: a point in metres, ``drawn``, or nothing for one that is carried."""
+    """Read the start of a robot: a point in metres, ``drawn``, or absent for a rover aboard."""
     if fields.has("carrier"):
         fields.refuse("start", "give 'start' or 'carrier', not both")
         return None
@@ -192,7 +189,7 @@ PLACE_PREFIXES = ("s_", "t_", "m_", "h_")
 
 
 def check_names(entries: list[MemberEntry]) -> None:
-    """Check that no name is used twice, or looks like a place's."""
+    """Check that no name is used twice or looks like the name of a place."""
     seen: set[str] = set()
     for entry in entries:
         name = entry.member.name.lower()
@@ -211,7 +208,7 @@ def _role(entry: MemberEntry, kinds: Kinds) -> Role | None:
 
 
 def check_carriers(entries: list[MemberEntry], kinds: Kinds) -> None:
-    """Check which robot carries which, and that none carries more than its capacity."""
+    """Check that only carriers carry, only rovers are carried, and none carries more than its capacity."""
     by_name = {entry.member.name: entry for entry in entries if entry.member.name}
     load: Counter[str] = Counter()
     for entry in entries:

@@ -1,6 +1,6 @@
-"""Writing a scenario file: whole or not at all, and reading it gives the same scenario back.
+"""Write a scenario file: whole or not at all, and so that reading it gives the same scenario.
 
-The map is written as rows of characters, whatever it was read from, so that the file stands on its own.
+The map is written as rows of characters, whatever it was read from: the file needs no other file.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _Dumper.add_representer(
 
 
 def write_scenario(scenario: Scenario, path: Path | str) -> None:
-    """Write a scenario file; where that fails, whatever was at `path` is untouched.
+    """Write a scenario file; if that fails, an older file at `path` is unchanged.
 
     Raises
     ------
@@ -73,13 +73,13 @@ def scenario_text(scenario: Scenario) -> str:
 
 
 def terrain_fields(grid: Grid) -> list[dict[str, Any]]:
-    """Return the field ``terrains``."""
+    """Return the value of the field ``terrains``."""
     own = _own_terrains(grid)
     return [{"name": one.name, "code": one.code, "blocks_sight": one.blocks_sight} for one in own]
 
 
 def _own_terrains(grid: Grid) -> list[Terrain]:
-    """Return the terrain classes that not every map has."""
+    """Return the terrain classes beyond those that every map has."""
     return [terrain for terrain in grid.terrains if terrain.code >= len(TERRAINS)]
 
 
@@ -88,6 +88,7 @@ def _map_fields(grid: Grid) -> dict[str, Any]:
     characters = np.full(256, "", dtype="<U1")
     for symbol, code in (SYMBOLS | {symbol: terrain.code for symbol, terrain in own.items()}).items():
         characters[code] = symbol
+    # A code without a terrain class has no character: its cells would be lost in the rows.
     nameless = np.setdiff1d(grid.cells, np.flatnonzero(characters))
     if nameless.size:
         raise ScenarioError(f"terrain code {nameless[0]} of the map has no name")
@@ -121,14 +122,14 @@ def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any
 
 
 def _energy_fields(energy: EnergyModel) -> dict[str, Any]:
-    """Return the fields of an energy model; what distance and manoeuvres use only where that is something."""
+    """Return the fields of an energy model, without the energy of distance, stops and turns where it is 0."""
     fields: dict[str, Any] = {"idle_w": energy.idle_w, "drive_w": energy.drive_w}
     fields |= {key: value for key in ("metre_j", "stop_j") if (value := getattr(energy, key))}
     return fields | ({"turn_j": _FlowLine(energy.turn_j)} if any(energy.turn_j) else {})
 
 
 def _team_fields(scenario: Scenario) -> dict[str, Any] | list[dict[str, Any]]:
-    """Return the short form where it says the same as the list of all robots."""
+    """Return the short form if it describes the same team, else the list of all robots."""
     first = {role: next((k for k in scenario.robot_types if k.role is role), None) for role in Role}
     carrier, rover = first[Role.CARRIER], first[Role.ROVER]
     if carrier is not None:

@@ -17,7 +17,7 @@ from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
 from marsupial.generators.builtin import explorers
-from marsupial.generators.scattered import scattered
+from marsupial.generators.papers import scattered
 from marsupial.model.grid import FLOOR
 from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Scenario

@@ -20,8 +20,7 @@ from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Find
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
 from marsupial.generators.builtin import explorers
 from marsupial.generators.canvas import close_border
-from marsupial.generators.scattered import scattered
-from marsupial.generators.walled import SIDE, WALLED
+from marsupial.generators.papers import SIDE, WALLED, scattered
 from marsupial.maps.reach import largest_reach
 from marsupial.model.grid import FLOOR, Cell, Grid
 from marsupial.model.robots import EnergyModel, RobotType, Role, Routes

@@ -9,8 +9,8 @@ from PIL import Image
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.mapfiles.filter_masks import FilterMasks, KeepoutMask, SpeedMask
-from marsupial.formats.mapfiles.nav2 import read_occupancy, understand_nav2
-from marsupial.formats.mapfiles.occupancy import Occupancy, below
+from marsupial.formats.mapfiles.nav2 import read_nav2, read_occupancy
+from marsupial.formats.mapfiles.occupancy import Occupancy, occupancy_on
 from marsupial.formats.scenario import read_scenario
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Grid
 
@@ -44,7 +44,11 @@ def test_a_mask_of_another_frame_is_looked_up_by_place() -> None:
 
 def test_a_turned_mask_is_looked_up_by_place() -> None:
     mask = occupancy_of([0, 0, 100], origin_m=(2, 0, np.pi / 2))
-    assert below(mask, grid_of([FLOOR] * 2, [FLOOR] * 2, [FLOOR] * 2))[::-1].tolist() == [[-1, 100], [-1, 0], [-1, 0]]
+    assert occupancy_on(mask, grid_of([FLOOR] * 2, [FLOOR] * 2, [FLOOR] * 2))[::-1].tolist() == [
+        [-1, 100],
+        [-1, 0],
+        [-1, 0],
+    ]
 
 
 def test_a_cell_takes_the_lowest_step_that_its_limit_does_not_exceed() -> None:
@@ -67,7 +71,7 @@ def test_keepout_counts_for_more_than_speed() -> None:
 
 
 def test_the_warehouse_keeps_robots_out_where_its_mask_says_so(shared_maps: Path) -> None:
-    grid = understand_nav2(shared_maps / "warehouse_nav2.yaml").grid
+    grid = read_nav2(shared_maps / "warehouse_nav2.yaml").grid
     painted = keepout(read_occupancy(shared_maps / "warehouse_nav2_keepout.yaml")).painted(grid)
     area = np.count_nonzero(painted.cells == KEEPOUT) * grid.cell_area_m2
     assert area == pytest.approx(30.62, abs=0.01)
@@ -75,7 +79,7 @@ def test_the_warehouse_keeps_robots_out_where_its_mask_says_so(shared_maps: Path
 
 
 def test_the_aisles_of_the_warehouse_are_slow_by_a_fifth(shared_maps: Path) -> None:
-    grid = understand_nav2(shared_maps / "warehouse_nav2.yaml").grid
+    grid = read_nav2(shared_maps / "warehouse_nav2.yaml").grid
     occupancy = read_occupancy(shared_maps / "warehouse_nav2_speed.yaml")
     slow = FilterMasks(speed=SpeedMask(occupancy=occupancy, percents={SLOW: 80})).painted(grid)
     slower = FilterMasks(speed=SpeedMask(occupancy=occupancy, percents={SLOW: 79})).painted(grid)
@@ -84,7 +88,7 @@ def test_the_aisles_of_the_warehouse_are_slow_by_a_fifth(shared_maps: Path) -> N
 
 
 def test_the_no_go_areas_of_the_office_take_floor_away(shared_maps: Path) -> None:
-    grid = understand_nav2(shared_maps / "tsc_office.yaml").grid
+    grid = read_nav2(shared_maps / "tsc_office.yaml").grid
     painted = keepout(read_occupancy(shared_maps / "tsc_office_nogo.yaml")).painted(grid)
     assert 100 < np.count_nonzero(painted.cells == KEEPOUT) * grid.cell_area_m2 < 400
 

@@ -7,7 +7,7 @@ import pytest
 from movingai_problems import ScenProblem, read_scen
 
 from marsupial.errors import MapError
-from marsupial.formats.mapfiles.movingai import understand_movingai
+from marsupial.formats.mapfiles.movingai import read_movingai
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell
 from marsupial.model.mapreading import LegendEntry
 
@@ -24,7 +24,7 @@ def write(folder: Path, text: str | bytes, name: str = "small.map") -> Path:
 
 def map_problems(path: Path) -> list[str]:
     with pytest.raises(MapError) as caught:
-        understand_movingai(path)
+        read_movingai(path)
     return [str(problem) for problem in caught.value.problems]
 
 
@@ -35,13 +35,13 @@ def scen_problems(path: Path) -> list[str]:
 
 
 def test_the_last_row_of_the_file_is_row_0(tmp_path: Path) -> None:
-    grid = understand_movingai(write(tmp_path, SMALL)).grid
+    grid = read_movingai(write(tmp_path, SMALL)).grid
     assert grid.cells.tolist() == [[R, O, O], [F, O, F]]
     assert (grid.resolution_m, grid.origin_m) == (1.0, (0.0, 0.0, 0.0))
 
 
 def test_every_character_has_its_meaning_and_water_is_mentioned(tmp_path: Path) -> None:
-    reading = understand_movingai(write(tmp_path, "type octile\nheight 1\nwidth 8\nmap\n..GS@OTW"))
+    reading = read_movingai(write(tmp_path, "type octile\nheight 1\nwidth 8\nmap\n..GS@OTW"))
     assert reading.grid.cells.tolist() == [[F, F, F, R, O, O, O, O]]
     assert reading.legend[:3] == (
         LegendEntry(symbol="'.'", code=FLOOR, cells=2),
@@ -65,7 +65,7 @@ def test_every_character_has_its_meaning_and_water_is_mentioned(tmp_path: Path) 
     ids=["crlf", "no final newline", "blank lines at the end", "crlf and a blank line", "width first", "spaces"],
 )
 def test_other_ways_to_write_the_same_map_do_no_harm(tmp_path: Path, text: str) -> None:
-    assert understand_movingai(write(tmp_path, text)).grid.cells.tolist() == [[R, O, O], [F, O, F]]
+    assert read_movingai(write(tmp_path, text)).grid.cells.tolist() == [[R, O, O], [F, O, F]]
 
 
 def test_rows_of_the_wrong_width_are_named_by_line(tmp_path: Path) -> None:
@@ -197,7 +197,7 @@ PROBLEMS = {
 @pytest.mark.parametrize("name", PASSABLE)
 def test_real_maps_have_their_size_and_number_of_passable_cells(shared_maps: Path, name: str) -> None:
     path = shared_maps / "movingai" / f"{name}.map"
-    grid = understand_movingai(path).grid
+    grid = read_movingai(path).grid
     assert (grid.width, grid.height, np.count_nonzero(grid.cells)) == PASSABLE[name]
     rows = path.read_text().split("map\n", 1)[1].split()
     assert [[c == "." for c in row] for row in reversed(rows)] == (grid.cells == FLOOR).tolist()
@@ -206,7 +206,7 @@ def test_real_maps_have_their_size_and_number_of_passable_cells(shared_maps: Pat
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_real_problems_start_and_end_on_free_cells(shared_maps: Path, name: str) -> None:
     of_map, count = PROBLEMS[name]
-    grid = understand_movingai(shared_maps / "movingai" / f"{of_map}.map").grid
+    grid = read_movingai(shared_maps / "movingai" / f"{of_map}.map").grid
     problems = read_scen(shared_maps / "movingai" / name)
     assert len(problems) == count
     for problem in problems:

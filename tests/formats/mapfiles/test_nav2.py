@@ -12,7 +12,7 @@ from PIL import Image
 
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.images import read_grey
-from marsupial.formats.mapfiles.nav2 import occupancy_table, understand_nav2
+from marsupial.formats.mapfiles.nav2 import occupancy_table, read_nav2
 from marsupial.formats.mapfiles.nav2_header import Mode, read_header
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Grid
 from marsupial.model.mapreading import LegendEntry
@@ -30,7 +30,7 @@ F, O, U = FLOOR, OBSTACLE, UNKNOWN  # noqa: E741
 
 
 def grid_of(path: Path) -> Grid:
-    return understand_nav2(path).grid
+    return read_nav2(path).grid
 
 
 def occupancy_of(path: Path) -> npt.NDArray[np.int8]:
@@ -112,7 +112,7 @@ def test_scale_spreads_the_greys_between_the_thresholds(tmp_path: Path) -> None:
 
 def test_only_100_is_an_obstacle_in_scale_and_it_is_said(tmp_path: Path) -> None:
     path = write_map(tmp_path, [[255, 127, 3, 0]], mode="scale", occupied_thresh=1.0, free_thresh=0.0)
-    reading = understand_nav2(path)
+    reading = read_nav2(path)
     assert occupancy_of(path).tolist() == [[0, 50, 99, 100]]
     assert reading.grid.cells.tolist() == [[F, F, F, O]]
     assert "2 cells with an occupancy between 1 and 99 became free" in reading.warnings
@@ -133,7 +133,7 @@ def test_pixels_that_are_not_opaque_are_unknown(tmp_path: Path, mode: str) -> No
     alpha = np.array([[255, 254, 0, 255]], dtype=np.uint8)
     path = write_map(tmp_path, np.dstack([grey, grey, grey, alpha]), mode=mode, image="map.png")
     assert occupancy_of(path).tolist() == [[0, -1, -1, 100]]
-    reading = understand_nav2(path)
+    reading = read_nav2(path)
     assert reading.grid.cells.tolist() == [[F, U, U, O]]
     assert "2 pixels are transparent and became unknown" in reading.warnings
     assert reading.legend == (
@@ -148,7 +148,7 @@ def test_an_alpha_channel_that_older_map_servers_read_otherwise_is_named(tmp_pat
     for greys, cells in (([[255, 205, 205, 0]], 2), ([[255, 255, 0, 0]], 0)):
         grey = np.array(greys, dtype=np.uint8)
         path = write_map(tmp_path, np.dstack([grey, grey, grey, np.full_like(grey, 255)]), image="map.png")
-        told = [text for text in understand_nav2(path).warnings if "Jazzy" in text]
+        told = [text for text in read_nav2(path).warnings if "Jazzy" in text]
         assert [f"reads {cells} opaque pixels otherwise" in text for text in told] == [True] * bool(cells)
 
 
@@ -162,7 +162,7 @@ def test_the_mode_may_be_absent_or_in_capitals(tmp_path: Path) -> None:
 
 def test_rgb_images_of_greys_read_like_grey_images_and_it_is_said(tmp_path: Path) -> None:
     grey = np.array([[254, 0, 205]], dtype=np.uint8)
-    reading = understand_nav2(write_map(tmp_path, np.dstack([grey] * 3), image="map.png"))
+    reading = read_nav2(write_map(tmp_path, np.dstack([grey] * 3), image="map.png"))
     assert reading.grid.cells.tolist() == [[F, O, U]]
     assert reading.warnings == ("the image is RGB, not grey; none of its pixels is coloured, so nothing is lost",)
 
@@ -170,7 +170,7 @@ def test_rgb_images_of_greys_read_like_grey_images_and_it_is_said(tmp_path: Path
 def test_colours_count_by_their_luma_and_it_is_said(tmp_path: Path) -> None:
     # Rec. 709: red 54, green 182, blue 18; a mean of the channels would make all three 85.
     colours = [[[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]]]
-    reading = understand_nav2(write_map(tmp_path, colours, image="map.png"))
+    reading = read_nav2(write_map(tmp_path, colours, image="map.png"))
     assert [entry.symbol for entry in reading.legend] == ["grey 18", "grey 54", "grey 182", "grey 255"]
     assert reading.grid.cells.tolist() == [[O, U, O, F]]
     assert any("3 of its pixels are coloured" in warning for warning in reading.warnings)
@@ -193,7 +193,7 @@ def test_palettes_bitmaps_and_16_bit_greys_are_read(tmp_path: Path) -> None:
 def test_a_plain_pgm_with_another_white_and_a_comment_is_read(tmp_path: Path) -> None:
     path = write_map(tmp_path, [[0]])
     (tmp_path / "map.pgm").write_text("P2\n# a comment\n3 1\n100\n100 0 80")  # no newline at the end
-    assert [entry.symbol for entry in understand_nav2(path).legend] == ["grey 0", "grey 204", "grey 255"]
+    assert [entry.symbol for entry in read_nav2(path).legend] == ["grey 0", "grey 204", "grey 255"]
 
 
 def test_a_binary_pgm_with_comments_and_one_of_16_bits_are_read(tmp_path: Path) -> None:
@@ -206,13 +206,13 @@ def test_a_binary_pgm_with_comments_and_one_of_16_bits_are_read(tmp_path: Path) 
 
 def test_a_jpeg_is_read_with_a_warning(tmp_path: Path) -> None:
     path = write_map(tmp_path, np.full((8, 8), 255), image="map.jpg")
-    reading = understand_nav2(path)
+    reading = read_nav2(path)
     assert np.all(reading.grid.cells == FLOOR)
     assert any("JPEG" in warning for warning in reading.warnings)
 
 
 def test_text_printed_inside_the_map_is_an_obstacle_where_it_is_dark(tmp_path: Path) -> None:
-    reading = understand_nav2(write_map(tmp_path, [[254, 254, 254], [254, 40, 254], [254, 254, 254]]))
+    reading = read_nav2(write_map(tmp_path, [[254, 254, 254], [254, 40, 254], [254, 254, 254]]))
     assert reading.grid.cells[1].tolist() == [F, O, F]
     assert LegendEntry(symbol="grey 40", code=OBSTACLE, cells=1) in reading.legend
 
@@ -221,7 +221,7 @@ def test_text_printed_inside_the_map_is_an_obstacle_where_it_is_dark(tmp_path: P
 
 
 def test_a_free_threshold_that_makes_unknown_free_is_named(tmp_path: Path) -> None:
-    reading = understand_nav2(write_map(tmp_path, [[254, 205, 205, 0]], free_thresh=0.25))
+    reading = read_nav2(write_map(tmp_path, [[254, 205, 205, 0]], free_thresh=0.25))
     assert reading.grid.cells.tolist() == [[F, F, F, O]]
     assert reading.warnings == (
         "grey 205 became free in 2 cells (0.5 m2, 50.0%), yet map savers write grey 205 for unknown: "
@@ -230,7 +230,7 @@ def test_a_free_threshold_that_makes_unknown_free_is_named(tmp_path: Path) -> No
 
 
 def test_grey_206_is_free_even_under_the_usual_threshold_and_is_named(tmp_path: Path) -> None:
-    (warning,) = understand_nav2(write_map(tmp_path, [[254, 206, 0]])).warnings
+    (warning,) = read_nav2(write_map(tmp_path, [[254, 206, 0]])).warnings
     assert warning.startswith("grey 206 became free in 1 cell ")
     assert warning.endswith("0.192 would leave them unknown")
     assert grid_of(write_map(tmp_path, [[254, 206, 0]], free_thresh=0.192)).cells.tolist() == [[F, U, O]]
@@ -238,35 +238,35 @@ def test_grey_206_is_free_even_under_the_usual_threshold_and_is_named(tmp_path: 
 
 @pytest.mark.parametrize("grey", range(200, 211))
 def test_the_threshold_that_is_advised_does_leave_the_grey_unknown(tmp_path: Path, grey: int) -> None:
-    (warning,) = understand_nav2(write_map(tmp_path, [[grey]], free_thresh=0.25)).warnings
+    (warning,) = read_nav2(write_map(tmp_path, [[grey]], free_thresh=0.25)).warnings
     advised = float(re.findall(r"([0-9.]+) would leave", warning)[0])
     assert grid_of(write_map(tmp_path, [[grey]], free_thresh=advised)).cells.tolist() == [[U]]
 
 
 def test_negate_that_makes_unknown_an_obstacle_is_named(tmp_path: Path) -> None:
-    (warning,) = understand_nav2(write_map(tmp_path, [[205, 0]], negate=1)).warnings
+    (warning,) = read_nav2(write_map(tmp_path, [[205, 0]], negate=1)).warnings
     assert warning.startswith("grey 205 became obstacle in 1 cell ")
 
 
 def test_the_blur_of_an_edge_is_no_reason_for_a_warning(tmp_path: Path) -> None:
     pixels = np.full((100, 100), 254)
     pixels[0, :4] = 207
-    assert understand_nav2(write_map(tmp_path, pixels)).warnings == ()
+    assert read_nav2(write_map(tmp_path, pixels)).warnings == ()
 
 
 @pytest.mark.parametrize("unknown", [222, 230])
 def test_another_grey_for_unknown_that_became_free_is_named(tmp_path: Path, unknown: int) -> None:
-    (warning,) = understand_nav2(write_map(tmp_path, [[255, unknown, unknown, 0]])).warnings
+    (warning,) = read_nav2(write_map(tmp_path, [[255, unknown, unknown, 0]])).warnings
     assert warning.startswith(f"greys {unknown} (50.0%) and 255 (25.0%) both became free")
 
 
 @pytest.mark.parametrize("unknown", [153, 203])
 def test_greys_that_are_unknown_anyway_are_no_reason_for_a_warning(tmp_path: Path, unknown: int) -> None:
-    assert understand_nav2(write_map(tmp_path, [[255, unknown, unknown, 0]])).warnings == ()
+    assert read_nav2(write_map(tmp_path, [[255, unknown, unknown, 0]])).warnings == ()
 
 
 def test_a_grey_wall_that_became_unknown_is_named(tmp_path: Path) -> None:
-    (warning,) = understand_nav2(write_map(tmp_path, [[255, 127, 203, 203]])).warnings
+    (warning,) = read_nav2(write_map(tmp_path, [[255, 127, 203, 203]])).warnings
     assert warning.startswith("greys 127 (25.0%) and 203 (50.0%) both became unknown")
     assert grid_of(write_map(tmp_path, [[255, 12, 203, 203]])).cells.tolist() == [[F, O, U, U]]
 
@@ -382,7 +382,7 @@ def test_a_slip_in_the_name_of_a_field_is_named_with_its_line(tmp_path: Path) ->
 
 
 def test_a_slip_in_the_name_of_the_mode_is_warned_of_as_the_map_server_ignores_it(tmp_path: Path) -> None:
-    (warning,) = understand_nav2(write_map(tmp_path, [[254]], drop=("mode",), moode="raw")).warnings
+    (warning,) = read_nav2(write_map(tmp_path, [[254]], drop=("mode",), moode="raw")).warnings
     assert re.fullmatch(r"line \d: moode: unknown field, did you mean 'mode'\?; it is ignored", warning)
 
 
@@ -548,16 +548,15 @@ def test_the_real_speed_mask_holds_percentages(shared_maps: Path) -> None:
 
 
 def test_the_real_depot_map_warns_of_its_threshold_and_its_repaired_twin_does_not(shared_maps: Path) -> None:
-    (warning,) = understand_nav2(shared_maps / "depot_nav2.yaml").warnings
+    (warning,) = read_nav2(shared_maps / "depot_nav2.yaml").warnings
     assert warning.startswith("grey 205 became free in 8894 cells (22.24 m2")
-    assert understand_nav2(shared_maps / "depot_nav2_fixed.yaml").warnings == ()
+    assert read_nav2(shared_maps / "depot_nav2_fixed.yaml").warnings == ()
 
 
 def test_the_real_cartesium_map_warns_under_the_usual_thresholds(shared_maps: Path, tmp_path: Path) -> None:
     path = write_yaml(tmp_path, HEADER | {"image": str(shared_maps / "cartesium.png")})
     assert any(
-        warning.startswith("greys 230 (74.3%) and 255 (21.8%) both became free")
-        for warning in understand_nav2(path).warnings
+        warning.startswith("greys 230 (74.3%) and 255 (21.8%) both became free") for warning in read_nav2(path).warnings
     )
 
 
@@ -568,5 +567,5 @@ def test_of_a_scale_map_s_greys_no_threshold_makes_unknown(tmp_path: Path) -> No
         "image: speed.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\nmode: scale\n"
         "occupied_thresh: 1.0\nfree_thresh: 0.0\n"
     )
-    (warning,) = [text for text in understand_nav2(path).warnings if "map savers" in text]
+    (warning,) = [text for text in read_nav2(path).warnings if "map savers" in text]
     assert warning.endswith("map savers write grey 205 for unknown: in mode scale only transparent pixels are unknown")

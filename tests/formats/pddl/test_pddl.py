@@ -10,8 +10,7 @@ from situations import SOLVABLE, bring_them_home, in_flight, one_hall, one_room
 from marsupial.errors import SituationError
 from marsupial.formats.pddl.facts import FUNCTIONS, PREDICATES, SUPERTYPES, seconds
 from marsupial.formats.pddl.sexpr import Form, parse_form
-from marsupial.formats.pddl.text import check_domain, domain_text, problem_text
-from marsupial.formats.resources import pddl_folder
+from marsupial.formats.pddl.text import check_domain, domain_text, pddl_folder, problem_text
 from marsupial.model.situation import TargetInfo
 
 

@@ -9,8 +9,7 @@ import pytest
 from up_problem import up_problem, up_validate
 
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
-from marsupial.formats.pddl.text import domain_text, problem_text, read_problem
-from marsupial.formats.resources import pddl_folder
+from marsupial.formats.pddl.text import domain_text, pddl_folder, problem_text, read_problem
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 

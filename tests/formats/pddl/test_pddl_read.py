@@ -8,7 +8,7 @@ from odd_situations import odd_situations
 from situations import SOLVABLE, in_flight, many_rooms, one_room, situations
 
 from marsupial.errors import SituationError
-from marsupial.formats.pddl.numbers import exact
+from marsupial.formats.pddl.facts import exact
 from marsupial.formats.pddl.read import read_problem
 from marsupial.formats.pddl.text import problem_text
 from marsupial.model.situation import Situation, SituationGoal

@@ -422,7 +422,7 @@ def test_a_missing_map_and_mask_are_told_with_their_fields(tmp_path: Path) -> No
 
 def test_the_scale_of_a_map_that_has_one_is_its_own(tmp_path: Path) -> None:
     (only,) = faults(tmp_path, changed(map={"file": "depot.yaml", "resolution_m": 0.1}))
-    assert only == "map.resolution_m: a nav2 map says it itself: 'resolution' in its yaml"
+    assert only == "map.resolution_m: a nav2 map has its own: 'resolution' in its yaml"
     (only,) = faults(tmp_path, changed(map={"file": "arena.map", "resolution_m": 0}))
     assert only.startswith("map.resolution_m: must be positive")
 

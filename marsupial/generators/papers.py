@@ -1,11 +1,13 @@
-"""Open areas divided by thin walls into rooms with small doors.
+"""Maps of other papers' experiments, in cells of 1 m: scattered obstacles, and halls divided into rooms.
 
-Drawn after the areas with structured obstacles of Mei et al.: of the first the paper says that there are three rooms
-with small openings at the doors; of the figures of the others no more is known than how long a robot explores them.
+The divided halls are drawn after the areas with structured obstacles of Mei et al. Of the first the paper says that it
+has three rooms with small openings at the doors. Of the figures of the others only the time is known that a robot takes
+to explore them.
 
 References
 ----------
-Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections III-A and V-C.
+Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections III-A, V-A and V-C;
+Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots, section II.
 """
 
 from __future__ import annotations
@@ -18,7 +20,14 @@ from marsupial.generators.canvas import Box, carve, close_border
 from marsupial.model.grid import FLOOR, OBSTACLE, Grid
 
 SIDE = 100
-"""Edge of the areas in cells of 1 m."""
+"""Side of the divided halls in cells."""
+
+
+def scattered(columns: int, rows: int, obstacles: int, seed: int) -> Grid:
+    """Return open ground with obstacles of one cell each at random; it has no border, as outside counts as obstacle."""
+    cells = np.full((rows, columns), FLOOR, dtype=np.uint8)
+    cells.ravel()[np.random.default_rng(seed).choice(cells.size, obstacles, replace=False)] = OBSTACLE
+    return Grid(cells=cells, resolution_m=1.0)
 
 
 def three_rooms() -> Grid:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from marsupial.keeping import processor_environment
+from marsupial.codecache import processor_environment
 
 SOURCE = """
 from marsupial.native import native
@@ -100,18 +100,15 @@ def precompiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
     environment = processor_environment()
     if not environment:
         pytest.skip("there is no processor that code is precompiled for here")
-    into = (
-        "import pathlib; from marsupial.keeping import precompile_into; precompile_into(pathlib.Path('code').resolve())"
-    )
+    into = "import pathlib; from marsupial import codecache; codecache.precompile_into(pathlib.Path('code').resolve())"
     assert run(folder, f"{into}; {CALL}", **environment) == ("11 0", "")
     return folder
 
 
 def run_precompiled(folder: Path, kept: Path, change: str = "", **environment: str) -> str:
     """Run with the precompiled code of this folder, and an empty one for what is compiled now; return what it says."""
-    found = (
-        f"import pathlib; from marsupial import keeping; keeping.PRECOMPILED = pathlib.Path({str(folder)!r}, 'code')"
-    )
+    place = f"pathlib.Path({str(folder)!r}, 'code')"
+    found = f"import pathlib; from marsupial import codecache; codecache.PRECOMPILED = {place}"
     said, told = run(kept, f"{found}\n{change}\n{CALL}", NUMBA_CACHE_DIR=str(kept), **environment)
     assert not told
     return said
@@ -131,10 +128,10 @@ def test_precompiled_code_of_other_sources_is_not_used(precompiled: Path, tmp_pa
 @pytest.mark.parametrize(
     "change",
     [
-        "from types import SimpleNamespace as N; keeping.numba = N(__version__='0.1')",
-        "from types import SimpleNamespace as N; keeping.np = N(__version__='99.0')",
-        "from types import SimpleNamespace as N; keeping.sys = N(implementation=N(cache_tag='x'), abiflags='')",
-        "from dataclasses import replace as r; from marsupial.keeping import PROCESSORS as ps;"
+        "from types import SimpleNamespace as N; codecache.numba = N(__version__='0.1')",
+        "from types import SimpleNamespace as N; codecache.np = N(__version__='99.0')",
+        "from types import SimpleNamespace as N; codecache.sys = N(implementation=N(cache_tag='x'), abiflags='')",
+        "from dataclasses import replace as r; from marsupial.codecache import PROCESSORS as ps;"
         "ps.update((name, r(p, features=frozenset({'no such'}))) for name, p in ps.items())",
     ],
     ids=["numba", "numpy", "python", "processor"],

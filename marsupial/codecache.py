@@ -1,0 +1,295 @@
+"""The cache of compiled code on this machine, and code that was compiled before it got here.
+
+numba compiles a function for each signature it is called with. A call looks for that code in this order, and only
+the last step is slow (seconds for a planner's search):
+
+::
+
+    call add(1) ──► memory of this process
+                      │ not there
+                      ▼
+                    _LocalCache      files that this machine wrote: __pycache__ beside the sources, else numba's
+                      │ not there    folder of the user, else a temporary folder, else nothing is kept
+                      ▼
+                    PRECOMPILED      files that came with the package, for a processor nearly every machine has
+                      │ not there
+                      ▼
+                    compile ──► write to _LocalCache (or, under `precompile_into`, to the package's folder)
+
+*How the local cache stays right.* numba names its files by the function's own file and drops them when that file
+changes; `marsupial.native` adds a digest of all sources to the function's qualified name, so a change anywhere in
+them leads to other files.
+
+*What makes precompiled code portable.* numba's own cache is bound to one machine: its index holds the processor's
+name and features, and a stamp of the source file. So precompiled files don't use that index. They hold what numba
+pickles of a compiled function, and their name is a digest of all that must be equal for the code to be right: numba,
+numpy's ABI, Python, platform, sources, signature, and a processor from `PROCESSORS`. They are compiled for that
+processor by name (x86-64-v3: AVX2, no AVX-512) instead of for the machine that compiles, and used where the machine
+has its features. An older numba, another Python or an edited source computes another name, finds no file and
+compiles: nothing has to be invalidated.
+
+*What of numba is overridden.* `_FunctionCode` stands where numba's dispatcher keeps its cache (``dispatcher._cache``).
+It uses `FunctionCache._load_overload`, `CompileResult._reduce` and `_rebuild`, which numba may change in any release:
+pyproject.toml bounds numba, and ``tests/test_numba_internals.py`` names what has changed.
+
+A cache never fails a call: whatever goes wrong here, code is compiled. One line is logged if it can't be kept.
+"""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import logging
+import os
+import pickle
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from stat import S_IMODE, S_ISDIR
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import binding as llvm
+from numba import config
+from numba.core.caching import FunctionCache, NullCache
+from numba.core.compiler import CompileResult
+from numba.core.registry import CPUDispatcher
+from numba.core.runtime import rtsys
+from numba.core.serialize import dumps
+
+_LOG = logging.getLogger(__name__)
+
+PRECOMPILED = Path(__file__).parent / "precompiled"
+"""The folder of code that came with the package; it need not exist. It is trusted as the sources beside it are."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Processor:
+    """A processor to compile for: its name and the features a machine must have to run the code, as LLVM names them."""
+
+    name: str
+    features: frozenset[str] = frozenset()
+
+
+_X86_64_V3 = (
+    *("cx16", "popcnt", "sahf", "sse3", "sse4.1", "sse4.2", "ssse3"),  # v2
+    *("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave"),
+)
+
+PROCESSORS = {
+    "x86_64": Processor(name="x86-64-v3", features=frozenset(_X86_64_V3)),
+    "aarch64": Processor(name="generic"),
+    "arm64": Processor(name="generic"),
+}
+"""The processors of precompiled code by LLVM's name of the architecture; nearly all machines have their features.
+
+Code for the machine's own processor anneals for large teams a twentieth faster than code for x86-64-v3, and a tenth
+faster than code for the first x86-64.
+"""
+
+
+def processor_environment() -> dict[str, str]:
+    """Return the variables that make numba compile for the shared processor; none on an unknown architecture."""
+    processor = PROCESSORS.get(_architecture())
+    return {} if processor is None else {"NUMBA_CPU_NAME": processor.name, "NUMBA_CPU_FEATURES": ""}
+
+
+class _CacheFault:
+    """Why compiled code is lost with this process or at the next boot, None if it is not; logged once, when saving."""
+
+    reason: str | None = None
+    logged = False
+
+
+def is_lasting() -> bool:
+    """Return whether compiled code is kept for good: longer than this process, and than the machine is up."""
+    return _CacheFault.reason is None
+
+
+class _Precompiling:
+    """The folder where this process writes code for other machines; None if it does not."""
+
+    folder: Path | None = None
+
+
+def precompile_into(folder: Path) -> None:
+    """From now on, write compiled code to an existing folder of precompiled code, and load it from there only.
+
+    The process has to run with the variables of `processor_environment`.
+    """
+    _Precompiling.folder = folder
+
+
+def cache_code(function: CPUDispatcher) -> None:
+    """Load code of a function before compiling it, and keep what is compiled.
+
+    The function's qualified name must identify all the sources it is made of.
+    """
+    function._cache = _FunctionCode(function.py_func)
+
+
+class _FunctionCode(NullCache):
+    """The cache of one function: this machine's files, then precompiled ones."""
+
+    def __init__(self, function: Callable[..., object]) -> None:
+        self._function = function
+        self._local = _local_cache(function)
+
+    @property
+    def cache_path(self) -> str | None:
+        path: str | None = self._local.cache_path
+        return path
+
+    def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
+        # Loaded code needs numba's runtime. numba initialises it together with all that compiling needs, which takes
+        # long to import.
+        rtsys.initialize(target_context)
+        # While precompiling, code of this machine's own processor must not be taken for the portable one.
+        precompiling = _Precompiling.folder is not None
+        sources = (self._load_precompiled,) if precompiling else (self._local.load_overload, self._load_precompiled)
+        for load in sources:
+            try:
+                found = load(sig, target_context)
+            except Exception:  # a damaged pickle can raise anything
+                _LOG.debug("code of %s can't be loaded", self._function.__qualname__, exc_info=True)
+                continue
+            if found is not None:
+                return found
+        return None
+
+    def save_overload(self, sig: Any, data: CompileResult) -> None:
+        if _Precompiling.folder is not None:
+            self._write(_Precompiling.folder, sig, data)
+            return
+        try:
+            self._local.save_overload(sig, data)
+        except OSError as error:  # such as a full disk
+            _CacheFault.reason = f"compiled code is not kept: {error.strerror}"
+        if _CacheFault.reason and not _CacheFault.logged:
+            _LOG.warning(_CacheFault.reason)
+            _CacheFault.logged = True
+
+    def flush(self) -> None:
+        self._local.flush()
+
+    def _load_precompiled(self, sig: Any, target_context: Any) -> CompileResult | None:
+        processor = _shared_processor()
+        if processor is None:
+            return None
+        try:
+            folder = _Precompiling.folder or PRECOMPILED
+            data = (folder / _file_name(self._function, sig, processor)).read_bytes()
+        except FileNotFoundError:
+            return None
+        return CompileResult._rebuild(target_context, *pickle.loads(data))
+
+    def _write(self, folder: Path, sig: Any, result: CompileResult) -> None:
+        processor = _shared_processor()
+        if processor is None:
+            raise RuntimeError("precompiling needs the variables of processor_environment()")
+        path = folder / _file_name(self._function, sig, processor)
+        # Two processes may write the same file: each writes its own, and replacing is atomic.
+        part = path.with_suffix(f".{os.getpid()}")
+        part.write_bytes(dumps(result._reduce()))
+        part.replace(path)
+
+
+def _shared_processor() -> Processor | None:
+    """Return the processor of precompiled code; None if this process can't use it or was told to use another one."""
+    processor = PROCESSORS.get(_architecture())
+    if processor is None:
+        return None
+    if _Precompiling.folder is not None:
+        return processor if processor.name == config.CPU_NAME and not config.CPU_FEATURES else None
+    # Whoever sets NUMBA_CPU_NAME wants code for that processor, not the package's.
+    is_free = config.CPU_NAME is None and config.CPU_FEATURES is None
+    return processor if is_free and _features() >= processor.features else None
+
+
+@cache
+def _features() -> frozenset[str]:
+    """Return the features of this machine's processor, as LLVM names them."""
+    try:
+        return frozenset(name for name, there in llvm.get_host_cpu_features().items() if there)
+    except RuntimeError:  # LLVM can't tell
+        return frozenset()
+
+
+@cache
+def _architecture() -> str:
+    name: str = llvm.get_default_triple().split("-")[0]
+    return name
+
+
+def _file_name(function: Callable[..., object], signature: Any, processor: Processor) -> str:
+    """Return the name of a file of precompiled code: a digest of all that must be equal for the code to be right."""
+    depends = (
+        numba.__version__,
+        np.__version__.split(".")[0],
+        sys.implementation.cache_tag,
+        sys.abiflags,
+        llvm.get_default_triple(),
+        processor.name,
+        function.__module__,
+        function.__qualname__,
+        function.__code__.co_firstlineno,
+        hashlib.sha256(function.__code__.co_code).hexdigest(),
+        str(signature),
+    )
+    return f"{function.__name__}-{hashlib.sha256(repr(depends).encode()).hexdigest()[:32]}.code"
+
+
+class _LocalCache(FunctionCache):
+    """numba's cache on disk, without the import of all that compiling needs before it looks."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
+        found: CompileResult | None = self._load_overload(sig, target_context)
+        return found
+
+
+def _local_cache(function: Callable[..., object]) -> Any:
+    """Return a cache in a folder that can be written to; one that keeps nothing if there is none."""
+    try:
+        return _LocalCache(function)
+    except RuntimeError:  # numba found no folder it can write to
+        folder = _temporary_folder()
+    if folder is None:
+        return NullCache()
+    # Both: the variable is for child processes, numba itself has read it already.
+    os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = folder
+    return _LocalCache(function)
+
+
+@cache
+def _temporary_folder() -> str | None:
+    """Return a folder for compiled code that nobody else can write to: the user's, or one for this process alone.
+
+    None where no folder for temporary files can be written to.
+    """
+    try:
+        folder = _made_temporary_folder()
+    except OSError:
+        _CacheFault.reason = "compiled code is not kept: there is no folder that can be written to"
+        return None
+    _CacheFault.reason = f"compiled code is kept in {folder}: the folders for it can't be written to"
+    return folder
+
+
+def _made_temporary_folder() -> str:
+    folder = Path(tempfile.gettempdir(), f"marsupial-{os.getuid()}")
+    # Code is run from there: a folder that somebody else made or can write to would let them run theirs.
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        found = folder.lstat()
+        ours = S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not S_IMODE(found.st_mode) & 0o077
+    except OSError:
+        ours = False
+    if not ours:
+        folder = Path(tempfile.mkdtemp(prefix="marsupial-"))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return str(folder)

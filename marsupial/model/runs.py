@@ -1,0 +1,73 @@
+"""Cells of a map as runs: each stretch of equal neighbours in row-major order is (start, length, code).
+
+Events, requests and answers tell of cells this way. Runs are one flat tuple, three numbers for each stretch, and a run
+may go on in the next row:
+
+::
+
+    row 1   ~ ~ # #        width 4, '.' is 1, '#' is 0, '~' is 2
+    row 0   . . . ~        (0, 3, 1,   3, 3, 2,   6, 2, 0)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence, Set
+
+import numpy as np
+
+from marsupial.arrays import Bytes, Ints
+from marsupial.model.grid import UNKNOWN, CellArray
+
+Runs = tuple[int, ...]
+
+
+def triples(runs: Sequence[int]) -> Iterator[tuple[int, int, int]]:
+    """Yield start, length and code of each run."""
+    return zip(runs[0::3], runs[1::3], runs[2::3], strict=True)
+
+
+def run_table(runs: Sequence[int]) -> Ints:
+    """Return the runs as rows (n, 3)."""
+    return np.array(runs, dtype=np.int64).reshape(-1, 3)
+
+
+def known_runs(cells: CellArray) -> Runs:
+    """Return the known cells of a map as runs, as long as can be."""
+    flat = cells.ravel()
+    edges = np.flatnonzero(np.diff(flat)) + 1
+    starts, ends = np.concatenate(([0], edges)), np.concatenate((edges, [len(flat)]))
+    known = flat[starts] != UNKNOWN
+    table = np.stack((starts, ends - starts, flat[starts]), axis=1)[known]
+    return tuple(table.ravel().tolist())
+
+
+def cells_in(runs: Sequence[int]) -> tuple[Ints, Bytes]:
+    """Return the row-major indices of the cells in runs, in the order of the runs, and their codes."""
+    table = run_table(runs)
+    lengths = table[:, 1]
+    before = np.cumsum(lengths) - lengths
+    indices = np.arange(int(lengths.sum())) + np.repeat(table[:, 0] - before, lengths)
+    return indices, np.repeat(table[:, 2].astype(np.uint8), lengths)
+
+
+def paint(cells: CellArray, runs: Sequence[int]) -> None:
+    """Set the cells of a map (height, width) to the codes of runs."""
+    flat = cells.reshape(-1)
+    for start, length, code in triples(runs):
+        flat[start : start + length] = code
+
+
+def runs_fault(runs: Sequence[int], size: int, codes: Set[int]) -> str | None:
+    """Return what is wrong with runs of a map of `size` cells, or None."""
+    if len(runs) % 3:
+        return "must be (start, length, code) three by three"
+    end = 0
+    for start, length, code in triples(runs):
+        if start < end:
+            return f"must be in ascending order without overlap, got a run from cell {start} after cell {end}"
+        if length < 1 or start + length > size:
+            return f"must stay inside the map of {size} cells, got a run of {length} from cell {start}"
+        if code not in codes:
+            return f"has no terrain of code {code}; there are {', '.join(map(str, sorted(codes)))}"
+        end = start + length
+    return None
