@@ -7,7 +7,7 @@ takes is the row of the table. Then the proxy breaks all connections, which conn
 tried. Clients and operators of the first server do the same, and now and then it is asked to end, or killed, and
 started again.
 
-What comes up rarely, such as an upgrade of the tables, is tried one by one before that (`rare_writes`).
+What comes up rarely, such as the first start on a database, is tried one by one before that (`rare_writes`).
 """
 
 from __future__ import annotations

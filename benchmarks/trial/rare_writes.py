@@ -9,7 +9,6 @@ from __future__ import annotations
 import uuid
 from collections.abc import Callable, Iterator
 from functools import partial
-from unittest.mock import patch
 
 from databases import PostgresServer
 
@@ -22,19 +21,18 @@ from marsupial_service.jobs.records import JobSettings
 from marsupial_service.missions import table as missions
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.schemas.words import MissionPhase
-from marsupial_service.store import Store, Transaction, open_store, tables
+from marsupial_service.store import Store, Transaction, open_store
 
 Write = Callable[[Transaction], object]
 
 
 _SETTINGS, _QUOTA = JobSettings(max_attempts=1), Quota(seconds=10_000, steps_s=10)
-_OLD_VERSION = 2
 _MADE_MS, _NOW_MS = 1_000_000, 1_100_000
 
 
 def rows(database: PostgresServer, proxy: Proxy) -> Iterator[FrozenRow]:
-    """Freeze a server at each statement of each of these writes, and of an upgrade of the tables."""
-    yield from rows_of(proxy, partial(_upgrade, database, proxy))
+    """Freeze a server at each statement of each of these writes, and of the first start on a database."""
+    yield from rows_of(proxy, partial(_first_start, database, proxy))
     url = database.database()
     frozen, healthy = open_store(proxy.through(url)), open_store(url)
     try:
@@ -46,11 +44,9 @@ def rows(database: PostgresServer, proxy: Proxy) -> Iterator[FrozenRow]:
         healthy.close()
 
 
-def _upgrade(database: PostgresServer, proxy: Proxy) -> tuple[Act, Act]:
-    """Return how a server starts on tables of an earlier version through the proxy, and another one beside it."""
+def _first_start(database: PostgresServer, proxy: Proxy) -> tuple[Act, Act]:
+    """Return how a server makes the tables of an empty database through the proxy, and another one beside it."""
     url = database.database()
-    with patch.multiple(tables, _STEPS=tables._STEPS[:_OLD_VERSION], VERSION=_OLD_VERSION):
-        open_store(url).close()
     return lambda: open_store(proxy.through(url)).close(), lambda: open_store(url).close()
 
 

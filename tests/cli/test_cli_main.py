@@ -36,7 +36,7 @@ COMMANDS = (
     "serve",
 )
 
-STORES = tuple(f"serve store {name}" for name in ("info", "backup", "restore", "upgrade", "retain"))
+STORES = tuple(f"serve store {name}" for name in ("info", "backup", "restore", "retain"))
 
 ALL_COMMANDS = (
     *(name for name in COMMANDS if name != "bench"),

@@ -65,15 +65,12 @@ def test_nothing_is_written_over(folder: Path, tmp_path: Path) -> None:
         upkeep.restore(tmp_path / "none", tmp_path / "again")
 
 
-def test_a_folder_in_use_is_not_restored_into_nor_upgraded(folder: Path, tmp_path: Path) -> None:
+def test_a_folder_in_use_is_not_restored_into(folder: Path, tmp_path: Path) -> None:
     upkeep.backup(folder, tmp_path / "backup")
     store = open_store(folder)
     (folder / FILE).rename(folder / "elsewhere")
     with pytest.raises(StoreInUse):
         upkeep.restore(tmp_path / "backup", folder)
-    (folder / "elsewhere").rename(folder / FILE)
-    with pytest.raises(StoreInUse):
-        upkeep.upgrade(folder)
     store.close()
 
 
@@ -144,13 +141,32 @@ def test_the_commands_work_beside_a_server_which_says_when_it_is_full(
             assert full.status_code == 202
         assert "1 are allowed" in problem(full, 507, "store-full")["detail"]
         assert int(full.headers["retry-after"]) == 60
-        assert (command("upgrade"), command("retain"), command("retain", "--kept", "0")) == (2, 2, 0)
+        assert (command("retain"), command("retain", "--kept", "0")) == (2, 0)
         said = capsys.readouterr().err
-        assert "in use by another server" in said
         assert "removed " in said
         problem(http.get(made.json()["links"]["self"]), 404, "not-found")
-    assert (command("restore", file, folder=again), command("upgrade", folder=again)) == (0, 0)
+    assert command("restore", file, folder=again) == 0
     assert command("info", "--live", folder=again) == 0
     out = capsys.readouterr().out
     assert "1 rows" in out
     assert "times that is on the disk" in out
+
+
+def test_a_folder_without_a_store_is_an_error_and_stays_empty(tmp_path: Path) -> None:
+    with pytest.raises(StoreError, match="there is no store"):
+        upkeep.info(tmp_path)
+    with pytest.raises(UsageError, match="--days, --kept"):
+        upkeep.retain(tmp_path, days=None, kept=None, now_ms=0)
+    (tmp_path / FILE).write_bytes(b"something else " * 100)
+    with pytest.raises(StoreError, match="not a database"):
+        upkeep.info(tmp_path)
+
+
+def test_a_store_of_another_version_is_refused(place: str) -> None:
+    store = open_store(place)
+    number = "UPDATE marsupial SET version = 2" if "://" in place else "PRAGMA user_version = 2"
+    store.write(lambda tx: tx.execute(number)).result()
+    store.close()
+    for act in (open_store, upkeep.info):
+        with pytest.raises(StoreError, match="its tables have version 2, this is for version 1"):
+            act(place)

@@ -40,13 +40,11 @@ def info(
     if json:
         print_json({**asdict(found), **({} if live_bytes is None else {"live_bytes": live_bytes})})
         return
-    newer = "" if found.version == found.newest else f" (this program makes it {found.newest})"
-    facts = [("store", found.place), ("version", f"{found.version}{newer}"), ("on disk", _size(found.disk_bytes))]
+    facts = [("store", found.place), ("version", str(found.version)), ("on disk", _size(found.disk_bytes))]
     facts.append(("free in it", _size(found.free_bytes)))
     if live_bytes is not None:
         facts.append(("live", f"{_size(live_bytes)}: {found.disk_bytes / live_bytes:.2f} times that is on the disk"))
-    if found.stored_bytes is not None:
-        facts.append(("jobs and missions", _size(found.stored_bytes)))
+    facts.append(("jobs and missions", _size(found.stored_bytes)))
     facts += [(name, f"{count} rows") for name, count in found.rows.items()]
     facts += [(f"open {name}", str(count)) for name, count in found.open.items()]
     if found.oldest_ms is not None:
@@ -85,19 +83,6 @@ def restore(
     with _upkeep() as upkeep:
         version = upkeep.restore(file, data)
     say(f"{data} holds the store of {file}, of version {version}")
-
-
-@store.command()
-def upgrade(data: Data = DEFAULT_DATA, store: Shared = None, quiet: Quiet = False) -> None:
-    """Bring a store of an earlier version up to date, as the next server would. No server may run.
-
-    Example: marsupial serve store upgrade --data jobs
-    """
-    from marsupial.cli.display.messages import say
-
-    with _upkeep() as upkeep:
-        before, after = upkeep.upgrade(_place(data, store))
-    say(f"the store had version {before}, and has version {after}")
 
 
 @store.command()

@@ -159,9 +159,8 @@ class MissionReport:
         return [packed if name == "map" else getattr(self, name) for name in _REPORTED]
 
     def __setstate__(self, state: Sequence[object]) -> None:
-        """Take up what is stored: reports of earlier versions hold maps as they are, and nothing of the last fields."""
-        for i, name in enumerate(_REPORTED):
-            value = state[i] if i < len(state) else None
+        """Restore what is stored."""
+        for name, value in zip(_REPORTED, state, strict=True):
             if isinstance(value, tuple) and name == "map":
                 value = np.frombuffer(zlib.decompress(value[1]), dtype=np.uint8).reshape(value[0])
             object.__setattr__(self, name, value)

@@ -1,4 +1,4 @@
-"""What operators do with a store besides running servers on it: look, back up, restore, upgrade, remove what is old.
+"""What operators do with a store besides running servers on it: look, back up, restore, remove what is old.
 
 A backup is one SQLite file: the jobs and missions of one moment, and the keys, in a table that only backups have.
 """
@@ -19,10 +19,11 @@ from marsupial_service.entries.capacity import stored_bytes
 from marsupial_service.entries.table import StoreReader
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.missions.table import MISSIONS
-from marsupial_service.store import StoreError, lock, open_store, tables
+from marsupial_service.store import StoreError, lock
 from marsupial_service.store.maintenance import MaintenanceConnection, maintained
 from marsupial_service.store.opening import is_shared
 from marsupial_service.store.sqlite import FILE
+from marsupial_service.store.tables import VERSION, missing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -41,12 +42,10 @@ class StoreInfo:
 
     Parameters
     ----------
-    newest
-        The version that this program makes of it.
     disk_bytes, free_bytes
         What it takes on the disk; what of that is free and given back in time (of a PostgreSQL database: not told).
     stored_bytes
-        What jobs and missions take of it, as ``store_bytes`` counts; None of tables of an earlier version.
+        What jobs and missions take of it, as ``store_bytes`` counts.
     rows
         By table; parts of long inputs and turns count.
     open
@@ -57,10 +56,9 @@ class StoreInfo:
 
     place: str
     version: int
-    newest: int
     disk_bytes: int
     free_bytes: int
-    stored_bytes: int | None
+    stored_bytes: int
     rows: dict[str, int]
     open: dict[str, int]
     oldest_ms: int | None
@@ -77,16 +75,14 @@ def _info(store: MaintenanceConnection, reader: StoreReader) -> StoreInfo:
         (found,) = reader.execute(sql).fetchone()
         return None if found is None else int(found)
 
-    newest = store.version == tables.VERSION
     first = [number(f"SELECT min(created_ms) FROM {name}") for name in ("jobs", "missions")]
     still = "SELECT count(*) FROM {} WHERE finished_ms IS NULL"
     return StoreInfo(
         place=store.engine.place,
-        version=store.version,
-        newest=tables.VERSION,
+        version=VERSION,
         disk_bytes=store.engine.disk_bytes(store.connection),
         free_bytes=store.engine.free_bytes(store.connection),
-        stored_bytes=stored_bytes(reader) if newest else None,
+        stored_bytes=stored_bytes(reader),
         rows={name: number(f"SELECT count(*) FROM {name}") or 0 for name in COUNTED},
         open={name: number(still.format(name)) or 0 for name in ("jobs", "missions")},
         oldest_ms=min((one for one in first if one is not None), default=None),
@@ -131,23 +127,6 @@ def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: i
     return removed
 
 
-def upgrade(place: str | Path) -> tuple[int, int]:
-    """Bring the tables of a store that no server uses up to date; return the versions before and after.
-
-    Raises StoreError, StoreInUse.
-    """
-    with maintained(place) as store:
-        before = store.version
-    opened = open_store(place)  # which does it
-    try:
-        while opened.write(lambda tx: tx.shrink()).result():
-            pass
-        opened.settle()
-    finally:
-        opened.close()
-    return before, tables.VERSION
-
-
 def backup(place: str | Path, target: Path) -> None:
     """Write what a folder holds at this moment to one file, with its keys; a server may run. Raises StoreError."""
     _refuse_shared(place, "pg_dump --format=custom")
@@ -167,7 +146,7 @@ def backup(place: str | Path, target: Path) -> None:
 
 
 def restore(source: Path, folder: Path) -> int:
-    """Make a folder's store of a backup; return the version of its tables, which the next server brings up to date.
+    """Make a folder's store of a backup; return the version of its tables.
 
     Raises UsageError if the folder has a store or keys, StoreError if the file is no sound backup.
     """
@@ -197,7 +176,7 @@ def _restore(source: Path, draft: Path, folder: Path) -> int:
         backup.backup(copy)
         _check(copy, source)
         (version,) = copy.execute("PRAGMA user_version").fetchone()
-        tables.steps(version, str(source))
+        missing(version, str(source))
         found = copy.execute(f"SELECT text FROM {_KEYS}").fetchone()
         copy.execute(f"DROP TABLE {_KEYS}")
     if found is not None:

@@ -10,28 +10,20 @@ from typing import TypeVar
 from marsupial_service.store.engine import Connection, StoreBackend
 from marsupial_service.store.errors import StoreError
 from marsupial_service.store.opening import engine_of
-from marsupial_service.store.tables import VERSION
+from marsupial_service.store.tables import missing
 from marsupial_service.store.transaction import Transaction
 
 T = TypeVar("T")
 
 
 class MaintenanceConnection:
-    """A connection to a store that is there, of any version up to this one.
-
-    Attributes
-    ----------
-    version
-        Of its tables.
-    """
+    """A connection to a store that is there. Raises StoreError if it has no tables, or those of another version."""
 
     def __init__(self, engine: StoreBackend, connection: Connection) -> None:
         self.engine = engine
         self.connection = connection
-        self.version = engine.version(connection)
-        if not 0 < self.version <= VERSION:
-            what = "has no tables yet" if not self.version else f"has version {self.version}, this is for {VERSION}"
-            raise StoreError(f"{engine.place}: the store {what}")
+        if missing(engine.version(connection), engine.place):
+            raise StoreError(f"{engine.place}: the store has no tables yet")
 
     def read(self, read: Callable[[Connection], T]) -> T:
         """Run `read` on what is committed at one moment."""
@@ -42,12 +34,7 @@ class MaintenanceConnection:
             self.connection.execute("COMMIT")
 
     def write(self, write: Callable[[Transaction], T]) -> T:
-        """Run `write` in a transaction. Raises StoreError if the tables are of an earlier version."""
-        if self.version != VERSION:
-            raise StoreError(
-                f"{self.engine.place}: the store has version {self.version}; 'marsupial serve store upgrade' makes it"
-                f" version {VERSION}"
-            )
+        """Run `write` in a transaction."""
         transaction = Transaction(self.engine, self.connection)
         with transaction.committed():
             return write(transaction)

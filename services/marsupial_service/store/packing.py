@@ -1,13 +1,12 @@
 """How events and inputs are stored: compressed with a dictionary of what nearly all of them have in them.
 
-What is packed begins with the number of its dictionary. Anything else is a pickle or text as earlier versions have
-stored it, and returned as it is; neither begins with such a byte.
+What is packed begins with the number of its dictionary, so that another one can be added.
 """
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 PIECE = 900
@@ -61,26 +60,20 @@ _DICTIONARY_1 = (
 )
 """What is stored was packed with these very bytes: what would do better is a dictionary with another number."""
 
-_DICTIONARIES: Mapping[int, bytes] = {1: _DICTIONARY_1}
-_NEWEST = max(_DICTIONARIES)
+_NUMBER = b"\x01"
 
-_PACKERS = {
-    number: zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, _MEMORY, zlib.Z_DEFAULT_STRATEGY, dictionary)
-    for number, dictionary in _DICTIONARIES.items()
-}
+_PACKER = zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, _MEMORY, zlib.Z_DEFAULT_STRATEGY, _DICTIONARY_1)
 
 
 def pack(data: bytes) -> bytes:
     """Return `data` as it is stored."""
-    packer = _PACKERS[_NEWEST].copy()
-    return bytes((_NEWEST,)) + packer.compress(data) + packer.flush()
+    packer = _PACKER.copy()
+    return _NUMBER + packer.compress(data) + packer.flush()
 
 
 def unpack(data: bytes) -> bytes:
-    """Return what is stored so, by this or an earlier version."""
-    if data[0] not in _DICTIONARIES:
-        return bytes(data)
-    return zlib.decompressobj(_WINDOW, _DICTIONARIES[data[0]]).decompress(memoryview(data)[1:])
+    """Return what is stored so."""
+    return zlib.decompressobj(_WINDOW, _DICTIONARY_1).decompress(memoryview(data)[1:])
 
 
 def pieces(data: bytes) -> Iterator[tuple[int, bytes]]:

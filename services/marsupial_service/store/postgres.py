@@ -246,14 +246,11 @@ class Postgres:
 
     def _prepare(self, connection: psycopg.Connection[PostgresRow]) -> None:
         with connection.transaction():
-            # whoever comes while another server brings the tables up to date waits for as long as that takes
+            # who comes while another server makes the tables waits for as long as that takes
             connection.execute("SET LOCAL lock_timeout = 0; SET LOCAL statement_timeout = 0")
             connection.execute("SELECT pg_advisory_xact_lock(%s)", (_PREPARING,))
             connection.execute("CREATE TABLE IF NOT EXISTS marsupial (version BIGINT NOT NULL)")
-            version = self.version(_Connection(connection))
-            script = "".join(tables.steps(version, self.place))
-            if script and version:
-                self._check_alone(connection)
+            script = tables.missing(self.version(_Connection(connection)), self.place)
             for word, here in _WORDS:
                 script = re.sub(word, here, script)
             if script:
@@ -262,12 +259,6 @@ class Postgres:
                 connection.execute("INSERT INTO marsupial VALUES (%s)", (tables.VERSION,))
             connection.execute(f"DELETE FROM servers WHERE {_DEAD} - 3600")  # of crashes long past
             connection.execute(_BEAT.encode(), (self.server,))
-
-    def _check_alone(self, connection: psycopg.Connection[PostgresRow]) -> None:
-        """Raise StoreError if other servers live: of an earlier version, they know nothing of the tables to come."""
-        (others,) = connection.execute(f"SELECT count(*) FROM servers WHERE NOT {_DEAD}".encode()).fetchone() or (0,)
-        if others:
-            raise StoreError(f"{self.place}: servers of an earlier version use it ({others}); end them first")
 
     def _listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
         outage = Outage("the database can't be heard")

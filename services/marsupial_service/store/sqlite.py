@@ -58,7 +58,7 @@ class Sqlite:
     def writer(self) -> sqlite3.Connection:
         """Open the file, made with its tables if it isn't there, for the one thread that writes.
 
-        Raises StoreError if it can't be opened or made, or is of a later version.
+        Raises StoreError if it can't be opened or made, or is of another version.
         """
         try:
             self._keep_private()
@@ -153,14 +153,13 @@ class Sqlite:
         return connection
 
     def _prepare(self, connection: sqlite3.Connection) -> None:
-        steps = tables.steps(self.version(connection), self.place)
+        script = tables.missing(self.version(connection), self.place)
         connection.execute("PRAGMA auto_vacuum = INCREMENTAL")
         (mode,) = connection.execute("PRAGMA journal_mode = WAL").fetchone()
         if mode != "wal":
             raise StoreError(f"{self.path}: this file system can't hold a write-ahead log")
         connection.execute(f"PRAGMA journal_size_limit = {_LONGEST_LOG}")
-        if steps:
-            script = "".join(steps)
+        if script:
             connection.executescript(f"BEGIN IMMEDIATE;{script}PRAGMA user_version = {tables.VERSION};COMMIT;")
         connection.execute("DELETE FROM servers WHERE id != ?", (self.server,))
         connection.execute("INSERT INTO servers VALUES (?, 0) ON CONFLICT DO NOTHING", (self.server,))

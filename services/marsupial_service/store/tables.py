@@ -7,14 +7,18 @@ An entry that is being worked on has a `holder`, one of the `servers`, and its `
 holder of an earlier term writes comes too late. `owners` are those whose jobs were claimed; the one served longest ago
 is next.
 
-They are written in the words of SQLite; a database of an earlier version is brought up to date step by step.
+They are written in the SQL of SQLite; `postgres` translates what PostgreSQL says differently.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from marsupial_service.store.errors import StoreError
+
+ROW_BYTES = 40
+"""What a row takes besides its contents, in what is counted as `bytes` of an entry."""
+
+ENTRY_BYTES = 500
+"""The same of an entry with its indexes."""
 
 
 def _entries(name: str, own: str) -> str:
@@ -29,25 +33,14 @@ CREATE TABLE {name} (
     state TEXT NOT NULL,{own}
     events INTEGER NOT NULL DEFAULT 0,
     created_ms INTEGER NOT NULL,
-    finished_ms INTEGER
+    finished_ms INTEGER,
+    holder TEXT,
+    term INTEGER NOT NULL DEFAULT 0,
+    bytes INTEGER NOT NULL DEFAULT {ENTRY_BYTES}
 ) STRICT;
 CREATE UNIQUE INDEX {name}_by_key ON {name} (owner, idempotency_key) WHERE idempotency_key IS NOT NULL;
 CREATE INDEX {name}_by_owner ON {name} (owner, number);
 CREATE INDEX {name}_over ON {name} (finished_ms) WHERE finished_ms IS NOT NULL;
-"""
-
-
-def _events(name: str, entry: str, entries: str, own: str = "") -> str:
-    """Return the table of the events of a table of entries."""
-    return f"""
-CREATE TABLE {name} (
-    {entry} INTEGER NOT NULL REFERENCES {entries} (number) ON DELETE CASCADE,
-    seq INTEGER NOT NULL,{own}
-    type TEXT NOT NULL,
-    data TEXT NOT NULL,
-    at_ms INTEGER NOT NULL,
-    PRIMARY KEY ({entry}, seq)
-) STRICT, WITHOUT ROWID;
 """
 
 
@@ -64,7 +57,9 @@ _JOBS = _entries(
     lower_bound_ms INTEGER,
     queued_ms INTEGER NOT NULL,
     started_ms INTEGER,
-    first_plan_ms INTEGER,""",
+    first_plan_ms INTEGER,
+    claimed_ms INTEGER,
+    spent_ms INTEGER NOT NULL DEFAULT 0,""",
 )
 
 _MISSIONS = _entries(
@@ -79,11 +74,21 @@ _MISSIONS = _entries(
     t_ms INTEGER NOT NULL DEFAULT 0,
     revision INTEGER NOT NULL DEFAULT 0,
     inputs INTEGER NOT NULL DEFAULT 0,
-    turns INTEGER NOT NULL DEFAULT 0,""",
+    turns INTEGER NOT NULL DEFAULT 0,
+    frame TEXT,
+    simulation TEXT,""",
 )
 
 _OF_JOBS = """
 CREATE INDEX jobs_open ON jobs (state, number) WHERE finished_ms IS NULL;
+CREATE TABLE events (
+    job INTEGER NOT NULL REFERENCES jobs (number) ON DELETE CASCADE,
+    seq INTEGER NOT NULL,
+    type TEXT NOT NULL,
+    data TEXT NOT NULL,
+    at_ms INTEGER NOT NULL,
+    PRIMARY KEY (job, seq)
+) STRICT, WITHOUT ROWID;
 CREATE TABLE payloads (
     job INTEGER PRIMARY KEY REFERENCES jobs (number) ON DELETE CASCADE,
     task BLOB,
@@ -113,24 +118,23 @@ CREATE TABLE mission_briefs (
 CREATE TABLE mission_inputs (
     mission INTEGER NOT NULL REFERENCES missions (number) ON DELETE CASCADE,
     seq INTEGER NOT NULL,
+    part INTEGER NOT NULL,
     digest BLOB,
     data BLOB NOT NULL,
     at_ms INTEGER NOT NULL,
-    PRIMARY KEY (mission, seq)
+    PRIMARY KEY (mission, seq, part)
 ) STRICT, WITHOUT ROWID;
-CREATE INDEX mission_events_by_turn ON mission_events (mission, turn, seq);
+CREATE TABLE mission_events (
+    mission INTEGER NOT NULL REFERENCES missions (number) ON DELETE CASCADE,
+    seq INTEGER NOT NULL,
+    part INTEGER NOT NULL,
+    turn INTEGER NOT NULL,
+    data BLOB NOT NULL,
+    at_ms INTEGER NOT NULL,
+    PRIMARY KEY (mission, seq, part)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX mission_events_of_turn ON mission_events (mission, turn);
 """
-
-_FIRST = "".join(
-    (
-        _JOBS,
-        _events("events", "job", "jobs"),
-        _OF_JOBS,
-        _MISSIONS,
-        _events("mission_events", "mission", "missions", "\n    turn INTEGER NOT NULL,"),
-        _OF_MISSIONS,
-    )
-)
 
 _SHARED = """
 CREATE TABLE servers (
@@ -145,75 +149,16 @@ CREATE TABLE documents (
     name TEXT PRIMARY KEY,
     text TEXT NOT NULL
 ) STRICT;
-ALTER TABLE jobs ADD COLUMN claimed_ms INTEGER;
-ALTER TABLE jobs ADD COLUMN spent_ms INTEGER NOT NULL DEFAULT 0;
-ALTER TABLE jobs ADD COLUMN holder TEXT;
-ALTER TABLE jobs ADD COLUMN term INTEGER NOT NULL DEFAULT 0;
-ALTER TABLE missions ADD COLUMN frame TEXT;
-ALTER TABLE missions ADD COLUMN holder TEXT;
-ALTER TABLE missions ADD COLUMN term INTEGER NOT NULL DEFAULT 0;
 """
 
-ROW_BYTES = 40
-"""What a row takes besides its contents, in what is counted as `bytes` of an entry."""
+SCHEMA = "".join((_JOBS, _OF_JOBS, _MISSIONS, _OF_MISSIONS, _SHARED))
 
-ENTRY_BYTES = 500
-"""The same of an entry with its indexes."""
-
-
-def _contents(table: str, entry: str, *columns: str) -> str:
-    """Return an expression for the bytes of the rows of a table that belong to an entry of the outer statement."""
-    lengths = " + ".join(f"coalesce(length({column}), 0)" for column in columns)
-    return f"(SELECT coalesce(sum({ROW_BYTES} + {lengths}), 0) FROM {table} WHERE {entry} = number)"
+VERSION = 1
+"""Of the tables; 0 is a database without any."""
 
 
-_PACKED = f"""
-CREATE TABLE packed_events (
-    mission INTEGER NOT NULL REFERENCES missions (number) ON DELETE CASCADE,
-    seq INTEGER NOT NULL,
-    part INTEGER NOT NULL,
-    turn INTEGER NOT NULL,
-    data BLOB NOT NULL,
-    at_ms INTEGER NOT NULL,
-    PRIMARY KEY (mission, seq, part)
-) STRICT, WITHOUT ROWID;
-INSERT INTO packed_events
-    SELECT mission, seq, 0, turn, CAST(type || ' ' || data AS BLOB), at_ms FROM mission_events;
-DROP TABLE mission_events;
-ALTER TABLE packed_events RENAME TO mission_events;
-CREATE INDEX mission_events_of_turn ON mission_events (mission, turn);
-CREATE TABLE packed_inputs (
-    mission INTEGER NOT NULL REFERENCES missions (number) ON DELETE CASCADE,
-    seq INTEGER NOT NULL,
-    part INTEGER NOT NULL,
-    digest BLOB,
-    data BLOB NOT NULL,
-    at_ms INTEGER NOT NULL,
-    PRIMARY KEY (mission, seq, part)
-) STRICT, WITHOUT ROWID;
-INSERT INTO packed_inputs SELECT mission, seq, 0, digest, data, at_ms FROM mission_inputs;
-DROP TABLE mission_inputs;
-ALTER TABLE packed_inputs RENAME TO mission_inputs;
-ALTER TABLE jobs ADD COLUMN bytes INTEGER NOT NULL DEFAULT {ENTRY_BYTES};
-ALTER TABLE missions ADD COLUMN bytes INTEGER NOT NULL DEFAULT {ENTRY_BYTES};
-UPDATE jobs SET bytes = bytes + {_contents("payloads", "job", "task", "source", "situation", "places")}
-    + {_contents("plans", "job", "actions", "ipc")} + {_contents("events", "job", "data")};
-UPDATE missions SET bytes = bytes + {_contents("mission_briefs", "mission", "brief")}
-    + {_contents("mission_inputs", "mission", "digest", "data")} + {_contents("mission_events", "mission", "data")};
-"""
-
-_SIMULATED = """
-ALTER TABLE missions ADD COLUMN simulation TEXT;
-"""
-
-_STEPS = (_FIRST, _SHARED, _PACKED, _SIMULATED)
-"""What leads from each version to the next; 0 is a database without tables."""
-
-VERSION = len(_STEPS)
-
-
-def steps(version: int, place: str) -> Sequence[str]:
-    """Return what leads from `version` to this one. Raises StoreError if that is a later one."""
-    if not 0 <= version <= VERSION:
+def missing(version: int, place: str) -> str:
+    """Return what makes the tables of a database of that version. Raises StoreError if it has tables of another one."""
+    if version not in (0, VERSION):
         raise StoreError(f"{place}: its tables have version {version}, this is for version {VERSION}")
-    return _STEPS[version:]
+    return "" if version else SCHEMA
