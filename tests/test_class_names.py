@@ -1,4 +1,4 @@
-"""A class name stands for one thing in the whole project, so that a name in a traceback or a text is enough to find it."""
+"""A class name stands for one thing in the whole project: a name in a traceback or a text is enough to find it."""
 
 from __future__ import annotations
 

@@ -256,7 +256,8 @@ def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Pro
             problems.append(Problem(f"{path}.home", f"unknown home {robot.home!r}"))
     capacities = {kind.name: kind.capacity for kind in situation.types}
     for i, robot in enumerate(situation.robots):
-        if load.get(robot.name, 0) > capacities.get(robot.type, 0):
-            text = f"{robot.name} carries {counted(load[robot.name], 'rover')}, capacity {capacities[robot.type]}"
+        capacity = capacities.get(robot.type, 0)
+        if load.get(robot.name, 0) > capacity:
+            text = f"{robot.name} carries {counted(load[robot.name], 'rover')}, capacity {capacity}"
             problems.append(Problem(f"robots[{i}]", text))
     return problems

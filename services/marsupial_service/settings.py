@@ -189,6 +189,6 @@ def _fault(one: Field[Any], value: float) -> str | None:
     """Return what is wrong with the value of a limit, or None."""
     if value > one.metadata["at_most"]:
         return f"must be at most {one.metadata['at_most']}, got {value}"
-    if math.isfinite(value) and value >= one.metadata["at_least"]:
+    if one.metadata["at_least"] <= value < math.inf:
         return None
     return f"must be {one.metadata['at_least']} or more, got {value}"

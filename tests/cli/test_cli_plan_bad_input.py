@@ -72,6 +72,13 @@ def test_a_wrong_field_is_named(
     assert "Traceback" not in captured.err
 
 
+def test_robots_of_one_name_and_of_unknown_types_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data = json.loads(changed(("robots", 1, "name"), "c1"))
+    data["robots"][1]["type"] = "lorry"
+    assert plan(tmp_path, json.dumps(data)) == 3
+    assert "robots[1].type: unknown robot type 'lorry'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("text", ["", "nonsense", "[]", '{"types": []', '{"types": [], "types": []}', "[" * 10_000])
 def test_what_is_no_situation_is_refused(text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert plan(tmp_path, text) == 3

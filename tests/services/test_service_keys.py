@@ -154,6 +154,8 @@ def test_a_limit_of_the_environment_holds() -> None:
         limits_from({"MARSUPIAL_CELLS": "0"})
     with pytest.raises(UsageError, match="MARSUPIAL_ROBOTS: must be at most 1000, got 1001"):
         limits_from({"MARSUPIAL_ROBOTS": "1001"})
+    with pytest.raises(UsageError, match="MARSUPIAL_CELLS: must be 1 or more, got -1000"):
+        limits_from({"MARSUPIAL_CELLS": f"-1{'0' * 400}"})
 
 
 @pytest.mark.parametrize(

@@ -10,13 +10,13 @@ from marsupial.bench.compare.folder import opened, read_rows, sort_lines
 from marsupial.bench.compare.header import header_of
 from marsupial.bench.compare.plan import Comparison
 from marsupial.bench.compare.rows import Row
-from marsupial.bench.compare.runner import CaseRunner
+from marsupial.bench.compare.runner import Runner
 
 Watch = Callable[[Row | None, int, int], None]
 """Told, after each mission and once before the first, its row, how many missions are done, and how many there are."""
 
 
-def conduct(comparison: Comparison, runner: CaseRunner, out: Path, watch: Watch, *, drop: Sequence[str] = ()) -> None:
+def conduct(comparison: Comparison, runner: Runner, out: Path, watch: Watch, *, drop: Sequence[str] = ()) -> None:
     """Carry out the missions whose row is not in the folder `out` yet.
 
     Whenever this is left, the folder can be resumed. Missions with a status in `drop` are carried out again.

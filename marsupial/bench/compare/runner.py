@@ -13,7 +13,7 @@ MOST_TRIES = 2
 """How often a mission is begun whose worker dies."""
 
 
-class CaseRunner(Protocol):
+class Runner(Protocol):
     """Carries out missions, several at a time.
 
     A runner gets the `Comparison` when it is made, so that scenarios travel to each worker only once.

@@ -52,7 +52,7 @@ class Exchange(Protocol):
 
 
 @dataclass(slots=True, kw_only=True)
-class ReportedRobot(ReportedRobot[Cell]):
+class CommandedRobot(ReportedRobot[Cell]):
     """A robot, as far as its reports and the commands that it was given tell."""
 
     kind: RobotType
@@ -102,7 +102,7 @@ class RemoteWorld:
         self._limit_ms = brief.limits.time_ms
         kinds = {kind.name: kind for kind in brief.kinds}
         self._team = ReportedTeam(
-            {r.name: ReportedRobot(kind=kinds[r.type], where=Whereabouts(r.cell, r.carrier)) for r in brief.robots}
+            {r.name: CommandedRobot(kind=kinds[r.type], where=Whereabouts(r.cell, r.carrier)) for r in brief.robots}
         )
         self._robots = self._team.robots
         self._map = ReportedMap(np.full_like(brief.grid.cells, UNKNOWN), MissionFrame.of(brief.grid))
@@ -200,7 +200,7 @@ class RemoteWorld:
                 robot.order.halted = halted
                 self.stop(name)
 
-    def _free(self, name: str) -> ReportedRobot:
+    def _free(self, name: str) -> CommandedRobot:
         robot = self._robots[name]
         if robot.order is not None or robot.lost:
             raise InternalError(f"{name} is not free: {'lost' if robot.lost else robot.order}")
@@ -273,7 +273,7 @@ class RemoteWorld:
         name = change.robot or reporter or next(iter(self._robots))
         self._gathered.see(name, change.indices, change.before, change.codes)
 
-    def _note(self, robot: ReportedRobot, note: RobotUpdate, cell: Cell | None, since_ms: int) -> None:
+    def _note(self, robot: CommandedRobot, note: RobotUpdate, cell: Cell | None, since_ms: int) -> None:
         drives = robot.order is not None and robot.order.name == "drive"
         moved_m = 0.0
         if cell is not None and robot.cell is not None:
