@@ -73,10 +73,10 @@ def test_a_wrong_field_is_named(
 
 
 def test_robots_of_one_name_and_of_unknown_types_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    data = json.loads(changed(("robots", 1, "name"), "c1"))
-    data["robots"][1]["type"] = "lorry"
+    data = json.loads(changed(("robots", 2, "name"), "c1"))
+    data["robots"][2]["type"] = "lorry"
     assert plan(tmp_path, json.dumps(data)) == 3
-    assert "robots[1].type: unknown robot type 'lorry'" in capsys.readouterr().err
+    assert "robots[2].type: unknown robot type 'lorry'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("text", ["", "nonsense", "[]", '{"types": []', '{"types": [], "types": []}', "[" * 10_000])
