@@ -1,6 +1,6 @@
 """Digests of what the program puts out, to prove that a refactoring changes no behaviour.
 
-Missions, plans, replays, exports, comparisons and the service's answers depend on nothing but their input where the
+Missions, plans, exports, comparisons and the service's answers depend on nothing but their input where the
 budget is in steps. Each is made anew here, through the command line and over HTTP only, stripped of wall-clock times,
 paths and random names, and its sha256 is compared with the one kept in `digests.json`. `python -m tests.digests` says
 what differs, `--write` keeps what there is now; `--only PATTERN` takes the cases whose names match.
@@ -129,7 +129,7 @@ REAL = (
 """The same on real maps."""
 
 VIEWED = 5
-"""Every so many missions, one is replayed and exported too."""
+"""Every so many missions, moments of one are exported too."""
 
 COMPARISON = (
     "lobby rooms --strategies temporal:greedy,heuristic-plus,heuristic --carriers 1-2 --rovers 1 --runs 2 --steps 4"
@@ -196,7 +196,7 @@ def mission_options() -> Iterator[str]:
 
 
 def mission(folder: Path, options: str, viewed: bool) -> Outputs:
-    """Run a mission; its log and summary, and where wanted everything that can be made of a log."""
+    """Run a mission; its log and summary, and where wanted what can be exported of it."""
     source, *rest = options.split()
     write_inputs(folder)
     given = folder / source
@@ -223,12 +223,7 @@ def charged(folder: Path, options: str) -> Outputs:
 
 
 def views(folder: Path, log: Path) -> Outputs:
-    """Return the replays of a log, the exports of two of its moments, and a plan for the second."""
-    yield "replay in the terminal", called("replay", str(log), "--speed", "100000")
-    called("replay", str(log), "--html", str(folder / "page.html"))
-    page = (folder / "page.html").read_text()
-    yield "replay page", page
-    yield "data of the replay page", "".join(re.findall(r'<script type="[^"]+"[^>]*>(.*?)</script>', page, re.DOTALL))
+    """Return the exports of two moments of a log, and a plan for the second."""
     plans = [event["t_ms"] for event in map(json.loads, log.read_text().splitlines()) if event["event"] == "plan"]
     moments = {"at a plan": plans[len(plans) // 2], "between plans": (plans[0] + plans[-1]) // 2 + 7}
     for words, t_ms in moments.items():
@@ -243,7 +238,7 @@ def views(folder: Path, log: Path) -> Outputs:
         yield "verdict on the plan", called("validate", str(out / "domain.pddl"), str(problem), str(plan))
 
 
-# What is run: plans, comparisons, descriptions
+# What is run: plans, comparisons
 
 
 def plans(folder: Path, name: str, planner: str, steps: int) -> Outputs:
@@ -260,29 +255,11 @@ def situations(folder: Path) -> Outputs:
 
 
 def comparison(folder: Path, options: str) -> Outputs:
-    """Compare; what the folder holds without wall-clock times."""
+    """Compare; the rows of the missions."""
     out = folder / "out"
-    yield "headline", called("compare", *options.split(), "--workers", "1", "--out", str(out))
-    for name in ("rows.csv", "coverage.csv", "comparison.json"):
+    called("compare", *options.split(), "--workers", "1", "--out", str(out))
+    for name in ("rows.csv", "coverage.csv"):
         yield name, (out / name).read_text()
-    yield "tables.md", (out / "tables.md").read_text().partition("## Planning time")[0]
-    for figure in sorted(out.glob("figures/*.svg")):
-        if not figure.name.startswith("planning-time"):
-            yield figure.name, figure.read_text()
-
-
-def descriptions(folder: Path) -> Outputs:
-    """Return what the program says of maps and scenarios, and of input that is wrong."""
-    write_inputs(folder)
-    (folder / "wrong.json").write_text((folder / "yard.json").read_text().replace("0.4", "-1").replace("mud", "1mud"))
-    (folder / "wrong.map").write_text("type octile\nheight 2\nwidth 3\nmap\n...\n")
-    (folder / "wrong.jsonl").write_text('{"event":"mission"}\n')
-    yield "scenarios", called("scenarios")
-    for name in ("hall.yaml", "court.map", "yard.json"):
-        yield f"map {name}", called("map", str(folder / name)).replace(str(folder), "")
-    for command in ("run wrong.json", "run wrong.map", "replay wrong.jsonl", "run nowhere/lobbby", "plan yard.json"):
-        verb, name = command.split()
-        yield f"refusal of {command}", called(verb, str(folder / name)).replace(str(folder), "")
 
 
 # What is run: the service
@@ -543,7 +520,6 @@ def cases(maps: Path) -> Iterator[Case]:
         name, _, rest = options.partition(" ")
         yield Case(f"run {options}", mission, (f"{maps.resolve() / name} {rest}", False))
     yield Case("compare", comparison, (COMPARISON,))
-    yield Case("descriptions", descriptions)
     yield Case("situations of the suite", situations)
     for name in INSTANCES:
         for planner, steps in PLANNINGS.items():
