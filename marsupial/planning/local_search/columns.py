@@ -8,7 +8,7 @@ EXPLORE, UNDOCK, DOCK, START = 0, 1, 2, 3
 NEIGHBOURS = 10
 """How many targets near a target are known."""
 
-DOORS = 6
+NEAR_MEETINGS = 6
 """How many meetings near a place are known, for each type and direction."""
 
 TYPE, AT, ABOARD, READY, CAPACITY, DOCKING, UNDOCKING, HOME = range(8)
@@ -34,12 +34,12 @@ LOAD = 8
 """Column of robots: how many rovers of the first type are aboard at first; those of the other types follow."""
 
 EPOCH, LOGGED, QUEUED, CHECKS, UNUSED, DROPPED = range(6)
-REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE, TOLL, SOONER = range(6, 16)
+REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE, UNDOCK_COST, SOONER = range(6, 16)
 SUMS = 16
 """Columns of the first row of `work`: lengths of its other rows, sums over the nodes, the time that is late, what
 setting a rover down counts as driving, and how many nodes in the queue may end sooner than before."""
 
-QUEUE, FORMER, CHECK, SPARE, DROP, TAKEN, ASKED = range(1, 8)
+QUEUE, FORMER, CHECK, SPARE, DROP, TAKEN, QUEUED_IN = range(1, 8)
 ROWS = 8
 """Other rows of `work`: nodes to be timed, their former ends, carriers whose load is to be checked, transfers not in
 use, transfers no longer in use once the change is accepted, targets taken out; per node, in which change it was last

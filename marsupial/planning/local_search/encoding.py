@@ -52,9 +52,9 @@ class ProblemData(NamedTuple):
     worth: Ints
     groups: Ints
     near: Ints
-    doors: Ints
+    near_meetings: Ints
     recover: bool
-    toll: int = 0
+    undock_cost: int = 0
 
     def members(self, group: int) -> Ints:
         """Return a group without its number."""
@@ -74,18 +74,24 @@ def encode(situation: Situation, objective: Objective = MAKESPAN) -> ProblemData
     rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
     robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
     from_meetings, to_meetings = leg.transpose(0, 2, 1)[:, :, meetings], leg[:, :, meetings]
-    doors = np.stack([_least_apart(apart, meetings, col.DOORS) for apart in (from_meetings, to_meetings)])
+    near_meetings = np.stack(
+        [_least_apart(apart, meetings, col.NEAR_MEETINGS) for apart in (from_meetings, to_meetings)]
+    )
     return ProblemData(
         leg=leg,
         robots=robots,
         worth=worth,
         groups=_groups(targets, meetings, rovers, carriers),
         near=_near(
-            leg, targets, np.unique(robots[rovers, col.TYPE]), np.unique(robots[carriers, col.TYPE]), doors[col.ENTRIES]
+            leg,
+            targets,
+            np.unique(robots[rovers, col.TYPE]),
+            np.unique(robots[carriers, col.TYPE]),
+            near_meetings[col.ENTRIES],
         ),
-        doors=doors,
+        near_meetings=near_meetings,
         recover=situation.goal.recover_rovers or situation.goal.return_home,
-        toll=round(objective.undocking_ms / objective.driving) if isinstance(objective, PricedArrival) else 0,
+        undock_cost=round(objective.undocking_ms / objective.driving) if isinstance(objective, PricedArrival) else 0,
     )
 
 
@@ -176,9 +182,9 @@ def _near(leg: Ints, targets: Ints, rovers: Ints, carriers: Ints, entries: Ints)
     for carrier in carriers:
         for rover in rovers:
             base, walk = targets.copy(), np.zeros(len(targets), dtype=np.int64)
-            doors = entries[rover, targets, 0]
-            walks = (doors >= 0) & (leg[rover, doors, targets] < NEVER)
-            base[walks], walk[walks] = doors[walks], leg[rover, doors[walks], targets[walks]]
+            near_meetings = entries[rover, targets, 0]
+            walks = (near_meetings >= 0) & (leg[rover, near_meetings, targets] < NEVER)
+            base[walks], walk[walks] = near_meetings[walks], leg[rover, near_meetings[walks], targets[walks]]
             apart = np.minimum(apart, leg[carrier, base[:, None], base] + walk[:, None] + walk)
     apart = np.minimum(apart, apart.T)
     np.fill_diagonal(apart, 4 * NEVER)

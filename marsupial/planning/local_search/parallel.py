@@ -14,7 +14,7 @@ from marsupial.planning.local_search.encoding import ProblemData
 from marsupial.planning.local_search.search import Annealing
 
 
-class Team:
+class ParallelSearches:
     """That many searches; see `Annealing` for the rest."""
 
     def __init__(
