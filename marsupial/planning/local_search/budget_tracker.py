@@ -1,6 +1,6 @@
-"""How much of a budget is used, in seconds or in steps, and when it is time to report a better plan.
+"""The used share of a budget in seconds or in steps, and when to report a better plan.
 
-A budget in steps is used in rounds whose lengths do not depend on it: how hot a search is follows from where it is in a
+A budget in steps is used in rounds whose lengths do not depend on it; the temperature follows from the share of the
 round. So a search of few steps is the beginning of one of more steps, and more steps never give a worse plan.
 """
 
@@ -14,20 +14,20 @@ from marsupial.model.plan import EPSILON_MS
 from marsupial.model.planning import Budget
 
 POLISH_STEPS, POLISH_S = 50, 0.1
-"""Effort still made where the makespan can't get shorter."""
+"""Effort after the makespan is proven optimal, for the other parts of the value."""
 
 FIRST_ROUND = 8
-"""How many steps the first round has; each later one has as many as all before it."""
+"""Steps of the first round; each later one has as many as all before it."""
 
 PAUSE_STEPS, PAUSE_S = 10, 0.02
-"""Least effort between two plans; in seconds, only unless the plan gets a hundredth better: the caller may wait."""
+"""Least effort between two reports. With a budget in seconds, a plan shorter by 1 % is reported at once."""
 
 SLICE_S, SLICE_SHARE = 0.01, 0.05
-"""How long the clock is not looked at, at most, and as a share of the budget."""
+"""Longest time between two looks at the clock, in seconds and as a share of the budget."""
 
 
 class BudgetTracker:
-    """The use of a budget.
+    """Tracks how much of a budget is used.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class BudgetTracker:
     ) -> None:
         self.bound_ms = bound_ms
         self.steps = 1
-        """How many steps to take before the next question."""
+        """Steps to take in the current slice."""
         self._clock, self._begun = clock, begun
         self._timed = budget.seconds is not None
         self._end = float(budget.steps or 0) if budget.seconds is None else budget.seconds
@@ -67,23 +67,23 @@ class BudgetTracker:
 
     @property
     def has_begun(self) -> bool:
-        """Whether one turn has been taken, or two: the first is short, and threads begin in it."""
+        """Whether one slice has been taken, or two: the first is short, and threads begin in it."""
         return 1 <= self._slices <= 2
 
     @property
     def expected(self) -> float:
-        """How many steps a budget in seconds suffices for, judged by those done, or how many the round has."""
+        """The steps that a budget in seconds will suffice for at the pace so far, or those of the round."""
         if not self._timed:
             return self._round_steps
         return min(self._enough, (self._end - self._first) / max(1e-6, self._now() - self._first) * self._done)
 
     @property
     def starts_round(self) -> bool:
-        """Whether a round but the first begins with this turn."""
+        """Whether a round but the first begins with this slice."""
         return not self._timed and 0 < self._round_begun == self._spent
 
     def goes_on(self, score: Value) -> bool:
-        """Note that a turn of `steps` begins and say whether it may; the first one always may."""
+        """Begin a slice of `steps`; return whether it is within the budget. The first one always is."""
         self._spent = self._now()
         if not self._slices:
             self._first = self._spent
@@ -103,7 +103,7 @@ class BudgetTracker:
         return goes_on
 
     def should_report(self, score: Value, reported: Value) -> bool:
-        """Say whether to report a better plan now, and if so note it."""
+        """Return whether to report a better plan now; if so, remember when."""
         pause = PAUSE_S if self._timed else PAUSE_STEPS
         due = self._spent - self._reported_at >= pause or (self._timed and score[0] < 0.99 * reported[0])
         if due:

@@ -1,4 +1,9 @@
-"""Random choices among the nodes of a net, compiled."""
+"""Random choices of nodes and positions, about half of them guided; compiled.
+
+Uniform choices alone waste most moves of a large schedule on events that nothing waits for. So a node is chosen half of
+the time from a critical path: the chain of events, each waiting for the one before it, that ends with something late.
+The other half is uniform, as what has to change may well lie elsewhere.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +13,15 @@ from marsupial.planning.local_search import linked_schedule as ops
 from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 
 TRIES = 8
-"""How often something is drawn that may turn out to be of no use."""
+"""How often to draw again where a draw may be of no use."""
 
 LONG = 1 << 60
 
 FOCUS = 4
-"""Of up to how many targets the latest is chosen."""
+"""The latest of up to this number of random targets is chosen."""
 
 WATCHED = 8
-"""Of up to how many robots that with the latest end is chosen."""
+"""The robot with the latest end of up to this number of random ones is chosen."""
 
 
 @inlined
@@ -27,6 +32,7 @@ def critical_node(sched: LinkedSchedule) -> int:
         other = _random_end(sched)
         if sched.nodes[other, col.KIND] != col.START and sched.nodes[other, col.END] > sched.nodes[node, col.END]:
             node = other
+    # Reservoir sampling: uniform over the path, without storing it.
     chosen, seen = -1, 0
     while sched.nodes[node, col.KIND] != col.START:
         seen += 1
@@ -38,7 +44,7 @@ def critical_node(sched: LinkedSchedule) -> int:
 
 @inlined
 def _random_end(sched: LinkedSchedule) -> int:
-    """Return what a random carrier does last, or the last of a random sortie."""
+    """Return the last node of a random carrier's route or of a random sortie."""
     node = ops.draw(sched, len(sched.robots))
     if sched.nodes[node, col.BEFORE] < 0:
         if not sched.groups[col.TARGETS, 0]:
@@ -52,7 +58,7 @@ def _random_end(sched: LinkedSchedule) -> int:
 
 @inlined
 def critical_predecessor(sched: LinkedSchedule, node: int) -> int:
-    """Return which of the nodes before one it could not begin earlier for."""
+    """Return which of the nodes before one determines when it begins."""
     kind, previous = sched.nodes[node, col.KIND], sched.nodes[node, col.BEFORE]
     if kind == col.EXPLORE:
         return previous
@@ -77,7 +83,7 @@ def random_target(sched: LinkedSchedule) -> int:
 
 @inlined
 def late_target(sched: LinkedSchedule) -> int:
-    """Return a random target's node, those reached late more often, or those on a critical path."""
+    """Return a random target's node, more often one reached late or on a critical path."""
     if ops.draw(sched, 2):
         node = critical_node(sched)
         if node >= 0 and sched.nodes[node, col.KIND] == col.UNDOCK:
@@ -96,7 +102,7 @@ def late_target(sched: LinkedSchedule) -> int:
 
 @inlined
 def near_target(sched: LinkedSchedule, target: int) -> int:
-    """Return the node of a target near that of another, mostly, or of any."""
+    """Return the node of a target near another one, or sometimes of any."""
     other = sched.hints[sched.nodes[target, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
     if other < 0 or ops.draw(sched, 4) == 0:
         other = random_target(sched)
@@ -139,6 +145,7 @@ def random_transfer(sched: LinkedSchedule, kind: int) -> int:
     transfers = len(sched.nodes) - top - sched.work[0, col.UNUSED]
     if not transfers:
         return -1
+    # Rows in use are mostly the first ones, so rows from twice their number are drawn.
     for _ in range(2 * TRIES):
         node = top + ops.draw(sched, 2 * transfers)
         if _in_use(sched, node) and kind in (col.START, sched.nodes[node, col.KIND]):
@@ -148,10 +155,10 @@ def random_transfer(sched: LinkedSchedule, kind: int) -> int:
 
 @inlined
 def consider(sched: LinkedSchedule, carrier: int, node: int, place: int, guided: bool, rank: int) -> tuple[bool, int]:
-    """Offer a node for a carrier to go to a place behind it; return whether it is chosen for now, and the new rank.
+    """Consider a position behind a node for a stop of a carrier; return whether it is the choice so far, and the rank.
 
-    Guided, the node of the least detour is chosen: the rank is that detour, `LONG` at first. Otherwise one at random:
-    the rank is how many were offered.
+    Guided, the position of the least detour is chosen; the rank is that detour, `LONG` at first. Otherwise a uniform
+    one, by reservoir sampling; the rank is the number of positions considered.
     """
     if not guided:
         return ops.draw(sched, rank + 1) == 0, rank + 1
@@ -161,7 +168,7 @@ def consider(sched: LinkedSchedule, carrier: int, node: int, place: int, guided:
 
 @inlined
 def detour(sched: LinkedSchedule, carrier: int, node: int, place: int) -> int:
-    """Return how much longer a carrier drives if it goes to a place behind a node."""
+    """Return the detour of a carrier that stops at a place behind a node."""
     here, following = sched.nodes[node, col.PLACE], ops.after(sched, node, carrier)
     longer = ops.leg_ms(sched, carrier, here, place)
     if following != carrier:
@@ -172,13 +179,14 @@ def detour(sched: LinkedSchedule, carrier: int, node: int, place: int) -> int:
 
 @inlined
 def transfer_position(sched: LinkedSchedule, transfer: int, carrier: int, first: int) -> int:
-    """Return a node of a carrier's route, from `first` on, behind which a transfer fits that is in no route, or -1.
+    """Return a node of a carrier's route, from `first` on, to insert a transfer behind that is in no route, or -1.
 
-    That is judged by who is aboard there and by the times before the change: a rover is not set down after its sortie
-    was to end, nor picked up before it could be there. It is a random one or that of the least detour.
+    The choice is random or of the least detour, among positions that fit by the load there and by the times before the
+    change: a rover is not set down after its sortie was to end, nor picked up before it could be there.
     """
     last, docks = sched.nodes[transfer, col.BEFORE], sched.nodes[transfer, col.KIND] == col.DOCK
     earliest, latest = 0, LONG
+    # `first` may be the undock of its sortie, just inserted: the end of the sortie moves by as much as the undock.
     if docks:
         earliest = sched.nodes[last, col.END]
         if first != carrier:
@@ -207,7 +215,7 @@ def transfer_position(sched: LinkedSchedule, transfer: int, carrier: int, first:
 
 @inlined
 def other_position(sched: LinkedSchedule, carrier: int, but: int, place: int) -> int:
-    """Return a node of a carrier's route but one: a random one or that of the least detour."""
+    """Return a node of a carrier's route other than `but`, random or of the least detour for a stop behind it."""
     chosen, node = carrier, carrier
     guided = ops.draw(sched, 2) == 0
     rank = LONG if guided else 0
@@ -223,7 +231,8 @@ def other_position(sched: LinkedSchedule, carrier: int, but: int, place: int) ->
 
 @inlined
 def near_carrier(sched: LinkedSchedule, target: int) -> int:
-    """Return a random carrier, more often one that is busy near a target's node, and that is done early."""
+    """Return a random carrier, more often one with stops near a target, and one that ends early."""
+    # A tournament of two balances the load between carriers.
     one, other = _near_carrier(sched, target), _near_carrier(sched, target)
     if (
         ops.draw(sched, 4)
@@ -235,7 +244,7 @@ def near_carrier(sched: LinkedSchedule, target: int) -> int:
 
 @inlined
 def other_carrier(sched: LinkedSchedule, node: int) -> int:
-    """Return a random carrier for what another one does, more often one that is busy near the target beside it."""
+    """Return a random carrier to take over a transfer, more often one with stops near the target beside it."""
     target = sched.nodes[node, col.BEFORE if sched.nodes[node, col.KIND] == col.DOCK else col.AFTER]
     return (
         near_carrier(sched, target) if sched.nodes[target, col.KIND] == col.EXPLORE else ops.pick(sched, col.CARRIERS)

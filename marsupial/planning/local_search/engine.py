@@ -1,8 +1,8 @@
 """The anytime engine: list scheduling's plan at once, then simulated annealing on the exact schedule.
 
-By priced arrival, and where there is no target, it stops when more steps would gain next to nothing: see `ENOUGH`.
-Once the makespan is as short as the lower bound, only the mean time at which targets are reached and the driving can
-get better, and that gets as much effort as there has been so far, and a little more. Where
+For priced arrival, and where there is no target, it stops when more steps would gain next to nothing (`ENOUGH`). Once
+the makespan meets the lower bound, only the mean time at which targets are reached and the driving can get better; that
+gets as much effort as before, and a little more. Where
 `marsupial.planning.list_scheduling.greedy` finds no plan and none is given, there is none: a search over plans needs
 one to begin with.
 """
@@ -28,14 +28,14 @@ from marsupial.planning.local_search.parallel import ParallelSearches
 from marsupial.planning.local_search.search import is_feasible
 
 LISTING_SHARE = 0.08
-"""What share of the seconds all rounds of list scheduling but the first take at most."""
+"""Largest share of a budget in seconds for all rounds of list scheduling but the first."""
 
 ENOUGH, LEAST_ENOUGH, MOST_ENOUGH = 0.5, 32, 200
-"""After how many steps, for each pair of targets, at least and at most, a budget in seconds is not used any further
-where robots wait for one plan after the other, as in missions: docs/planners.md says what more of them would gain."""
+"""Steps for each pair of targets, at least and at most, after which a budget in seconds is not used any further where
+robots wait for one plan after the other, as in missions: docs/planners.md tells what more steps would gain."""
 
 SIZE = 2
-"""How many searches there are, each in a thread."""
+"""Number of searches, each in a thread."""
 
 
 class Anytime:
@@ -92,14 +92,14 @@ class Anytime:
             yield Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=self._clock() - begun)
 
     def _list_scheduling_plans(self, situation: Situation, budget: Budget) -> Iterator[Improved | Finished]:
-        """Return the plans of list scheduling: all where steps are counted, or else the first ones at least."""
+        """Return the plans of list scheduling: of all its rounds, or of those in time with a budget in seconds."""
         rounds = Budget(steps=ROUNDS) if budget.seconds is None else Budget(seconds=LISTING_SHARE * budget.seconds)
         return Greedy(self._clock).solve(situation, rounds)
 
     def _improvements(
         self, situation: Situation, data: ProblemData, plans: list[Plan], tracker: BudgetTracker, objective: Objective
     ) -> Iterator[Plan]:
-        """Yield plans better than all of `plans`, with the best of which the search begins."""
+        """Yield plans better than all of `plans`; the search begins with these, the best first."""
         plans = sorted(plans, key=lambda plan: objective.value(situation, plan))
         reported = objective.value(situation, plans[0])
         beginnings = [events_of(situation, plan) for plan in plans]
@@ -125,7 +125,7 @@ class Anytime:
 
 
 def _enough(situation: Situation, objective: Objective) -> float:
-    """Return how many steps are worth their time where no proof may end the search."""
+    """Return the number of steps worth their time where no proof may end the search."""
     targets = len(situation.targets)
     if targets and objective == MAKESPAN:
         return math.inf

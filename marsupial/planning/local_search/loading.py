@@ -1,4 +1,4 @@
-"""Nets made of lists of events, and the lists of events of nets."""
+"""Linked schedules from lists of events, and lists of events from linked schedules."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from marsupial.planning.local_search.linked_schedule import (
 
 
 def empty_schedule(data: ProblemData, transfers: int, seed: int) -> LinkedSchedule:
-    """Return an empty net with room for that many transfers more than there could be use for."""
+    """Return an empty schedule with room for more transfers than the search can use, beside that many."""
     robots, targets = len(data.robots), int(data.groups[col.TARGETS, 0])
     size = robots + targets + transfers + 2 * robots + 4 * targets
     work = np.zeros((col.ROWS, max(col.SUMS, size)), dtype=np.int64)
@@ -59,9 +59,9 @@ def _hints(data: ProblemData) -> Ints:
 
 @native
 def load(sched: LinkedSchedule, events: Ints32) -> bool:
-    """Make the net that of a list of events (n, 4); nothing is timed yet, everything is asked for.
+    """Load a list of events (n, 4) with everything queued for timing.
 
-    False if a robot does what can't be done aboard, or on the ground.
+    Return False if a robot does something aboard that it can do on the ground only, or the other way round.
     """
     _clear(sched)
     heads, hosts = np.arange(len(sched.robots)), sched.robots[:, col.ABOARD].copy()
@@ -82,13 +82,14 @@ def load(sched: LinkedSchedule, events: Ints32) -> bool:
             hosts[robot] = carrier
         if kind != col.EXPLORE:
             assign(sched, node, carrier, sched.nodes[carrier, col.BEFORE])
+        # Any increasing number will do: it orders the queue, and timing replaces it.
         sched.nodes[node, col.END] = i
     return True
 
 
 @inlined
 def _clear(sched: LinkedSchedule) -> None:
-    """Make the net one in which nothing is done."""
+    """Empty the schedule."""
     robots, targets = len(sched.robots), sched.groups[col.TARGETS, 0]
     for node in range(len(sched.nodes)):
         for column in range(sched.nodes.shape[1]):
@@ -129,7 +130,7 @@ def _first_of_type(sched: LinkedSchedule, robot: int) -> int:
 
 
 def events_in(nodes: Ints, robots: Ints) -> Ints32:
-    """Return the list of events (n, 4), starts first, of the nodes of a timed net and its robots."""
+    """Return the list of events (n, 4), starts first, of the nodes of a timed schedule and its robots."""
     numbers = np.flatnonzero(
         (nodes[:, col.KIND] != col.FREE) & (nodes[:, col.BEFORE] >= 0) & (nodes[:, col.KIND] != col.START)
     )
@@ -142,6 +143,7 @@ def events_in(nodes: Ints, robots: Ints) -> Ints32:
     for node in numbers[np.argsort(nodes[numbers, col.END], kind="stable")].tolist():
         kind, robot, carrier, place = map(int, nodes[node, : col.PLACE + 1])
         if kind == col.UNDOCK:
+            # First aboard, first set down: any rover of the type would do.
             on_sortie[node] = waiting[carrier, int(robots[robot, col.TYPE])].pop(0)
         if robots[robot, col.CAPACITY] < 0:
             before = node if kind == col.UNDOCK else int(nodes[node, col.BEFORE])

@@ -1,6 +1,6 @@
-"""Changes of several transfers of carriers at once, and of all that robots do from some moment on. Compiled.
+"""Moves of parts of carriers' routes, and exchanges of the tails of routes and sorties. Compiled.
 
-Each says whether it made a change; most changes can't be carried out.
+Each returns whether it made a change; most changes are infeasible.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 from marsupial.planning.local_search.transfer_moves import drop_if_empty, swap_tails_at
 
 LONGEST_STRING = 4
-"""How many transfers of a carrier are moved at once at most."""
+"""Most transfers of a carrier moved at once."""
 
 LONGEST_TURN = 12
-"""How much of a carrier's route is turned round at most."""
+"""Most nodes of a route reversed at once."""
 
 
 @inlined
 def _focus_node(sched: LinkedSchedule) -> int:
-    """Return a random node that is in use, half of the time one on a critical path."""
+    """Return a random node in use, half of the time one on a critical path."""
     node = critical_node(sched) if ops.draw(sched, 2) else -1
     return node if node >= 0 else random_node(sched)
 
 
 @inlined
 def move_string(sched: LinkedSchedule) -> bool:
-    """Move a few transfers that follow each other to another turn, or to another carrier."""
+    """Move a few consecutive transfers to another position or carrier (Or-opt)."""
     first = _focus_node(sched)
     if not ops.is_transfer(sched, first):
         return False
@@ -48,15 +48,15 @@ def move_string(sched: LinkedSchedule) -> bool:
         node = following
     if count < 2:
         return False
-    turned = ops.draw(sched, 3) == 0
+    reversed_ = ops.draw(sched, 3) == 0
     at = back
     if ops.draw(sched, 2):
         carrier = ops.pick(sched, col.CARRIERS)
         at = other_position(sched, carrier, back, sched.nodes[first, col.PLACE])
-    elif not turned or ops.draw(sched, 2):
+    elif not reversed_ or ops.draw(sched, 2):
         at = other_position(sched, carrier, back, sched.nodes[first, col.PLACE])
     for i in range(count):
-        node = sched.work[col.TAKEN, count - 1 - i if turned else i]
+        node = sched.work[col.TAKEN, count - 1 - i if reversed_ else i]
         ops.assign(sched, node, carrier, at)
         at = node
     return True
@@ -64,7 +64,7 @@ def move_string(sched: LinkedSchedule) -> bool:
 
 @inlined
 def invert(sched: LinkedSchedule) -> bool:
-    """Turn round a part of a carrier's route; who is set down and picked up in it still is in that order."""
+    """Reverse a part of a carrier's route (2-opt); whoever is set down and picked up in it still is in that order."""
     first = _focus_node(sched)
     if sched.nodes[first, col.KIND] == col.EXPLORE and not ops.is_carrier(sched, sched.nodes[first, col.ROBOT]):
         first = ops.head_of(sched, first)
@@ -99,7 +99,10 @@ def _detach(sched: LinkedSchedule, node: int) -> None:
 
 @inlined
 def _exchange_pairs(sched: LinkedSchedule, count: int) -> None:
-    """Let the undock and the dock of each sortie change places in what was lifted, where both were."""
+    """Exchange the undock and the dock of each sortie that has both among the nodes taken.
+
+    Reversed, a route would pick a rover up before it sets it down; exchanged beforehand, the two come in order again.
+    """
     for i in range(count):
         node = sched.work[col.TAKEN, i]
         if sched.nodes[node, col.KIND] == col.UNDOCK:
@@ -111,7 +114,7 @@ def _exchange_pairs(sched: LinkedSchedule, count: int) -> None:
 
 @inlined
 def cross_exchange(sched: LinkedSchedule) -> bool:
-    """Let two carriers change what they do from some moment on."""
+    """Exchange the tails of two carriers' routes."""
     if sched.groups[col.CARRIERS, 0] < 2:
         return False
     at_one = _focus_node(sched)
@@ -140,10 +143,11 @@ def _load_at(sched: LinkedSchedule, carrier: int, at: int) -> int:
 
 @inlined
 def _position_at(sched: LinkedSchedule, carrier: int, end: int, wanted: int) -> int:
-    """Return the last node of a carrier that ends by a time, or the first after it, with so many aboard then, or -1."""
+    """Return the last node of a route that ends by a time, or the first after it, with so many rovers aboard, or -1."""
     load, at, node, later = ops.initial_load(sched, carrier), -1, carrier, ops.draw(sched, 2)
     while True:
         load += ops.load_change(sched, node)
+        # With equal loads both routes stay within capacity; now and then other loads are tried.
         if load == wanted or ops.draw(sched, 8) == 0:
             if sched.nodes[node, col.END] <= end:
                 at = node
@@ -156,7 +160,7 @@ def _position_at(sched: LinkedSchedule, carrier: int, end: int, wanted: int) -> 
 
 @inlined
 def splice(sched: LinkedSchedule) -> bool:
-    """Let two robots change what they do from some moment on so that one reaches two targets that are near in turn."""
+    """Exchange the tails of two robots so that one of them reaches two near targets in a row."""
     at_one = late_target(sched)
     target = sched.hints[sched.nodes[at_one, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
     if target < 0:
@@ -179,7 +183,7 @@ def splice(sched: LinkedSchedule) -> bool:
 
 @inlined
 def cross_exchange_at(sched: LinkedSchedule, one: int, at_one: int, other: int, at_other: int) -> bool:
-    """Let two carriers change what is behind a node of each."""
+    """Exchange what is behind a node each in two carriers' routes."""
     first_one, first_other = ops.after(sched, at_one, one), ops.after(sched, at_other, other)
     last_one, last_other = sched.nodes[one, col.BEFORE], sched.nodes[other, col.BEFORE]
     _change_carrier(sched, first_one, one, other)

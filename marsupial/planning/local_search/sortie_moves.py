@@ -1,4 +1,4 @@
-"""Changes of whole sorties: what a robot explores between two transfers. Compiled."""
+"""Moves of whole sorties: what a robot explores between two transfers. Compiled."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from marsupial.planning.local_search.transfer_moves import move_to
 
 @inlined
 def swap_sorties(sched: LinkedSchedule) -> bool:
-    """Let two robots explore each other's sortie, at the turn of their own; what brings them there goes elsewhere."""
+    """Exchange the targets of two sorties; their transfers keep their positions and move to meetings nearby."""
     one = late_target(sched)
     other = first_target(sched, near_target(sched, one))
     one = first_target(sched, one)
@@ -29,7 +29,7 @@ def swap_sorties(sched: LinkedSchedule) -> bool:
 
 @inlined
 def _put_sortie(sched: LinkedSchedule, robot: int, at: int, count: int, top: int) -> bool:
-    """Put what was taken behind a node, with the transfers around it moved near; False if one can't be."""
+    """Insert the targets taken behind a node and move the transfers around them; return whether there are meetings."""
     last = put_targets(sched, robot, at, count, top, True)
     if sched.nodes[at, col.KIND] == col.UNDOCK and sched.nodes[at, col.ROBOT] == robot:
         place = near_meeting(sched, col.ENTRIES, robot, sched.nodes[sched.work[col.TAKEN, top], col.PLACE])

@@ -1,8 +1,9 @@
-"""Changes of who explores what: targets are taken out and put in elsewhere. Compiled.
+"""Moves of targets between robots and sorties. Compiled.
 
-Each says whether it made a change; most changes can't be carried out. A change of transfers and the targets they serve
-has to be one move, or no path leads from plan to plan: so targets are taken out together with the transfers that were
-there for them alone, and put back with whatever transfers they need.
+Each returns whether it made a change; most changes are infeasible. Targets and the transfers that serve them have to
+move together: a sortie without targets, or targets without a sortie, would cost more or be infeasible in between, and
+the search would hardly ever get past that. So targets are removed together with transfers that serve them alone, and
+inserted with the transfers they need.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 from marsupial.planning.local_search.transfer_moves import drop_if_empty, move_to
 
 LONGEST_SEGMENT = 8
-"""How many targets are moved at once at most."""
+"""Most targets moved at once."""
 
 
 @inlined
 def first_target(sched: LinkedSchedule, target: int) -> int:
-    """Return the first of the targets that are explored in a row up to one."""
+    """Return the first target of the uninterrupted row of targets that one is in."""
     while sched.nodes[sched.nodes[target, col.BEFORE], col.KIND] == col.EXPLORE:
         target = sched.nodes[target, col.BEFORE]
     return target
@@ -28,7 +29,7 @@ def first_target(sched: LinkedSchedule, target: int) -> int:
 
 @inlined
 def take_targets(sched: LinkedSchedule, first: int, most: int, top: int) -> int:
-    """Take a target, and up to so many in a row, out of the net into `TAKEN` from `top` on; return how many."""
+    """Remove a target and those behind it, `most` in all, to `TAKEN` from `top` on; return their number."""
     node, count = first, 0
     while count < most and sched.nodes[node, col.KIND] == col.EXPLORE:
         following = sched.nodes[node, col.AFTER]
@@ -41,7 +42,7 @@ def take_targets(sched: LinkedSchedule, first: int, most: int, top: int) -> int:
 
 @inlined
 def put_targets(sched: LinkedSchedule, robot: int, at: int, count: int, top: int, forward: bool) -> int:
-    """Insert what was taken behind a node, in its order or the other way round; return the last."""
+    """Insert the targets taken behind a node, in their order or reversed; return the last one."""
     for i in range(count):
         node = sched.work[col.TAKEN, top + (i if forward else count - 1 - i)]
         ops.insert(sched, node, robot, at)
@@ -51,7 +52,7 @@ def put_targets(sched: LinkedSchedule, robot: int, at: int, count: int, top: int
 
 @inlined
 def _remove(sched: LinkedSchedule) -> int:
-    """Take a target, or a few in a row, out of the net; return how many."""
+    """Remove a target, or a few in a row; return their number."""
     first = choices.late_target(sched)
     robot, choice = sched.nodes[first, col.ROBOT], ops.draw(sched, 4)
     if choice == 0:
@@ -65,13 +66,13 @@ def _remove(sched: LinkedSchedule) -> int:
 
 @inlined
 def _reinsert(sched: LinkedSchedule, robot: int, at: int, count: int) -> int:
-    """Insert the targets removed behind a node, in their order or the other way round; return the last."""
+    """Insert the targets removed behind a node, in random direction; return the last one."""
     return put_targets(sched, robot, at, count, 0, count < 2 or ops.draw(sched, 2) == 0)
 
 
 @inlined
 def relocate(sched: LinkedSchedule) -> bool:
-    """Give targets to a robot that is about anyway."""
+    """Move targets behind a node of any robot that is on the ground there."""
     count = _remove(sched)
     target = sched.nodes[sched.work[col.TAKEN, 0], col.PLACE]
     for attempt in range(choices.TRIES):
@@ -96,7 +97,7 @@ def relocate(sched: LinkedSchedule) -> bool:
 
 @inlined
 def deploy(sched: LinkedSchedule) -> bool:
-    """Give targets a sortie of their own; now and then the carrier picks up a rover elsewhere for that."""
+    """Move targets to a new sortie; now and then its carrier first picks up a rover elsewhere."""
     if not sched.groups[col.ROVERS, 0] or not sched.groups[col.CARRIERS, 0]:
         return False
     count = _remove(sched)
@@ -109,6 +110,7 @@ def deploy(sched: LinkedSchedule) -> bool:
     ops.begin_sortie(sched, down, rover)
     carrier, final = choices.near_carrier(sched, target), -1
     at = choices.transfer_position(sched, down, carrier, carrier) if ops.draw(sched, 3) else -1
+    # Nobody to set down, or sometimes anyway: the rover comes from another sortie.
     if at < 0:
         first, final = _pick_up_elsewhere(sched, carrier, target)
         if first < 0 or (final >= 0 and sched.nodes[final, col.ROBOT] != rover):
@@ -118,6 +120,7 @@ def deploy(sched: LinkedSchedule) -> bool:
             return False
     ops.assign(sched, down, carrier, at)
     last = _reinsert(sched, rover, down, count)
+    # The dock left over from the other sortie ends this one.
     if final >= 0:
         ops.link(sched, last, final, rover)
         ops.link(sched, final, down, rover)
@@ -133,9 +136,9 @@ def deploy(sched: LinkedSchedule) -> bool:
 
 @inlined
 def _pick_up_elsewhere(sched: LinkedSchedule, carrier: int, target: int) -> tuple[int, int]:
-    """Have a carrier pick up some rover on the ground, more often near a target; return the dock, or -1.
+    """Dock a random rover on a carrier, more often one near a target.
 
-    And the dock that its sortie ended with so far, which is now in no sortie, or -1.
+    Return the dock and the one that ended its sortie before, which is in no sortie now; -1 where there is none.
     """
     node = sched.hints[sched.nodes[target, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
     if node < 0 or sched.nodes[node, col.BEFORE] < 0 or ops.draw(sched, 2):
@@ -158,7 +161,7 @@ def _pick_up_elsewhere(sched: LinkedSchedule, carrier: int, target: int) -> tupl
 
 @inlined
 def _pick_up(sched: LinkedSchedule, last: int, carrier: int, first: int) -> int:
-    """Have a rover picked up where its sortie ends, by a carrier behind node `first`; return the dock, or -1."""
+    """End a sortie with a dock on a carrier, somewhere from node `first` of its route on; return the dock, or -1."""
     rover = sched.nodes[last, col.ROBOT]
     leave = ops.near_meeting(sched, col.EXITS, rover, sched.nodes[last, col.PLACE])
     up = ops.new_transfer(sched, col.DOCK, leave)
@@ -174,7 +177,7 @@ def _pick_up(sched: LinkedSchedule, last: int, carrier: int, first: int) -> int:
 
 @inlined
 def swap(sched: LinkedSchedule) -> bool:
-    """Let two targets change places."""
+    """Exchange two targets."""
     one = choices.late_target(sched)
     other = choices.near_target(sched, one)
     if other == one:
@@ -184,6 +187,7 @@ def swap(sched: LinkedSchedule) -> bool:
     robot_one, robot_other = sched.nodes[one, col.ROBOT], sched.nodes[other, col.ROBOT]
     at_one, at_other = sched.nodes[one, col.BEFORE], sched.nodes[other, col.BEFORE]
     ops.remove(sched, one)
+    # Of two neighbours, it is enough to move the second before the first.
     if at_one == other:
         ops.insert(sched, one, robot_one, at_other)
         return True
@@ -195,7 +199,7 @@ def swap(sched: LinkedSchedule) -> bool:
 
 @inlined
 def reverse(sched: LinkedSchedule) -> bool:
-    """Turn round a part of a robot's sortie."""
+    """Reverse a part of a sortie."""
     first = choices.random_target(sched)
     count, node = 0, first
     while count < LONGEST_SEGMENT and sched.nodes[node, col.KIND] == col.EXPLORE:

@@ -1,6 +1,6 @@
-"""Changes of transfers: who docks and undocks on which carrier, where, and in which order. Compiled.
+"""Moves of transfers: on which carrier, where, and in which order rovers dock and undock. Compiled.
 
-Each says whether it made a change; most changes can't be carried out.
+Each returns whether it made a change; most changes are infeasible.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 
 @inlined
 def move_to(sched: LinkedSchedule, transfer: int, place: int) -> None:
-    """Let a transfer begin or end elsewhere."""
+    """Move a transfer to another place, at the same position in both its chains."""
     ops.log_node(sched, transfer)
     sched.nodes[transfer, col.PLACE] = place
     ops.enqueue(sched, transfer)
@@ -24,7 +24,7 @@ def move_to(sched: LinkedSchedule, transfer: int, place: int) -> None:
 
 @inlined
 def move_meeting(sched: LinkedSchedule) -> bool:
-    """Set down or pick up a rover at another meeting."""
+    """Move a transfer to another meeting."""
     transfer = choices.random_transfer(sched, col.START)
     if transfer < 0:
         return False
@@ -44,7 +44,7 @@ def move_meeting(sched: LinkedSchedule) -> bool:
 
 @inlined
 def reorder(sched: LinkedSchedule) -> bool:
-    """Do something a carrier has to do at another turn: a transfer, or a target of its own."""
+    """Move a transfer, or a carrier's own target, to another position of the same route."""
     for attempt in range(2 * choices.TRIES):
         node = choices.critical_node(sched) if attempt < choices.TRIES and ops.draw(sched, 2) else -1
         if node < 0:
@@ -65,7 +65,7 @@ def reorder(sched: LinkedSchedule) -> bool:
 
 @inlined
 def _reposition(sched: LinkedSchedule, transfer: int, carrier: int) -> bool:
-    """Give a transfer that is in a route to a carrier, at some other turn."""
+    """Move a transfer that is in a route to another position, in the route of `carrier`."""
     was = sched.nodes[transfer, col.CARRIER_BEFORE]
     ops.unassign(sched, transfer)
     at = choices.transfer_position(sched, transfer, carrier, carrier)
@@ -77,7 +77,7 @@ def _reposition(sched: LinkedSchedule, transfer: int, carrier: int) -> bool:
 
 @inlined
 def reassign(sched: LinkedSchedule) -> bool:
-    """Give a transfer to another carrier, mostly with one of the other kind, so that as many are aboard after."""
+    """Move a transfer to another carrier, mostly with one of the other kind, so that loads stay the same behind both."""
     transfer = choices.random_transfer(sched, col.START)
     if transfer < 0:
         return False
@@ -119,7 +119,7 @@ def _partner(sched: LinkedSchedule, transfer: int) -> int:
 
 @inlined
 def swap_tails_at(sched: LinkedSchedule, at_one: int, at_other: int) -> bool:
-    """Let two sorties change what is behind a node of each; False if there is no use in that or it can't be."""
+    """Exchange what is behind a node each in two sorties; return whether that is possible and changes anything."""
     rover, head_one, head_other = (
         sched.nodes[at_one, col.ROBOT],
         ops.head_of(sched, at_one),
@@ -138,7 +138,7 @@ def swap_tails_at(sched: LinkedSchedule, at_one: int, at_other: int) -> bool:
 
 @inlined
 def swap_tails(sched: LinkedSchedule) -> bool:
-    """Let two sorties change what comes after some moment."""
+    """Exchange the tails of two sorties (2-opt*), cut at about the same time."""
     at_one, other = choices.random_node(sched), choices.random_node(sched)
     if ops.is_carrier(sched, sched.nodes[at_one, col.ROBOT]) or ops.is_carrier(sched, sched.nodes[other, col.ROBOT]):
         return False
@@ -162,7 +162,7 @@ def swap_tails(sched: LinkedSchedule) -> bool:
 
 @inlined
 def _near_transfer(sched: LinkedSchedule, transfer: int) -> int:
-    """Return another transfer of the same kind, mostly that of a target near, or -1."""
+    """Return another transfer of the same kind, mostly one that serves a target near, or -1."""
     kind = sched.nodes[transfer, col.KIND]
     target = sched.nodes[transfer, col.BEFORE if kind == col.DOCK else col.AFTER]
     node = sched.hints[sched.nodes[target, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
@@ -177,13 +177,14 @@ def _near_transfer(sched: LinkedSchedule, transfer: int) -> int:
 
 @inlined
 def swap_transfers(sched: LinkedSchedule) -> bool:
-    """Let two transfers change turns."""
+    """Exchange the positions of two transfers."""
     one = choices.random_transfer(sched, col.START)
     if one < 0:
         return False
     other = _near_transfer(sched, one)
     if other < 0 or one == other:
         return False
+    # Of two neighbours, `one` has to be the first: the other's position is then known to be behind it.
     if sched.nodes[one, col.CARRIER_BEFORE] == other:
         one, other = other, one
     carrier, carrier_other = sched.nodes[one, col.CARRIER], sched.nodes[other, col.CARRIER]
@@ -197,7 +198,7 @@ def swap_transfers(sched: LinkedSchedule) -> bool:
 
 @inlined
 def drop_if_empty(sched: LinkedSchedule, head: int) -> bool:
-    """Take out the transfers of a sortie on which nothing is explored, if they are of no use; say whether they were."""
+    """Remove the transfers of a sortie without targets, if they are of no use; return whether they were."""
     last = sched.nodes[head, col.AFTER]
     if (
         sched.nodes[head, col.KIND] != col.UNDOCK
@@ -217,10 +218,7 @@ def drop_if_empty(sched: LinkedSchedule, head: int) -> bool:
 
 @inlined
 def merge(sched: LinkedSchedule) -> bool:
-    """Leave a rover where it was picked up, or let it drive on to a sortie that another would begin.
-
-    Or leave out a sortie on which nothing is explored.
-    """
+    """Remove a dock, or append the sortie of another undock in its place; or remove a sortie without targets."""
     up = choices.random_transfer(sched, col.START)
     if up < 0:
         return False
