@@ -5,11 +5,10 @@ anything. It need not check that the result is feasible or any good: timing find
 logged rows). So moves are short, and what they check is only what keeps the chains well formed or what fails often and
 is known at once.
 
-Four kinds, each in a file of its own:
+Three kinds, each in a file of its own:
 
-    target_moves     targets go to another robot or sortie, with the transfers that serve them alone
+    target_moves     targets go to another robot or sortie, with the transfers that serve them alone; sorties swap
     transfer_moves   docks and undocks go to another place, position in the route, or carrier
-    sortie_moves     two robots exchange whole sorties
     route_moves      parts of carriers' routes move, exchange or turn round (Or-opt, cross-exchange, 2-opt)
 
 About half of the choices are guided (`choices`): a node on the chain of events that something late waits for, a target
@@ -27,8 +26,7 @@ from marsupial.native import inlined
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 from marsupial.planning.local_search.route_moves import cross_exchange, invert, move_string, splice
-from marsupial.planning.local_search.sortie_moves import swap_sorties
-from marsupial.planning.local_search.target_moves import deploy, relocate, reverse, swap
+from marsupial.planning.local_search.target_moves import deploy, relocate, reverse, swap, swap_sorties
 from marsupial.planning.local_search.transfer_moves import (
     merge,
     move_meeting,
