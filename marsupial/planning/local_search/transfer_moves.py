@@ -77,7 +77,7 @@ def _reposition(sched: LinkedSchedule, transfer: int, carrier: int) -> bool:
 
 @inlined
 def reassign(sched: LinkedSchedule) -> bool:
-    """Move a transfer to another carrier, mostly with one of the other kind, so that loads behind both stay the same."""
+    """Move a transfer to another carrier, mostly with one of the other kind so that later loads stay the same."""
     transfer = choices.random_transfer(sched, col.START)
     if transfer < 0:
         return False
