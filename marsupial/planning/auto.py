@@ -19,13 +19,13 @@ from marsupial.planning.portfolio.engine import Latest, Member, Portfolio
 from marsupial.planning.race import Clock
 
 MOST_TARGETS = 12
-"""Up to here, where there are any targets, branch and bound is worth its core; local search has one thread then."""
+"""Most targets for which branch and bound is worth its core; local search has one thread then."""
 
 MOST_ROVERS = 10
-"""Up to here it is where all rovers have to end aboard as well; otherwise up to as many as it takes."""
+"""Most rovers for that where all have to end aboard; otherwise as many as the engine takes."""
 
 HEAD_START_S = 0.01
-"""How long local search runs alone: it has a plan by then, and branch and bound takes over better ones as they come."""
+"""Time for which local search runs alone; it has a plan by then, and branch and bound takes up better ones later."""
 
 
 class Auto(Portfolio):

@@ -1,10 +1,16 @@
 """All insertions of one more target behind a timeline, and the soonest of them for each target.
 
 A robot on the ground goes itself; a carrier sets down a rover it carries at a meeting; or a carrier first picks up a
-rover on the ground at one meeting (a full one sets down another there) and carries it to a second. From where it was
-set down, it matters no more how a rover got there: so the table of transports is over meetings, and few of its rows
-have to be repaired after a step. A rover that needs several transports in a row is found by a search of its own
-(`Arrivals.relay`), since that is rarely needed.
+rover on the ground at one meeting (a full one sets down another there) and carries it to a second. How a rover got to
+where it is set down does not matter from there on, so the table of transports is over meetings:
+
+    robot alone              place ----------------------------------> target     `alone_ms`
+    carrier has it aboard    carrier --> meeting --------------------> target     `landed_ms[0]`
+    carrier fetches it       carrier --> meeting --> second meeting -> target     `landed_ms[1 + carrier]`
+                             rover ----> meeting
+
+A step changes few robots, so few rows have to be repaired after it. Chains of several transports are found by a search
+of their own (`Arrivals.relay`), since they are rarely needed.
 """
 
 from __future__ import annotations
@@ -26,7 +32,7 @@ class Insertions:
     Attributes
     ----------
     alone_ms
-        int64 (robots, targets): when each robot would have explored each target by itself, `NEVER` or later if not.
+        int64 (robots, targets): when each robot would have explored each target alone; `NEVER` or later if it can't.
     landed_ms
         int64 (1 + carriers, rovers, meetings): when each rover would be ready at each meeting, first set down by the
         carrier it is aboard, then carried by each carrier; `NEVER` where it can't be.
@@ -52,8 +58,7 @@ class Insertions:
         self._renew(self.arrivals.advance(self.timeline))
 
     def soonest(self) -> tuple[Times, Indices]:
-        """Return per target when it would be explored soonest, `NEVER` if not or not left, and the number of
-        its insertion.
+        """Return per target the soonest time to explore it, `NEVER` if it can't be or is not left, and the insertion.
 
         Insertions are numbered: each robot alone; each rover set down by the carrier it is aboard; then carriers x
         rovers, the carrier picking up the rover first.
@@ -74,7 +79,7 @@ class Insertions:
         return rover, robots[self._fleet.carriers[slab - 1]] if slab else self.timeline.on[rover]
 
     def journey(self, rover: str, carrier: str, target: int) -> Transport:
-        """Return how `carrier` best brings `rover` to where it sets out for the target."""
+        """Return the best transport of `rover` by `carrier` towards the target."""
         v = self.arrivals.row[rover]
         sortie = self.costs.sortie[self.arrivals.kinds[v], :, target]
         names = self.timeline.situation.meetings

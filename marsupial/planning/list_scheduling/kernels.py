@@ -1,4 +1,4 @@
-"""The compiled part of list scheduling: transports of all rovers on all carriers, and what is soonest. Times in ms."""
+"""The compiled part of list scheduling: transports of all rovers on all carriers, and the soonest insertions, in ms."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from marsupial.planning.list_scheduling.costs import NEVER
 
 
 class Fleet(NamedTuple):
-    """What does not change of the robots of a situation.
+    """The robots of a situation, as far as they never change.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ def renew_landed(
 def soonest(
     alone: Ints, landed: Ints, aboard: Ints, rover_kinds: Ints, sortie: Ints, left: Flags, done: Ints, insertions: Ints
 ) -> None:
-    """Enter when each target that is left would be explored soonest, and by which insertion; among equals the first.
+    """Fill in the soonest time to explore each target left, and the insertion; the first of equal ones.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def soonest(
     sortie
         That of `Costs`.
     left
-        (targets,): which targets are left.
+        (targets,): whether each target is left.
     done, insertions
         (targets,): receive the times, `NEVER` where there is none, and the numbers of the insertions, -1 there.
     """
@@ -111,7 +111,7 @@ def soonest(
 
 @native
 def soonest_aboard(ready: Ints, carriers: Ints, docking: Ints, aboard: Ints) -> None:
-    """Enter when each rover could be aboard each carrier soonest, `NEVER` if not.
+    """Fill in the soonest time when each rover could be aboard each carrier, `NEVER` if it can't be.
 
     Parameters
     ----------
