@@ -88,6 +88,7 @@ def _violations(situation: Situation, plan: Plan, targets: frozenset[str] | None
     latest = accumulate((action.start_ms for action in plan.actions), max)
     late = [action.start_ms < start for action, start in zip(plan.actions, latest, strict=True)]
     world = _World.of(situation)
+    # Sorted, but stable: of actions that start together, the plan's order decides.
     for i in sorted(range(len(late)), key=lambda i: plan.actions[i].start_ms):
         action = plan.actions[i]
         fault = (ViolationKind.OUT_OF_ORDER, "listed after an action that starts later") if late[i] else None

@@ -37,6 +37,7 @@ def cover(solo_times: Ints, assignments: Ints, scratch: Ints, targets: int, limi
         assignments[r, col.SHARE] = 0
         if not fits(solo_times, assignments[r], 0, limit):
             return NO
+    # Iterative backtracking, as compiled functions here make no arrays: `scratch[2]` holds the robot tried per target.
     size = _hardest_first(solo_times, assignments, scratch, targets, limit)
     if size < 0:
         return NO
@@ -94,6 +95,7 @@ def _hardest_first(solo_times: Ints, assignments: Ints, scratch: Ints, targets: 
 
 @inlined
 def _has_twin_before(assignments: Ints, r: int) -> bool:
+    # Robots that are equal so far: assigning the target to the second gives nothing new.
     for q in range(r):
         same = (
             assignments[q, col.ROW] == assignments[r, col.ROW]

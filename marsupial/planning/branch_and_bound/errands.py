@@ -124,6 +124,7 @@ def _find_errands(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _
         room[component[bases] == label] = row
     doors = [meetings[component[meetings] == label] for label in labels]
     sets = [np.flatnonzero((component[targets] == label) & ~own) for label in labels]
+    # Bits are short: setting down comes first, then picking up for as many rooms as there are bits left.
     up, picked_up = np.arange(len(labels) + len(lone)), 0
     if data.recover:
         picked_up = min(most - len(up), len(labels))
@@ -178,6 +179,7 @@ def can_share(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints,
         jobs[col.TRIED, 0] = -1
     while 0 <= level < size:
         errand, c = jobs[col.ERRAND, level], jobs[col.TRIED, level]
+        # Undo the assignment tried before, unless another job of the same errand needs it.
         if c >= 0 and not _has_same_errand(jobs, level, c):
             loads[col.BUSY, c] -= jobs[col.TAKES, level]
             loads[col.TOURED, c] ^= 1 << errand

@@ -46,6 +46,7 @@ def is_dominated(tables: Tables, memory: Ints, order: Ints, state: Ints, left: i
     """
     robots, carriers = len(state), tables.carriers
     words = _words(robots, carriers)
+    # Carriers first: the codes of rovers aboard refer to their ranks.
     ranks, entry = order[0], order[1]
     for r in range(carriers):
         _insert_by_rank(tables, ranks, state, 0, r, carriers)
@@ -117,6 +118,7 @@ def _find_or_store(memory: Ints, entry: Ints, words: int) -> bool:
         x ^= x >> np.uint64(29)
         x *= np.uint64(0xBF58476D1CE4E5B9)
     x ^= x >> np.uint64(32)
+    # Only words that have to be equal are hashed, so states that may dominate each other are in one bucket.
     first = int(x % np.uint64(len(memory) // BUCKET)) * BUCKET
     free = -1
     for i in range(first, first + BUCKET):

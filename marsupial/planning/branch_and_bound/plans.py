@@ -74,6 +74,7 @@ def _shortest_order(closure: Ints, targets: Ints, place: int, share: int, end: i
     if not len(chosen):
         return stops
     between = np.ascontiguousarray(closure[np.ix_(chosen, chosen)])
+    # Times only are kept in the tables, so the order is found again backwards from the last stop.
     tours = shortest_tours(closure[place][chosen], between)
     left = len(tours) - 1
     last = int(np.argmin(tours[left] + (0 if end is None else closure[chosen, end])))

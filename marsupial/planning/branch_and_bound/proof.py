@@ -217,6 +217,7 @@ class _SearchesFromBelow:
             return None
         else:
             self._adapt(max(STEP, self._current.states))
+        # It would be the search from above again.
         if self._stride_ms >= gap_ms:
             return None
         self._finished_states = self.states

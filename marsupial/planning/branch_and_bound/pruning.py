@@ -58,6 +58,7 @@ def _all_transfers_useful(tables: Tables, search: SearchState, level: int) -> bo
         for i in range(1, level + 1):
             if path[i, col.ROVER] == v:
                 count, c = count + 1, path[i, col.CARRIER]
+        # Never moved, or set down once to make room: no reason needed.
         if not count or (count == 1 and tables.root_state[v, col.ON] >= 0 and _may_board(tables, search, level, c)):
             continue
         if not rest or not _may_explore(
@@ -110,6 +111,7 @@ def _can_run_errands(tables: Tables, search: SearchState, level: int) -> bool:
                         jobs[col.ERRAND, size], jobs[col.TAKES, size] = errands.up[e], tables.traits[v, col.DOCKS]
                         size += 1
             more += max(0, out - 1)
+        # A rover is in the room already, or nothing is left to do there.
         if out or left & errands.within[e] == 0:
             continue
         jobs[col.ERRAND, size], jobs[col.TAKES, size] = errands.down[e], errands.undocking if e < errands.rooms else 0
@@ -118,6 +120,7 @@ def _can_run_errands(tables: Tables, search: SearchState, level: int) -> bool:
             jobs[col.ERRAND, size], jobs[col.TAKES, size] = errands.up[e], errands.docking
             size += 1
     for c in range(tables.carriers):
+        # Spare rovers on the ground may be picked up first: a relaxation counts them as aboard every carrier.
         load = more if tables.recover else 0
         for v in range(tables.carriers, len(state)):
             load += state[v, col.ON] == c

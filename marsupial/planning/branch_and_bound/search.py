@@ -101,6 +101,7 @@ def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -
 
 def root_bound_ms(tables: Tables, limit: int) -> int:
     """Return a lower bound on the makespan, at most `limit`, epsilon included: the bound of the root, by bisection."""
+    # Only the root is judged, so the smallest memory will do.
     search = search_of(tables, 0, BUCKET)
     low, high = 0, limit
     while low < high:
@@ -190,10 +191,12 @@ def _enter(tables: Tables, search: SearchState, level: int) -> None:
         counters[col.PRUNED] += 1
         return
     left, key = levels[level, col.LEFT], levels[level, col.KEY]
+    # The number of steps matters only where useless steps are left out.
     steps = 0 if tables.recover or not counters[col.KEYED] else level
     if is_dominated(tables, search.memory, search.order, search.states[level], left, key, steps):
         counters[col.DUPLICATES] += 1
         return
+    # Before branching: a plan found here lowers the limit for all that follows.
     _close_plan(tables, search, level)
     if level + 2 >= col.MOST_LEVELS:
         counters[col.INCOMPLETE] = 1

@@ -123,6 +123,7 @@ def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: I
     for r, robot in enumerate(robots):
         k, home = data.robots[robot, given.TYPE], data.robots[robot, given.HOME : given.HOME + 1]
         twin = next((q for q in range(carriers, r) if _interchangeable(data, robots[q], robot)), -1)
+        # Interchangeable robots have equal rows.
         if twin >= 0:
             alone[r], relaxed[r], carried[r] = alone[twin], relaxed[twin], carried[twin]
             continue
@@ -218,6 +219,7 @@ def _fill_relaxed(
     targets, meetings = data.members(given.TARGETS), bases[exits]
     hosts = [int(c) for c in data.members(given.CARRIERS) if data.robots[c, given.CAPACITY] > 0]
     docking, undocking = int(data.robots[rover, given.DOCKING]), int(data.robots[rover, given.UNDOCKING])
+    # Relaxation: between meetings a rover drives, or is carried at once by the fastest carrier.
     leg = closure[data.robots[rover, given.TYPE]].copy()
     for k in {int(data.robots[c, given.TYPE]) for c in hosts}:
         transport = closure[k][np.ix_(meetings, meetings)] + docking + undocking

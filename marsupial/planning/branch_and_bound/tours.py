@@ -149,6 +149,7 @@ def errand_tours(legs: CarrierLegs, rows: ErrandRows, capacity: int, docking: in
                             rest[ROVER_LEFT, load, s, p] = min(rest[ROVER_LEFT, load, s, p], between[p, q] + after)
                     for b in range(len(first)):
                         tours[load, b, s] = min(tours[load, b, s], first[b, q] + after)
+            # An extra rover aboard may have been docked before, for the time of a dock.
             if load < capacity:
                 for p in range(places):
                     for mode in range(2):

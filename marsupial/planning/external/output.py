@@ -57,11 +57,11 @@ def last_words(errors: bytes, printed: bytes) -> str:
 
     Of each the last lines, after the first that sounds like a complaint.
     """
-    parts = [" | ".join(_telling(text.decode(errors="replace"))) for text in (errors, printed) if text.strip()]
+    parts = [" | ".join(_last_lines(text.decode(errors="replace"))) for text in (errors, printed) if text.strip()]
     return f", saying: {' || '.join(parts)}" if parts else ""
 
 
-def _telling(text: str) -> list[str]:
+def _last_lines(text: str) -> list[str]:
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     last = lines[-_LAST_LINES:]
     complaint = next((line for line in lines[:-_LAST_LINES] if _COMPLAINT.search(line)), None)

@@ -98,6 +98,7 @@ class Arrivals:
                 down = int(np.argmin(via[:, m]))
                 transports[int(m)] = Transport(carrier=on, pickup=None, set_down=names[down], then_to=names[m])
                 times[m] = via[down, m]
+        # Until nothing improves: a later transport may start from a meeting that an earlier one made reachable.
         better = not alone
         while better:
             better = False

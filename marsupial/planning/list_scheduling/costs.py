@@ -47,6 +47,7 @@ class Costs:
             may = np.array([kind.name in target.explorers for target in situation.targets], dtype=np.bool_)
             self.explore[k] = np.where(may, drive[:, targets], NEVER)
             self.meet[k] = drive[:, meetings] + EPSILON_MS
+        # Staying takes no action, hence no gap between actions either.
         self.meet[:, meetings, np.arange(len(meetings))] = 0
         self.sortie: Times = np.ascontiguousarray(self.explore[:, meetings])
         self.stay: Times = np.ascontiguousarray(self.meet[:, meetings])

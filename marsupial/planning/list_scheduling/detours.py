@@ -60,6 +60,7 @@ def _has_detour(table: TravelTable, stops: Indices) -> bool:
     """Return whether some hole has a detour with a single stop; if none has, no hole has one with more stops."""
     roads = table != UNREACHABLE
     np.fill_diagonal(roads, True)
+    # Packed rows: a stop makes a detour if it reaches what some place that reaches the stop does not.
     packed = np.packbits(roads, axis=1)
     return any((packed[stop] & ~packed[roads[:, stop]]).any() for stop in stops)
 

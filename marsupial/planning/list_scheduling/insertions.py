@@ -83,6 +83,7 @@ class Insertions:
         v = self.arrivals.row[rover]
         sortie = self.costs.sortie[self.arrivals.kinds[v], :, target]
         names = self.timeline.situation.meetings
+        # Tables keep times only; the meetings are found again for the insertion chosen.
         if self.timeline.on[rover] == carrier:
             place = names[int(np.argmin(self.arrivals.landed(v) + sortie))]
             return Transport(carrier=carrier, pickup=None, set_down=place, then_to=place)

@@ -96,6 +96,7 @@ def soonest(
             if (s == 0) != (aboard[k] >= 0):
                 continue
             kind = rover_kinds[k]
+            # Rovers of one type are alike from the meeting on: only the soonest there counts.
             for m in range(meetings):
                 if landed[s, k, m] < ready[kind, m]:
                     ready[kind, m], first[kind, m] = landed[s, k, m], len(alone) + s * rovers + k

@@ -95,6 +95,7 @@ class _Pickups:
         wanted = np.where(np.array(self.free) > 0, aboard_ms, NEVER)
         for row, k in self._in_order(wanted):
             free = [n - (i == k) for i, n in enumerate(self.free)]
+            # This pick-up must not cost another rover its place.
             if _most_placed(np.delete(aboard_ms, row, axis=0) < NEVER, free) + 1 < seats:
                 continue
             step = self._board(self.out[row], k, journeys[self.out[row]])
@@ -115,9 +116,13 @@ class _Pickups:
         """Return the timeline with a rover set down so that more can be aboard in the end, or None if none helps."""
         aboard = [v for v in self.known.rovers if v not in out]
         journeys = {v: self.known.relay(v, alone=alone) for v in aboard} | dict(out)
-        options = {v: _by_time(times) for v, times in zip(journeys, self._aboard_ms(journeys), strict=True)}
+        options = {
+            v: [int(k) for k in np.argsort(times, kind="stable") if times[k] < NEVER]
+            for v, times in zip(journeys, self._aboard_ms(journeys), strict=True)
+        }
         own = {v: self.carriers.index(self.timeline.on[self.known.robots[v]] or "") for v in aboard}
         for v, k in own.items():
+            # Its own carrier first: a rover stays aboard unless its place is needed.
             options[v] = [k, *(other for other in options[v] if other != k)]
         chosen = dict(zip(options, matching(list(options.values()), self.places), strict=True))
         for v in aboard:
@@ -172,10 +177,6 @@ def _soonest_first(times: Times) -> Iterator[tuple[int, int]]:
         row, column = divmod(int(np.argmin(untried)), untried.shape[1])
         untried[row, column] = NEVER
         yield row, column
-
-
-def _by_time(times: Times) -> list[int]:
-    return [int(k) for k in np.argsort(times, kind="stable") if times[k] < NEVER]
 
 
 def _most_placed(fits: Mask, places: Sequence[int]) -> int:

@@ -129,6 +129,7 @@ class Timeline:
             origin=origin,
         )
         self.actions.append(action)
+        # A dock or undock keeps both robots busy, also the one that waited.
         for one in action.robots:
             self.ready_ms[one] = action.end_ms + EPSILON_MS
         self._enter(action)

@@ -46,6 +46,7 @@ def board(timeline: Timeline, rover: str, carrier: str, meeting: str) -> None:
 def follow(timeline: Timeline, rover: str, meeting: int, transports: Mapping[int, Transport]) -> bool:
     """Add the transports that bring `rover` to a meeting; return False if one of them is not possible."""
     names = timeline.situation.meetings
+    # From the last transport back to the one that begins where the rover is.
     chain: list[Transport] = []
     at = meeting
     while at in transports:

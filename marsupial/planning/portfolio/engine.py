@@ -107,7 +107,7 @@ class Portfolio:
                 if engine.info.deterministic_steps:
                     for event in engine.solve(situation, budget, objective=objective, start=results.plan):
                         yield member.name, event
-            except Exception as error:
+            except Exception as error:  # a crash ends this member only
                 yield member.name, error
             if results.optimal or results.unsolvable:
                 return
@@ -167,6 +167,7 @@ class _SideBySide:
         now = self._clock()
         self._proven, self._waiting = True, []
         self._end = min(self._end, 2 * now - self._begun + POLISH_S)
+        # From another member's plan it has to start anew; its own it goes on with.
         if not self._results.has_shortest(self._lead.name):
             self._race.stop()
             self._race = Race(self._clock)
