@@ -21,7 +21,7 @@ import numpy as np
 
 from marsupial.planning.list_scheduling.arrivals import Arrivals
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
-from marsupial.planning.list_scheduling.kernels import Fleet, renew_landed, soonest
+from marsupial.planning.list_scheduling.kernels import RobotArrays, renew_landed, soonest
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.list_scheduling.transports import Transport
 
@@ -44,7 +44,7 @@ class Insertions:
         n, (c, n_meetings) = len(self.arrivals.robots), self.arrivals.boarding_ms.shape
         self.alone_ms: Times = np.full((n, len(left)), NEVER, dtype=np.int64)
         self.landed_ms: Times = np.full((1 + c, len(self.arrivals.rovers), n_meetings), NEVER, dtype=np.int64)
-        self._fleet = Fleet(
+        self._robots = RobotArrays(
             carriers=np.array(self.arrivals.carriers, dtype=np.int64),
             rovers=np.array(self.arrivals.rovers, dtype=np.int64),
             kinds=self.arrivals.kinds,
@@ -65,7 +65,7 @@ class Insertions:
         """
         done, insertions = np.empty_like(self.left, dtype=np.int64), np.empty_like(self.left, dtype=np.int64)
         known, sortie = self.arrivals, self.costs.sortie
-        kinds = known.kinds[self._fleet.rovers]
+        kinds = known.kinds[self._robots.rovers]
         soonest(self.alone_ms, self.landed_ms, known.aboard, kinds, sortie, self.left, done, insertions)
         return done, insertions
 
@@ -74,9 +74,9 @@ class Insertions:
         robots = self.arrivals.robots
         if number < len(robots):
             return robots[number], None
-        slab, k = divmod(number - len(robots), len(self._fleet.rovers))
-        rover = robots[self._fleet.rovers[k]]
-        return rover, robots[self._fleet.carriers[slab - 1]] if slab else self.timeline.on[rover]
+        slab, k = divmod(number - len(robots), len(self._robots.rovers))
+        rover = robots[self._robots.rovers[k]]
+        return rover, robots[self._robots.carriers[slab - 1]] if slab else self.timeline.on[rover]
 
     def journey(self, rover: str, carrier: str, target: int) -> Transport:
         """Return the best transport of `rover` by `carrier` towards the target."""
@@ -104,4 +104,4 @@ class Insertions:
                 ready = self.timeline.ready_ms[known.robots[i]]
                 np.add(self.costs.explore[known.kinds[i], place], ready, out=self.alone_ms[i])
         landed, costs = self.landed_ms, self.costs
-        renew_landed(self._fleet, landed, stale, known.aboard, known.arrive_ms, known.boarding_ms, costs.transport)
+        renew_landed(self._robots, landed, stale, known.aboard, known.arrive_ms, known.boarding_ms, costs.transport)

@@ -11,7 +11,7 @@ from marsupial.native import native
 from marsupial.planning.list_scheduling.costs import NEVER
 
 
-class Fleet(NamedTuple):
+class RobotArrays(NamedTuple):
     """The robots of a situation, as far as they never change.
 
     Attributes
@@ -33,21 +33,21 @@ class Fleet(NamedTuple):
 
 @native
 def renew_landed(
-    fleet: Fleet, landed: Ints, stale: Flags, aboard: Ints, arrive: Ints, boarding: Ints, transport: Ints
+    robots: RobotArrays, landed: Ints, stale: Flags, aboard: Ints, arrive: Ints, boarding: Ints, transport: Ints
 ) -> None:
     """Recompute (1 + carriers, rovers, meetings) `landed`, see `Insertions`, where robots are `stale` (robots,).
 
     `aboard`, `arrive` and `boarding` are those of `Arrivals`, `transport` is that of `Costs`.
     """
     n_meetings = arrive.shape[1]
-    carriers, rovers = fleet.carriers, fleet.rovers
+    carriers, rovers = robots.carriers, robots.rovers
     for k in range(len(rovers)):
         v, on = rovers[k], aboard[k]
         if stale[v] or (on >= 0 and stale[carriers[on]]):
             for m in range(n_meetings):
-                landed[0, k, m] = min(NEVER, arrive[carriers[on], m] + fleet.undocking[v]) if on >= 0 else NEVER
+                landed[0, k, m] = min(NEVER, arrive[carriers[on], m] + robots.undocking[v]) if on >= 0 else NEVER
     for c in range(len(carriers)):
-        between = transport[fleet.kinds[carriers[c]]]
+        between = transport[robots.kinds[carriers[c]]]
         for k in range(len(rovers)):
             v = rovers[k]
             if not (stale[v] or stale[carriers[c]]):
@@ -57,7 +57,7 @@ def renew_landed(
             if aboard[k] >= 0:
                 continue
             for pickup in range(n_meetings):
-                docked = max(boarding[c, pickup], arrive[v, pickup]) + fleet.docking[v] + fleet.undocking[v]
+                docked = max(boarding[c, pickup], arrive[v, pickup]) + robots.docking[v] + robots.undocking[v]
                 if docked < NEVER:
                     for m in range(n_meetings):
                         row[m] = min(row[m], docked + between[pickup, m])

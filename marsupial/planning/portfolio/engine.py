@@ -42,7 +42,7 @@ Latest = Callable[[], Plan | None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Member:
+class PortfolioMember:
     """An engine of a portfolio.
 
     Parameters
@@ -65,7 +65,9 @@ class Member:
 class Portfolio:
     """The engine; `clock` gives wall-clock seconds. The first of the members that suit a situation is in the lead."""
 
-    def __init__(self, info: EngineInfo, *members: Member, clock: Callable[[], float] = time.perf_counter) -> None:
+    def __init__(
+        self, info: EngineInfo, *members: PortfolioMember, clock: Callable[[], float] = time.perf_counter
+    ) -> None:
         self.info = info
         self._members = members
         self._clock = clock
@@ -95,7 +97,7 @@ class Portfolio:
         time_is_up = budget.seconds is not None and elapsed_s >= budget.seconds
         yield results.finished(elapsed_s, time_is_up=time_is_up)
 
-    def _suited(self, situation: Situation) -> tuple[Member, ...]:
+    def _suited(self, situation: Situation) -> tuple[PortfolioMember, ...]:
         return tuple(member for member in self._members if member.suits(situation))
 
     def _in_turn(
@@ -125,7 +127,7 @@ class _SideBySide:
         situation: Situation,
         objective: Objective,
         results: Results,
-        members: tuple[Member, ...],
+        members: tuple[PortfolioMember, ...],
         clock: Clock,
         end: float,
     ) -> None:
@@ -186,7 +188,7 @@ class _SideBySide:
     def _due(self) -> float:
         return min([self._end + self._grace_s, *(self._begun + member.head_start_s for member in self._waiting)])
 
-    def _enter(self, member: Member) -> None:
+    def _enter(self, member: PortfolioMember) -> None:
         left = Budget(seconds=max(1e-3, self._end - self._clock()))
         start = self._results.plan
 
