@@ -15,17 +15,17 @@ from marsupial.model.situation import Situation
 from marsupial.planning import infos
 from marsupial.planning.branch_and_bound.engine import Exact, unsupported
 from marsupial.planning.local_search.engine import Anytime
-from marsupial.planning.portfolio.engine import Latest, Member, Portfolio
+from marsupial.planning.portfolio.engine import Latest, Portfolio, PortfolioMember
 from marsupial.planning.race import Clock
 
 MOST_TARGETS = 12
-"""Up to here, where there are any targets, branch and bound is worth its core; local search has one thread then."""
+"""Most targets for which branch and bound is worth its core; local search has one thread then."""
 
 MOST_ROVERS = 10
-"""Up to here it is where all rovers have to end aboard as well; otherwise up to as many as it takes."""
+"""Most rovers for that where all have to end aboard; otherwise as many as the engine takes."""
 
 HEAD_START_S = 0.01
-"""How long local search runs alone: it has a plan by then, and branch and bound takes over better ones as they come."""
+"""Time for which local search runs alone; it has a plan by then, and branch and bound takes up better ones later."""
 
 
 class Auto(Portfolio):
@@ -49,11 +49,11 @@ def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
     """Return the engine; `exact` makes the one that proves small situations."""
     return Auto(
         infos.AUTO,
-        Member(
+        PortfolioMember(
             name="anytime", make=lambda clock, latest: Anytime(clock), suits=lambda situation: not _is_small(situation)
         ),
-        Member(name="anytime", make=lambda clock, latest: Anytime(clock, searches=1), suits=_is_small),
-        Member(name="exact", make=exact, suits=_is_small, head_start_s=HEAD_START_S),
+        PortfolioMember(name="anytime", make=lambda clock, latest: Anytime(clock, searches=1), suits=_is_small),
+        PortfolioMember(name="exact", make=exact, suits=_is_small, head_start_s=HEAD_START_S),
     )
 
 

@@ -1,11 +1,11 @@
-"""Say whether a plan can be carried out in a situation and reaches its goal, without knowing any planner.
+"""Check whether a plan is feasible in a situation and reaches its goal, independently of any planner.
 
-The actions are gone through in order of start. Whatever an action needs, its own robots decide (where they are, on
-whom, since when they are free), and a robot takes part in one action at a time: so an action's effects can be
-entered as soon as it is accepted, since an action that depends on them can only begin after its end. The capacity of a
-carrier therefore counts docks from their start and undocks until their end.
+Actions are checked in order of start. All that an action needs depends on its own robots: where they are, on which
+carrier, since when they are free. A robot takes part in one action at a time, so an action that depends on another's
+effects can only begin after its end. Therefore effects are applied as soon as an action is accepted. For the capacity
+of a carrier this means that docks count from their start, and undocks until their end.
 
-It is the referee: it enters these effects by itself, on purpose, and shares no rule with what makes plans
+The checker is the referee: it applies effects by itself, on purpose, and shares no rule with the code that makes plans
 (`marsupial.model.team`), so that a mistake there can't hide here.
 """
 
@@ -67,12 +67,12 @@ class Verdict:
 
 
 def check(situation: Situation, plan: Plan, *, targets: frozenset[str] | None = None) -> Verdict:
-    """Check that `plan` can be carried out in `situation` and reaches the goal.
+    """Check that `plan` is feasible in `situation` and reaches the goal.
 
     Parameters
     ----------
     targets
-        Names of the targets it has to explore; None: all of the situation. The other goals are the situation's.
+        Names of the targets to explore; all of the situation if None. The other goals are the situation's.
 
     Returns
     -------
@@ -84,10 +84,11 @@ def check(situation: Situation, plan: Plan, *, targets: frozenset[str] | None = 
 
 
 def _violations(situation: Situation, plan: Plan, targets: frozenset[str] | None) -> Iterator[Violation]:
-    """Yield the violations in order of time; only the first one counts, what follows it is not meaningful."""
+    """Yield the violations in order of time; only the first one is meaningful."""
     latest = accumulate((action.start_ms for action in plan.actions), max)
     late = [action.start_ms < start for action, start in zip(plan.actions, latest, strict=True)]
     world = _World.of(situation)
+    # Sorted, but stable: of actions that start together, the plan's order decides.
     for i in sorted(range(len(late)), key=lambda i: plan.actions[i].start_ms):
         action = plan.actions[i]
         fault = (ViolationKind.OUT_OF_ORDER, "listed after an action that starts later") if late[i] else None
@@ -105,7 +106,7 @@ Fault = tuple[ViolationKind, str]
 
 @dataclass(slots=True)
 class _World:
-    """Where everybody is after the actions so far: `at` a place or `on` a carrier, free from `free_ms`."""
+    """Where each robot is after the actions so far: `at` a place or `on` a carrier, free from `free_ms`."""
 
     situation: Situation
     at: dict[str, str | None]
@@ -132,7 +133,7 @@ class _World:
         return names or _CHECKS[action.name](self, action)
 
     def apply(self, action: Action) -> None:
-        """Enter the effects of an accepted action."""
+        """Apply the effects of an accepted action."""
         for robot in action.robots:
             self.free_ms[robot] = action.end_ms + EPSILON_MS
             self.busy.add(robot)
@@ -143,7 +144,7 @@ class _World:
             self.explored.add(action.place)
 
     def missing(self, targets: tuple[str, ...]) -> Iterator[Fault]:
-        """Yield what of the goal is not reached."""
+        """Yield the parts of the goal that are not reached."""
         for target in targets:
             if target not in self.explored:
                 yield ViolationKind.TARGET_UNEXPLORED, f"{target} has not been explored"
@@ -261,5 +262,5 @@ def _duration(action: Action, expected_ms: int) -> Fault | None:
 
 
 def _free_at(situation: Situation, robot: RobotState) -> int:
-    """Return when a robot is free; one that is aboard when its carrier is."""
+    """Return when a robot is free; one aboard when its carrier is."""
     return (robot if robot.carrier is None else situation.robot_by_name[robot.carrier]).free_at_ms

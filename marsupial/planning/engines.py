@@ -1,6 +1,6 @@
 """The engines, by the name the command line and comparisons use.
 
-To list them takes no numba and no scipy: the code of marsupial's own is imported when one is asked for a plan.
+Listing them imports neither numba nor scipy: the code of an engine is imported when it is first asked for a plan.
 """
 
 from __future__ import annotations
@@ -58,10 +58,10 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
 }
 
 PROCESSES = frozenset({"aries", "tamer"})
-"""Those that run in processes of their own, as external planners do."""
+"""Engines that run in processes of their own, as external planners do."""
 
 PRELOAD = (load_tamer, load_aries, commands)
-"""What loads the libraries of all that run in processes of their own."""
+"""Functions that load the libraries of engines that run in processes of their own."""
 
 PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
     "aries": (
@@ -76,11 +76,11 @@ PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
         PartSize(rovers=2, targets=2, choices=1, seconds=0.4),
     ),
 }
-"""How big the parts are that an engine plans within how many seconds; those not named here take any size."""
+"""Sizes of the parts that an engine plans within some seconds; engines not named here take any size."""
 
 
 def engine(name: str) -> Engine:
-    """Return the engine of that name, which may turn out to be missing when asked (`info.missing`).
+    """Return the engine of that name, which may be missing on this machine (`info.missing`).
 
     A name that begins with `PREFIX` is the command line of an external planner.
 
@@ -102,7 +102,7 @@ def engine(name: str) -> Engine:
 
 
 def engine_of(planner: str | Engine) -> Engine:
-    """Return the engine of a name, or the one that is given, which is then cut off when its budget is up."""
+    """Return the engine of a name, or the given one, cut off when its budget is up."""
     return engine(planner) if isinstance(planner, str) else punctual(planner)
 
 
@@ -128,5 +128,5 @@ def mission_engine(planner: str | Engine, budget: Budget) -> Engine:
 
 
 def engine_infos() -> tuple[EngineInfo, ...]:
-    """Return what there is to say of every engine: ours first, then those of installed packages, usable or not."""
+    """Return the description of every engine: ours first, then those of installed packages, usable or not."""
     return (*(ENGINES[name]().info for name in OWN), *extension_infos(ENGINES))

@@ -1,4 +1,4 @@
-"""Engines that installed packages bring along, by the entry points `marsupial.engines`."""
+"""Engines of installed packages, found by the entry points `marsupial.engines`."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from marsupial.model.situation import Situation
 
 
 class CheckedEngine:
-    """Holds an engine of somebody else's to what engines yield."""
+    """Checks the events of a third-party engine."""
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
 
     @property
     def info(self) -> EngineInfo:
-        """What it is and whether it can be used on this machine."""
+        """The engine's description, and whether it can be used on this machine."""
         return self._engine.info
 
     def solve(self, situation: Situation, budget: Budget, **options: Any) -> Iterator[Improved | Finished]:
-        """Yield what the engine yields, once it is what it has to be."""
+        """Yield what the engine yields, after checking it."""
         events: object = self._engine.solve(situation, budget, **options)
         if not isinstance(events, Iterable):
             refuse(f"planner {self.info.name}: solve", "an iterator of Improved and Finished", events)
@@ -43,13 +43,13 @@ class CheckedEngine:
 
 
 class Missing:
-    """Stands in for an engine that can't be used: says why."""
+    """Stands in for an engine that can't be used, with the reason."""
 
     def __init__(self, name: str, package: str, reason: str) -> None:
         self.info = EngineInfo(name=name, summary=f"of {package}", missing=reason)
 
     def solve(self, *_: object, **__: object) -> NoReturn:
-        """Refuse."""
+        """Raise `EngineUnavailable`."""
         raise EngineUnavailable(f"{self.info.name}: {self.info.missing}")
 
 
@@ -60,7 +60,7 @@ def extension_engine(name: str, taken: Container[str]) -> Engine | None:
 
 
 def extension_infos(taken: Container[str]) -> Iterator[EngineInfo]:
-    """Yield what there is to say of every engine of installed packages, those included that can't be used."""
+    """Yield the description of every engine of installed packages, usable or not."""
     for found in extensions(ENGINES, taken):
         name = f"{found.name} ({found.package})" if found.name in taken else found.name
         yield replace(_made(found).info, name=name)

@@ -1,4 +1,4 @@
-"""The incumbent: the best plan so far of all that the checker accepts. Plans of engines are kept so."""
+"""The incumbent: the best plan so far that the checker accepts."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Incumbent:
         return None if self._rank is None else self._rank[1]
 
     def take(self, plan: Plan) -> bool:
-        """Check a plan, keep it if it is better than all before it, and say whether it is."""
+        """Check a plan and keep it if it is better than all before; return whether it is."""
         self.violation = check(self._situation, plan, targets=plan.explored if self._partial else None).violation
         if self.violation is not None:
             self.refused.append(self.violation)

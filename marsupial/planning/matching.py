@@ -1,6 +1,6 @@
-"""Who does what at the least cost in sum: the assignment problem, by shortest augmenting paths.
+"""The assignment problem (least total cost), by shortest augmenting paths.
 
-The same algorithm as scipy's `linear_sum_assignment`, ties included; to import that takes longer than a small mission,
+The same algorithm as scipy's `linear_sum_assignment`, ties included. Importing that takes longer than a small mission,
 and teams have few robots.
 
 References

@@ -17,7 +17,7 @@ from marsupial.model.situation import Situation
 from marsupial.planning.race import PATIENCE_S, Race
 
 GRACE_S = 0.25
-"""How long after the end of its budget an engine may still say something."""
+"""Time after the end of its budget in which an engine may still yield."""
 
 
 class Punctual:

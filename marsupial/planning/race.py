@@ -1,9 +1,9 @@
-"""Engines in threads, side by side: what they say comes in one queue, and all of them can be stopped at any time.
+"""Engines in threads, side by side: their events come through one queue, and all can be stopped at any time.
 
-An engine waits while its event is being looked at, as a generator does: otherwise it and who looks at it would slow
-each other down, and engines that judge their pace by their first steps would be misled. It is stopped through the
-`cancel` of its events where they have one, and through its clock, which then leaps ahead: an engine that keeps a budget
-by that clock ends by itself at its next look at it.
+An engine waits while its event is handled, as a generator does: otherwise it and the caller would slow each other down,
+and engines that estimate their pace from their first steps would be misled. An engine is stopped by `cancel` of its
+events where they have one, and by its clock, which then leaps ahead: an engine with a budget in seconds ends when it
+next looks at the clock.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from marsupial.model.planning import Cancellable, Finished, Improved
 Clock = Callable[[], float]
 
 PATIENCE_S = 2.0
-"""How long is waited for engines that were stopped; one that heeds nothing is left to its thread, a daemon."""
+"""Longest wait for stopped engines; one that ignores it is left to its daemon thread."""
 
 _LEAP_S = 1e9
 
 Event = Improved | Finished | Exception
-"""What comes of an engine: what it says, or what it raised instead."""
+"""What an engine yields, or the exception that it raised."""
 
 
 Search = Callable[[Clock], Iterator[Improved | Finished]]
-"""Asks an engine made around a clock."""
+"""Starts the search of an engine that uses a given clock."""
 
 
 class Race:
-    """The engines that run, each by a name of its own; `clock` gives wall-clock seconds."""
+    """The engines that run, by unique names; `clock` gives wall-clock seconds."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._events: queue.SimpleQueue[tuple[str, Event | None, threading.Event]] = queue.SimpleQueue()
-        self._looked_at = threading.Event()
+        self._handled = threading.Event()
         self._threads: dict[str, Thread] = {}
         self._cancellable: list[Cancellable] = []
         self._stopped = False
@@ -47,7 +47,7 @@ class Race:
         self.running: set[str] = set()
 
     def enter(self, name: str, search: Search) -> None:
-        """Have an engine search in a thread of its own."""
+        """Start an engine in a thread of its own."""
         self.running.add(name)
         thread = Thread(target=self._follow, args=(name, search), name=f"planner {name}", daemon=True)
         self._threads[name] = thread
@@ -55,9 +55,9 @@ class Race:
 
     def next(self, seconds: float | None = None) -> tuple[str, Event] | None:
         """Return the next event with its engine's name, or None if there is none within `seconds` or an engine left."""
-        self._looked_at.set()
+        self._handled.set()
         try:
-            name, event, self._looked_at = self._events.get(timeout=None if seconds is None else max(0.0, seconds))
+            name, event, self._handled = self._events.get(timeout=None if seconds is None else max(0.0, seconds))
         except queue.Empty:
             return None
         if event is None:
@@ -71,12 +71,12 @@ class Race:
         return any(thread.is_alive() for thread in self._threads.values())
 
     def stop(self, patience_s: float = PATIENCE_S) -> None:
-        """Stop every engine and wait for them, though not for ever."""
+        """Stop all engines and wait for them, `patience_s` at most."""
         with self._lock:
             self._stopped = True
             for events in self._cancellable:
                 events.cancel()
-        self._looked_at.set()
+        self._handled.set()
         with suppress(queue.Empty):
             while True:
                 self._events.get_nowait()[2].set()
@@ -85,7 +85,8 @@ class Race:
             thread.join(max(0.0, until - time.monotonic()))
 
     def _engine_clock(self) -> float:
-        self._leaps += self._stopped  # each look: an engine that begins only now has to see it leap as well
+        # A leap per look: an engine that begins only now has to see one as well.
+        self._leaps += self._stopped
         return self._clock() + _LEAP_S * self._leaps
 
     def _follow(self, name: str, search: Search) -> None:
@@ -105,10 +106,10 @@ class Race:
             self._tell(name, None)
 
     def _tell(self, name: str, event: Event | None) -> bool:
-        """Hand over an event and wait until it has been looked at; say whether more is wanted."""
-        looked_at = threading.Event()
+        """Hand over an event and wait until it has been handled; return whether to go on."""
+        handled = threading.Event()
         with self._lock:
             if self._stopped:
                 return False
-            self._events.put((name, event, looked_at))
-        return looked_at.wait() and not self._stopped
+            self._events.put((name, event, handled))
+        return handled.wait() and not self._stopped

@@ -95,7 +95,7 @@ class Outlook:
     @property
     def plan(self) -> Plan:
         """The actions so far, as a plan for the original situation."""
-        return self._detours.told(self.timeline.plan)
+        return self._detours.expanded(self.timeline.plan)
 
     def alone_ms(self, robot: str) -> Times:
         """Return when `robot` would explore each target if it drives there itself."""

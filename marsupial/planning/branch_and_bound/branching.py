@@ -1,4 +1,7 @@
-"""The docks and undocks that can follow a state, each with the sets of targets explored before it."""
+"""Branching: the docks and undocks that can follow a state, each with the sets of targets explored before it.
+
+Subsets of a set are enumerated as masks, from the whole set down to none: `(s - 1) & whole` is the one after `s`.
+"""
 
 from __future__ import annotations
 
@@ -6,31 +9,31 @@ from marsupial.arrays import Ints
 from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.tables import Tables
-from marsupial.planning.branch_and_bound.tree import Search
+from marsupial.planning.branch_and_bound.tree import SearchState
 from marsupial.planning.list_scheduling.costs import NEVER
 
 
 @inlined
-def branch(tables: Tables, search: Search, level: int) -> None:
-    """List the docks and undocks that can follow, in the order of their ends."""
+def branch(tables: Tables, search: SearchState, level: int) -> None:
+    """List the docks and undocks that can follow, sorted by their ends."""
     state, carriers = search.states[level], tables.carriers
     for c in range(carriers):
         load = 0
         for v in range(carriers, len(state)):
             load += state[v, col.ON] == c
         for v in range(carriers, len(state)):
-            if (state[v, col.ON] != c and (state[v, col.ON] >= 0 or load >= tables.traits[c, col.PLACES])) or _twin(
-                tables, state, v
-            ):
+            if (
+                state[v, col.ON] != c and (state[v, col.ON] >= 0 or load >= tables.traits[c, col.PLACES])
+            ) or _has_twin_before(tables, state, v):
                 continue
             for m in range(len(tables.meetings)):
-                _list(tables, search, level, (c, v, m))
+                _list_transfers(tables, search, level, (c, v, m))
     _sort(search.events, search.levels[level, col.FIRST], search.levels[level + 1, col.FIRST])
 
 
 @inlined
-def _twin(tables: Tables, state: Ints, v: int) -> bool:
-    """Say whether an earlier rover of the same kind is in the same position."""
+def _has_twin_before(tables: Tables, state: Ints, v: int) -> bool:
+    """Return whether an earlier, interchangeable rover is in the same position; one of them is enough to branch on."""
     for q in range(tables.traits[v, col.TWIN], v):
         if (
             tables.traits[q, col.TWIN] == tables.traits[v, col.TWIN]
@@ -43,24 +46,26 @@ def _twin(tables: Tables, state: Ints, v: int) -> bool:
 
 
 @inlined
-def _list(tables: Tables, search: Search, level: int, who: tuple[int, int, int]) -> None:
-    """List the docks or undocks for all sets of targets explored before; `who` is carrier, rover and meeting."""
+def _list_transfers(tables: Tables, search: SearchState, level: int, who: tuple[int, int, int]) -> None:
+    """List the docks or undocks of `who` (carrier, rover, meeting) for all sets of targets explored before."""
     c, v, m = who
     state = search.states[level]
-    left, limit = search.levels[level, col.LEFT], search.tallies[col.LIMIT]
+    left, limit = search.levels[level, col.LEFT], search.counters[col.LIMIT]
     there = tables.tour[tables.traits[c, col.KIND], state[c, col.WHERE]]
     down = state[v, col.ON] == c
     takes = tables.traits[v, col.UNDOCKS] if down else tables.traits[v, col.DOCKS]
     if state[c, col.SINCE] + there[0, m] + takes >= limit:
         return
     able = left & tables.able[tables.traits[c, col.KIND]]
+    # All subsets of what the carrier can explore, the whole set first.
     own = able
     while True:
         comes = state[c, col.SINCE] + there[own, m]
         if comes + takes < limit:
             if down:
-                if not _wider(there, own, able, m, state[c, col.SINCE], comes):
-                    _add(search, level, who, comes + takes, own, 0, 1)
+                # With this end another target fits in as well: that larger set dominates.
+                if not _can_grow(there, own, able, m, state[c, col.SINCE], comes):
+                    _add_event(search, level, who, comes + takes, own, 0, 1)
             else:
                 _list_docks(tables, search, level, who, own, able, comes)
         if not own:
@@ -69,8 +74,8 @@ def _list(tables: Tables, search: Search, level: int, who: tuple[int, int, int])
 
 
 @inlined
-def _wider(tour: Ints, explored: int, able: int, m: int, since: int, time: int) -> bool:
-    """Say whether one more target could be explored without being at the meeting after `time`."""
+def _can_grow(tour: Ints, explored: int, able: int, m: int, since: int, time: int) -> bool:
+    """Return whether one more target could be explored without being at the meeting after `time`."""
     rest = able & ~explored
     while rest:
         bit = rest & -rest
@@ -82,12 +87,12 @@ def _wider(tour: Ints, explored: int, able: int, m: int, since: int, time: int) 
 
 @inlined
 def _list_docks(
-    tables: Tables, search: Search, level: int, who: tuple[int, int, int], own: int, own_able: int, comes: int
+    tables: Tables, search: SearchState, level: int, who: tuple[int, int, int], own: int, own_able: int, comes: int
 ) -> None:
-    """List the docks where the carrier comes at a time (ms) after exploring the set `own` out of `own_able`."""
+    """List the docks to which the carrier comes at a time (ms) after exploring the set `own` out of `own_able`."""
     c, v, m = who
     state = search.states[level]
-    left, limit = search.levels[level, col.LEFT], search.tallies[col.LIMIT]
+    left, limit = search.levels[level, col.LEFT], search.counters[col.LIMIT]
     there = tables.tour[tables.traits[c, col.KIND], state[c, col.WHERE]]
     tour = tables.tour[tables.traits[v, col.KIND], state[v, col.WHERE]]
     if tour[0, m] >= NEVER:
@@ -99,27 +104,31 @@ def _list_docks(
         time = max(comes, state[v, col.SINCE] + tour[brought, m])
         if (
             time + takes < limit
-            and not _wider(tour, brought, able, m, state[v, col.SINCE], time)
-            and not _wider(there, own, own_able & ~brought, m, state[c, col.SINCE], time)
+            and not _can_grow(tour, brought, able, m, state[v, col.SINCE], time)
+            # The carrier may wait for the rover: it could explore more meanwhile.
+            and not _can_grow(there, own, own_able & ~brought, m, state[c, col.SINCE], time)
         ):
-            _add(search, level, who, time + takes, own, brought, 0)
+            _add_event(search, level, who, time + takes, own, brought, 0)
         if not brought:
             return
         brought = (brought - 1) & able
 
 
 @inlined
-def _add(search: Search, level: int, who: tuple[int, int, int], time: int, own: int, brought: int, down: int) -> None:
-    """List an event that ends at a time (ms) unless that is before the end of the last one."""
+def _add_event(
+    search: SearchState, level: int, who: tuple[int, int, int], time: int, own: int, brought: int, down: int
+) -> None:
+    """List an event that ends at a time (ms), unless that is before the last event ended."""
     last, events, at = search.levels[level, col.KEY], search.events, search.levels[level + 1, col.FIRST]
-    key = time * col.TIES
-    if search.tallies[col.KEYED]:
-        if time < last // col.TIES:
+    key = time * col.KEY_SCALE
+    if search.counters[col.KEYED]:
+        # Only steps in the order of their ends; equal ends count up, so keys grow strictly along a path.
+        if time < last // col.KEY_SCALE:
             return
-        if time == last // col.TIES:
+        if time == last // col.KEY_SCALE:
             key = last + 1
     if at == len(events):
-        search.tallies[col.LOST] = 1
+        search.counters[col.INCOMPLETE] = 1
         return
     events[at, col.END] = key
     events[at, col.CARRIER], events[at, col.ROVER], events[at, col.AT] = who
@@ -129,7 +138,7 @@ def _add(search: Search, level: int, who: tuple[int, int, int], time: int, own: 
 
 @inlined
 def _sort(events: Ints, first: int, end: int) -> None:
-    """Put events in the order of their ends (Shell's sort)."""
+    """Sort events by their ends (Shell sort: in place, without allocating)."""
     gap = 1
     while gap < (end - first) // 3:
         gap = 3 * gap + 1

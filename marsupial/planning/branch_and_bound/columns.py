@@ -2,37 +2,37 @@
 
 from __future__ import annotations
 
-ROW, FROM, SHARE, MAY = 0, 1, 2, 3
-"""Columns of parts: row of the book, when the robot is ready, the set it takes, the set it may take from."""
+ROW, READY, SHARE, ALLOWED = 0, 1, 2, 3
+"""Columns of assignments: row of `solo_times`, when the robot is ready, its targets, those it may choose from."""
 
 ERRAND, TAKES, TRIED = 0, 1, 2
-"""Rows of a list of what is to be done: the number of its bit, ms, the carrier it is given to."""
+"""Rows of jobs: the bit of the errand, its ms, the carrier that it is assigned to."""
 
 TOURED, BUSY, ABOARD = 0, 1, 2
-"""Rows of loads: the set of errands of each carrier, ms of docks and undocks, rovers aboard or free to be had."""
+"""Rows of loads: the set of errands of each carrier, ms of its docks and undocks, rovers aboard or available."""
 
 WHERE, ON, SINCE = 0, 1, 2
-"""Columns of a state of robots: a base, or -1 aboard; the carrier, or -1; from when it is ready if it is not aboard."""
+"""Columns of a state, per robot: base, or -1 aboard; carrier, or -1; ready since, if it is not aboard."""
 
 KIND, PLACES, DOCKS, UNDOCKS, TWIN = range(5)
-"""Columns of traits: type, capacity, ms of docking and undocking, and the first robot that is like it."""
+"""Columns of traits: type, capacity, ms of docking and undocking, the first robot that it is interchangeable with."""
 
-LEVELS = 60
-"""How many docks and undocks there can be in a row; where more are needed nothing is proven."""
+MOST_LEVELS = 60
+"""Most docks and undocks of a plan; where more are needed, nothing is proven."""
 
-WIDTH = 1 << 17
-"""How many events can wait at a time; where there are more nothing is proven."""
+MOST_EVENTS = 1 << 17
+"""Most events waiting at a time; where there are more, nothing is proven."""
 
 LEFT, KEY, FIRST, NEXT = 0, 1, 2, 3
-"""Columns of levels: targets left, key of the last event, index of the first event that can follow and of the next."""
+"""Columns of levels: targets left, key of the last event, index of the first event listed and of the next to try."""
 
-TIES = 64
-"""A key is when an event ends, times this, and how many events before it end at the same ms."""
+KEY_SCALE = 64
+"""A key is the end of an event times this, plus the number of events before it that end at the same ms."""
 
 END, ROVER, CARRIER, AT, OWN, BROUGHT, DOWN = range(7)
 """Columns of events: key, robots, number of the meeting, sets explored by carrier and rover, whether an undock."""
 
-LEVEL, NODES, LIMIT, FOUND, LOST, KEYED, SEEN, BOUND = range(8)
-"""Tallies: the current level (-1: at the end), states entered, ms (with epsilon) that plans have to be shorter than,
-1 + the length of `path` of the best plan (0: none), whether something was left out for lack of space, whether keys are
-kept (not where nothing takes time), states met before, states without hope."""
+LEVEL, NODES, LIMIT, FOUND, INCOMPLETE, KEYED, DUPLICATES, PRUNED = range(8)
+"""Counters: current level (-1: at the end), states entered, limit in ms (with epsilon) that plans have to be below, 1 +
+the length of the best plan's `path` (0: none), whether something was left out for lack of space, whether keys are used
+(not where nothing takes time), states dominated, states pruned by bounds."""

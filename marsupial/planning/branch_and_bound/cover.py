@@ -1,4 +1,7 @@
-"""Whether a set of targets can be shared among robots so that each of them is done in time."""
+"""Sharing a set of targets among robots so that each is done in time, by backtracking.
+
+The hardest targets, those that the fewest robots can take, come first, so that dead ends show early.
+"""
 
 from __future__ import annotations
 
@@ -10,31 +13,32 @@ YES, NO, UNKNOWN = 1, 0, -1
 
 
 @inlined
-def fits(book: Ints, part: Ints, share: int, limit: int) -> bool:
-    """Say whether a robot with such a part is done with the set `share` before `limit`; doing nothing always fits."""
-    time = book[part[col.ROW], share]
-    return time == 0 or part[col.FROM] + time < limit
+def fits(solo_times: Ints, assignment: Ints, share: int, limit: int) -> bool:
+    """Return whether a robot is done with the set `share` before `limit`; doing nothing always fits."""
+    time = solo_times[assignment[col.ROW], share]
+    return time == 0 or assignment[col.READY] + time < limit
 
 
 @inlined
-def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, tries: int) -> int:
-    """Try to give each target of a set to a robot such that each is done before `limit`.
+def cover(solo_times: Ints, assignments: Ints, scratch: Ints, targets: int, limit: int, tries: int) -> int:
+    """Try to assign each target of a set to a robot such that each robot is done before `limit`.
 
     Parameters
     ----------
-    parts
-        (robots, 4): `ROW` and so on; the shares are entered.
+    assignments
+        (robots, 4): `ROW` and so on; the shares are filled in.
     scratch
         (4, n), n at least the number of targets.
     tries
-        How often a target is given to a robot before the answer is `UNKNOWN`.
+        Most assignments tried before the answer is `UNKNOWN`.
     """
-    robots = len(parts)
+    robots = len(assignments)
     for r in range(robots):
-        parts[r, col.SHARE] = 0
-        if not fits(book, parts[r], 0, limit):
+        assignments[r, col.SHARE] = 0
+        if not fits(solo_times, assignments[r], 0, limit):
             return NO
-    size = _hardest_first(book, parts, scratch, targets, limit)
+    # Iterative backtracking, as compiled functions here make no arrays: `scratch[2]` holds the robot tried per target.
+    size = _hardest_first(solo_times, assignments, scratch, targets, limit)
     if size < 0:
         return NO
     level = 0
@@ -43,13 +47,13 @@ def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, trie
         bit = 1 << scratch[0, level]
         r = scratch[2, level]
         if r >= 0:
-            parts[r, col.SHARE] ^= bit
+            assignments[r, col.SHARE] ^= bit
         r += 1
         while r < robots:
             if (
-                parts[r, col.MAY] & bit
-                and fits(book, parts[r], parts[r, col.SHARE] | bit, limit)
-                and not _tried(parts, r)
+                assignments[r, col.ALLOWED] & bit
+                and fits(solo_times, assignments[r], assignments[r, col.SHARE] | bit, limit)
+                and not _has_twin_before(assignments, r)
             ):
                 break
             r += 1
@@ -59,7 +63,7 @@ def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, trie
         tries -= 1
         if tries < 0:
             return UNKNOWN
-        parts[r, col.SHARE] |= bit
+        assignments[r, col.SHARE] |= bit
         scratch[2, level] = r
         level += 1
         if level < size:
@@ -68,15 +72,15 @@ def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, trie
 
 
 @inlined
-def _hardest_first(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int) -> int:
-    """List the targets, those that few robots can take first; return how many there are, -1 if none can take one."""
+def _hardest_first(solo_times: Ints, assignments: Ints, scratch: Ints, targets: int, limit: int) -> int:
+    """List the targets, those that the fewest robots can take first; return their number, -1 if one fits none."""
     size = 0
     for j in range(scratch.shape[1]):
         if not targets >> j & 1:
             continue
         takers = 0
-        for r in range(len(parts)):
-            if parts[r, col.MAY] >> j & 1 and fits(book, parts[r], 1 << j, limit):
+        for r in range(len(assignments)):
+            if assignments[r, col.ALLOWED] >> j & 1 and fits(solo_times, assignments[r], 1 << j, limit):
                 takers += 1
         if not takers:
             return -1
@@ -90,9 +94,17 @@ def _hardest_first(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: 
 
 
 @inlined
-def _tried(parts: Ints, r: int) -> bool:
+def _has_twin_before(assignments: Ints, r: int) -> bool:
+    # Robots that are equal so far: assigning the target to the second gives nothing new.
     for q in range(r):
-        same = parts[q, col.ROW] == parts[r, col.ROW] and parts[q, col.FROM] == parts[r, col.FROM]
-        if same and parts[q, col.SHARE] == parts[r, col.SHARE] and parts[q, col.MAY] == parts[r, col.MAY]:
+        same = (
+            assignments[q, col.ROW] == assignments[r, col.ROW]
+            and assignments[q, col.READY] == assignments[r, col.READY]
+        )
+        if (
+            same
+            and assignments[q, col.SHARE] == assignments[r, col.SHARE]
+            and assignments[q, col.ALLOWED] == assignments[r, col.ALLOWED]
+        ):
             return True
     return False

@@ -1,7 +1,7 @@
 """The exact engine: plans with the shortest makespan, proven so, for small teams and few targets.
 
-It begins with the plan that it is given, or that of a short annealing, and searches for shorter ones until there are
-none (`marsupial.planning.branch_and_bound.search`), from above and from below
+It begins with a given plan, or that of a short annealing, and searches for shorter ones until there are none
+(`marsupial.planning.branch_and_bound.search`), from above and from below
 (`marsupial.planning.branch_and_bound.proof`). Where neither list scheduling nor annealing has a plan, it first looks
 for any at all, as if nothing took time: if there is none, that is proven. Where the budget is too small for a proof,
 there is a bound. Proofs and bounds hold to 1 ms, and with 1 ms between the actions of a robot (`EPSILON_MS`).
@@ -19,16 +19,16 @@ from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
 from marsupial.planning import infos
 from marsupial.planning.branch_and_bound.memory import MAX_CARRIERS, MAX_CODES, MAX_ROVERS, MAX_TARGETS
-from marsupial.planning.branch_and_bound.proof import Proof
+from marsupial.planning.branch_and_bound.proof import OptimalityProof
 from marsupial.planning.checker import check
 from marsupial.planning.local_search.engine import Anytime
 from marsupial.planning.reachability import impossible
 
 ANNEALING_STEPS = 100
-"""How long the anytime engine looks for a good plan first."""
+"""Steps of the anytime engine that look for a good plan first."""
 
 TABLES_BYTES = 1 << 26
-"""For tours over sets of targets; all in all less than 256 MB are used."""
+"""Most memory for tours over sets of targets; all in all less than 256 MB are used."""
 
 
 class Exact:
@@ -39,7 +39,7 @@ class Exact:
     clock
         Gives wall-clock seconds.
     latest
-        Asked between steps for the best plan that others have found, which has to be valid.
+        Returns the best plan of others, which has to be valid; called between steps.
     """
 
     info = infos.EXACT
@@ -71,8 +71,8 @@ class Exact:
         if proof is not None:
             yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
             return
-        search = Proof(situation, best, self._latest)
-        for plan in search.plans(_effort(budget, self._clock, begun)):
+        search = OptimalityProof(situation, best, self._latest)
+        for plan in search.plans(_may_step(budget, self._clock, begun)):
             yield Improved(plan=plan, elapsed_s=self._clock() - begun)
         yield search.finished(self._clock() - begun)
 
@@ -96,8 +96,8 @@ def unsupported(situation: Situation) -> str | None:
     return None
 
 
-def _effort(budget: Budget, clock: Callable[[], float], begun: float) -> Callable[[], bool]:
-    """Return what says, before each step, whether the budget allows it."""
+def _may_step(budget: Budget, clock: Callable[[], float], begun: float) -> Callable[[], bool]:
+    """Return a function that tells before each step whether the budget allows it."""
     if budget.seconds is not None:
         seconds = budget.seconds
         return lambda: clock() - begun < seconds
@@ -106,7 +106,7 @@ def _effort(budget: Budget, clock: Callable[[], float], begun: float) -> Callabl
 
 
 def _first_plans(situation: Situation, start: Plan | None) -> Iterator[Plan]:
-    """Yield the plans to begin with: there may be none."""
+    """Yield the plans to begin with, if any."""
     if start is not None and check(situation, start).valid:
         yield start
         return

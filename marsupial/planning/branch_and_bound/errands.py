@@ -1,4 +1,4 @@
-"""What carriers at least have to do: errands, each a bit, that are shared among them.
+"""A lower bound on the work of carriers: errands, each a bit, that they share.
 
 A *room* is all that rovers can drive between: one that is set down stays in the room until it is picked up at one of
 its meetings. Every room without a rover and with targets that no carrier explores has to be visited to set one down.
@@ -18,16 +18,16 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col
-from marsupial.planning.branch_and_bound.tours import Legs, Rows, errand_tours
+from marsupial.planning.branch_and_bound.tours import CarrierLegs, ErrandRows, errand_tours
 from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search import columns as given
 from marsupial.planning.local_search.encoding import ProblemData
 
 BITS = 16
-"""How many errands there are at most; what more there may be is left out of account."""
+"""Most errands; leaving out others only weakens the bound."""
 
 TOURS_BYTES = 1 << 25
-"""For tours over sets of errands: there are fewer errands where that is too much."""
+"""Most memory for tours over sets of errands; there are fewer errands where that is not enough."""
 
 
 class Errands(NamedTuple):
@@ -36,16 +36,16 @@ class Errands(NamedTuple):
     Attributes
     ----------
     room
-        (bases,): which row of the following a rover at the base is part of, -1 if none.
+        (bases,): the row, of those below, of the room that a rover at the base is in, -1 if none.
     within
         (rows,): the set of targets that make the errands of a row necessary.
     down, up
-        (rows,): the bits for setting down or visiting, and for picking up; the same where there are too few.
+        (rows,): the bits for setting down or visiting, and for picking up; the same where bits are short.
     rooms
         How many of the rows, the first ones, are rooms; the others are carriers' targets.
     tours
-        (n, rovers aboard, bases, sets of errands): ms for a carrier to do them and go home, without the docks and
-        undocks that they are.
+        (n, rovers aboard, bases, sets of errands): ms for a carrier to do them and go home, without the time to dock
+        and undock.
     like
         (carriers,): the first index of `tours`.
     docking, undocking
@@ -72,25 +72,25 @@ def errands_of(data: ProblemData, closure: Ints, bases: Ints, carriers: Ints) ->
     capacities = np.array([most[like == i][0] for i in range(len(pairs))], dtype=np.int64)
     loads = 1 + int(most.max(initial=0))
     sets = TOURS_BYTES // max(1, 8 * len(pairs) * loads * len(bases))
-    found = _found(data, closure, bases, min(BITS, sets.bit_length() - 1))
+    layout = _find_errands(data, closure, bases, min(BITS, sets.bit_length() - 1))
     docking = int(data.robots[rovers, given.DOCKING].min(initial=NEVER))
-    tours = np.full((len(pairs), loads, len(bases), 1 << found.rows.bits), NEVER, dtype=np.int64)
+    tours = np.full((len(pairs), loads, len(bases), 1 << layout.rows.bits), NEVER, dtype=np.int64)
     for i, (kind, home) in enumerate(pairs):
         leg = closure[kind]
         ends = leg[:, home] if home >= 0 else np.zeros(len(leg), dtype=np.int64)
-        legs = Legs(
-            first=np.ascontiguousarray(leg[np.ix_(bases, found.places)]),
-            between=np.ascontiguousarray(leg[np.ix_(found.places, found.places)]),
+        legs = CarrierLegs(
+            first=np.ascontiguousarray(leg[np.ix_(bases, layout.places)]),
+            between=np.ascontiguousarray(leg[np.ix_(layout.places, layout.places)]),
             straight=np.ascontiguousarray(ends[bases]),
-            ends=np.ascontiguousarray(ends[found.places]),
+            ends=np.ascontiguousarray(ends[layout.places]),
         )
-        tours[i, : capacities[i] + 1] = errand_tours(legs, found.rows, int(capacities[i]), docking, data.recover)
+        tours[i, : capacities[i] + 1] = errand_tours(legs, layout.rows, int(capacities[i]), docking, data.recover)
     return Errands(
-        room=found.room,
-        within=found.within,
-        down=np.arange(len(found.within)),
-        up=found.rows.up,
-        rooms=found.rows.rooms,
+        room=layout.room,
+        within=layout.within,
+        down=np.arange(len(layout.within)),
+        up=layout.rows.up,
+        rooms=layout.rows.rooms,
         tours=tours,
         like=like,
         docking=docking,
@@ -98,17 +98,17 @@ def errands_of(data: ProblemData, closure: Ints, bases: Ints, carriers: Ints) ->
     )
 
 
-class _Found(NamedTuple):
-    """What there may be to do: `room` and `within` as in `Errands`, and the `places` where it can be done."""
+class _ErrandLayout(NamedTuple):
+    """The errands without tours: `room` and `within` as in `Errands`, and the `places` where they can be done."""
 
     room: Ints
     within: Ints
     places: Ints
-    rows: Rows
+    rows: ErrandRows
 
 
-def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
-    """Return the rows of errands of at most so many bits."""
+def _find_errands(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _ErrandLayout:
+    """Return the errands of a situation, with at most so many bits."""
     from scipy.sparse.csgraph import connected_components  # few missions ask this engine, which all import
 
     targets, meetings = data.members(given.TARGETS), data.members(given.MEETINGS)
@@ -124,17 +124,18 @@ def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
         room[component[bases] == label] = row
     doors = [meetings[component[meetings] == label] for label in labels]
     sets = [np.flatnonzero((component[targets] == label) & ~own) for label in labels]
+    # Bits are short: setting down comes first, then picking up for as many rooms as there are bits left.
     up, picked_up = np.arange(len(labels) + len(lone)), 0
     if data.recover:
         picked_up = min(most - len(up), len(labels))
         up[:picked_up] = len(up) + np.arange(picked_up)
     points = [*doors, *(targets[j : j + 1] for j in lone)]
     places = np.unique(np.concatenate([meetings[:0], *points]))
-    return _Found(
+    return _ErrandLayout(
         room=room,
         within=np.array([*((1 << s).sum() for s in sets), *(1 << j for j in lone)], dtype=np.int64),
         places=places,
-        rows=Rows(
+        rows=ErrandRows(
             points=np.array([np.isin(places, p) for p in points], dtype=np.bool_).reshape(len(points), len(places)),
             up=up,
             lag=np.array(
@@ -160,8 +161,8 @@ def _least_sortie(closure: Ints, meetings: Ints, targets: Ints) -> int:
 
 
 @inlined
-def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, limit: int, tries: int) -> bool:
-    """Say whether jobs can be shared among the carriers so that all are done before `limit`; True if it takes long.
+def can_share(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, limit: int, tries: int) -> bool:
+    """Return whether jobs can be shared among the carriers so that all are done before `limit`; True if it takes long.
 
     Parameters
     ----------
@@ -178,7 +179,8 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
         jobs[col.TRIED, 0] = -1
     while 0 <= level < size:
         errand, c = jobs[col.ERRAND, level], jobs[col.TRIED, level]
-        if c >= 0 and not _has_another(jobs, level, c):
+        # Undo the assignment tried before, unless another job of the same errand needs it.
+        if c >= 0 and not _has_same_errand(jobs, level, c):
             loads[col.BUSY, c] -= jobs[col.TAKES, level]
             loads[col.TOURED, c] ^= 1 << errand
         c += 1
@@ -187,7 +189,7 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
                 state[c, 2]
                 + errands.tours[errands.like[c], loads[col.ABOARD, c], state[c, 0], loads[col.TOURED, c] | 1 << errand]
             )
-            if _has_another(jobs, level, c) or time + loads[col.BUSY, c] + jobs[col.TAKES, level] < limit:
+            if _has_same_errand(jobs, level, c) or time + loads[col.BUSY, c] + jobs[col.TAKES, level] < limit:
                 break
             c += 1
         if c == carriers:
@@ -196,7 +198,7 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
         tries -= 1
         if tries < 0:
             return True
-        if not _has_another(jobs, level, c):
+        if not _has_same_errand(jobs, level, c):
             loads[col.BUSY, c] += jobs[col.TAKES, level]
             loads[col.TOURED, c] |= 1 << errand
         jobs[col.TRIED, level] = c
@@ -207,7 +209,7 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
 
 
 @inlined
-def _has_another(jobs: Ints, level: int, c: int) -> bool:
+def _has_same_errand(jobs: Ints, level: int, c: int) -> bool:
     i = level - 1
     while i >= 0 and jobs[col.ERRAND, i] == jobs[col.ERRAND, level]:
         if jobs[col.TRIED, i] == c:

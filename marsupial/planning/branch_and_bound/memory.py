@@ -1,4 +1,9 @@
-"""A bounded memory of states that have been entered, to recognise those that are no better."""
+"""A bounded memory of the states entered, to recognise those that are dominated.
+
+A hash table of buckets. A state is put in canonical form first: interchangeable robots are sorted, so that states that
+differ only in who is who become equal. The key of the table tells where all robots are and which targets are left; the
+times are compared one by one. A full bucket loses an entry: that costs time, and never a plan.
+"""
 
 from __future__ import annotations
 
@@ -11,57 +16,59 @@ from marsupial.planning.branch_and_bound.tables import Tables
 
 BUCKET = 16
 CODE_BITS, SET_BITS = 6, 12
-CODES = 10
-"""How many of them there are in a word."""
+CODES_PER_WORD = 10
+"""Codes of rovers' positions per word."""
 
 MAX_CARRIERS, MAX_ROVERS, MAX_CODES, MAX_TARGETS = 8, 24, 1 << CODE_BITS, SET_BITS
 
 
 def entry_size(robots: int, carriers: int) -> int:
-    """Return how many numbers an entry has for so many robots, the carriers among them."""
+    """Return the size of an entry for a number of robots, the carriers among them."""
     return _words(robots, carriers) + robots + 2
 
 
 @inlined
 def _words(robots: int, carriers: int) -> int:
-    return 1 + max(1, -(-(robots - carriers) // CODES))
+    return 1 + max(1, -(-(robots - carriers) // CODES_PER_WORD))
 
 
 @inlined
-def remember(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, key: int, steps: int) -> bool:
-    """Return whether a state is no better than one in memory; if it is, put it there.
+def is_dominated(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, key: int, steps: int) -> bool:
+    """Return whether a state is dominated by one in memory; if not, store it.
 
     Parameters
     ----------
     memory
-        (entries, `entry_size`): words that tell where all robots are and what is left, when the robots are ready, the
-        key of the last event, and how many events led there if that counts (`steps`). 0 words: free.
+        (entries, `entry_size`): words that code where all robots are and which targets are left, when each robot is
+        ready, the key of the last event, and the number of events so far if that counts (`steps`). Free if 0.
     order
-        (2, `entry_size`), scratch: robots in canonical order; the new entry.
+        (2, `entry_size`), scratch: robots in canonical order, and the new entry.
     """
     robots, carriers = len(state), tables.carriers
     words = _words(robots, carriers)
+    # Carriers first: the codes of rovers aboard refer to their ranks.
     ranks, entry = order[0], order[1]
     for r in range(carriers):
-        _place(tables, ranks, state, 0, r, carriers)
+        _insert_by_rank(tables, ranks, state, 0, r, carriers)
     entry[0] = left + 1
     for i in range(carriers):
         c = ranks[i]
         entry[0] |= state[c, col.WHERE] << (SET_BITS + 1 + CODE_BITS * i)
         entry[words + i] = state[c, col.SINCE]
     for r in range(carriers, robots):
-        _place(tables, ranks, state, carriers, r, carriers)
+        _insert_by_rank(tables, ranks, state, carriers, r, carriers)
+    # A leading 1 keeps these words from being 0, which marks a free entry.
     entry[1:words] = 1
     for i in range(carriers, robots):
-        v, word = ranks[i], 1 + (i - carriers) // CODES
-        entry[word] = entry[word] << CODE_BITS | _code(tables, ranks, state, v)
+        v, word = ranks[i], 1 + (i - carriers) // CODES_PER_WORD
+        entry[word] = entry[word] << CODE_BITS | _place_code(tables, ranks, state, v)
         entry[words + i] = 0 if state[v, col.ON] >= 0 else state[v, col.SINCE]
     entry[words + robots], entry[words + robots + 1] = key, steps
-    return _enter(memory, entry, words)
+    return _find_or_store(memory, entry, words)
 
 
 @inlined
-def _code(tables: Tables, ranks: Ints, state: Ints, v: int) -> int:
+def _place_code(tables: Tables, ranks: Ints, state: Ints, v: int) -> int:
     if state[v, col.ON] < 0:
         return state[v, col.WHERE]
     for i in range(tables.carriers):
@@ -71,30 +78,30 @@ def _code(tables: Tables, ranks: Ints, state: Ints, v: int) -> int:
 
 
 @inlined
-def _place(tables: Tables, ranks: Ints, state: Ints, first: int, r: int, carriers: int) -> None:
-    """Insert robot `r` into the order among those like it before."""
+def _insert_by_rank(tables: Tables, ranks: Ints, state: Ints, first: int, r: int, carriers: int) -> None:
+    """Insert robot `r` into the canonical order, among those that it is interchangeable with."""
     at = r
-    while at > first and _before(tables, ranks, state, r, ranks[at - 1], carriers):
+    while at > first and _ranks_before(tables, ranks, state, r, ranks[at - 1], carriers):
         ranks[at] = ranks[at - 1]
         at -= 1
     ranks[at] = r
 
 
 @inlined
-def _before(tables: Tables, ranks: Ints, state: Ints, one: int, other: int, carriers: int) -> bool:
+def _ranks_before(tables: Tables, ranks: Ints, state: Ints, one: int, other: int, carriers: int) -> bool:
     if tables.traits[one, col.TWIN] != tables.traits[other, col.TWIN]:
         return False
     if one < carriers:
         a, b = state[one, col.WHERE], state[other, col.WHERE]
         if a == b:
-            a, b = _cargo(tables, state, one), _cargo(tables, state, other)
+            a, b = _rovers_aboard(tables, state, one), _rovers_aboard(tables, state, other)
     else:
-        a, b = _code(tables, ranks, state, one), _code(tables, ranks, state, other)
+        a, b = _place_code(tables, ranks, state, one), _place_code(tables, ranks, state, other)
     return a < b or (a == b and state[one, col.SINCE] < state[other, col.SINCE])
 
 
 @inlined
-def _cargo(tables: Tables, state: Ints, c: int) -> int:
+def _rovers_aboard(tables: Tables, state: Ints, c: int) -> int:
     cargo = 0
     for v in range(tables.carriers, len(state)):
         if state[v, col.ON] == c:
@@ -103,7 +110,7 @@ def _cargo(tables: Tables, state: Ints, c: int) -> int:
 
 
 @inlined
-def _enter(memory: Ints, entry: Ints, words: int) -> bool:
+def _find_or_store(memory: Ints, entry: Ints, words: int) -> bool:
     width = memory.shape[1]
     x = np.uint64(entry[0]) * np.uint64(0x9E3779B97F4A7C15)
     for k in range(1, words):
@@ -111,6 +118,7 @@ def _enter(memory: Ints, entry: Ints, words: int) -> bool:
         x ^= x >> np.uint64(29)
         x *= np.uint64(0xBF58476D1CE4E5B9)
     x ^= x >> np.uint64(32)
+    # Only words that have to be equal are hashed, so states that may dominate each other are in one bucket.
     first = int(x % np.uint64(len(memory) // BUCKET)) * BUCKET
     free = -1
     for i in range(first, first + BUCKET):
@@ -131,6 +139,7 @@ def _enter(memory: Ints, entry: Ints, words: int) -> bool:
                 worse = False
         if better:
             return True
+        # The new state dominates this one, so it can take its place.
         if worse and free < 0:
             free = i
     if free < 0:

@@ -1,4 +1,4 @@
-"""The plan of what a search has found: docks and undocks, and the sets of targets explored before and after them."""
+"""Plans from what a search has found: docks and undocks, and the sets of targets explored before and after them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from marsupial.planning.local_search.encoding import ProblemData
 
 def plan_found(situation: Situation, data: ProblemData, tables: Tables, events: Ints, shares: Ints) -> Plan:
     """Return the plan of docks and undocks (n, 7) and of the sets that the robots explore after them."""
-    tour = _Tour(situation, data, tables)
+    tour = _TourTimeline(situation, data, tables)
     for event in events:
         rover, carrier = int(event[col.ROVER]), int(event[col.CARRIER])
         meeting = int(tables.bases[tables.meetings[event[col.AT]]])
@@ -41,8 +41,8 @@ def plan_found(situation: Situation, data: ProblemData, tables: Tables, events: 
     return tour.timeline.plan
 
 
-class _Tour:
-    """A timeline to which robots are sent over sets of targets, by way of other places where that is shorter."""
+class _TourTimeline:
+    """A timeline on which robots tour sets of targets, by way of other places where that is shorter."""
 
     def __init__(self, situation: Situation, data: ProblemData, tables: Tables) -> None:
         self.timeline = Timeline.of(situation)
@@ -52,11 +52,11 @@ class _Tour:
         return self._situation.robots[self._tables.robots[robot]].name
 
     def go(self, robot: int, share: int, end: int | None) -> None:
-        """Send a robot over a set of targets to a place, or to none in particular."""
+        """Add the shortest tour of a robot over a set of targets to a place, or to any."""
         kind = int(self._tables.traits[robot, col.KIND])
         place = self._situation.place_index[self.timeline.at[self.name(robot)] or ""]
-        for stop in _order(self._tables.closure[kind], self._tables.targets, place, share, end):
-            for step in _way(self._data.leg[kind], self._tables.closure[kind], place, stop):
+        for stop in _shortest_order(self._tables.closure[kind], self._tables.targets, place, share, end):
+            for step in _shortest_way(self._data.leg[kind], self._tables.closure[kind], place, stop):
                 self._step(robot, step)
             place = stop
 
@@ -67,13 +67,14 @@ class _Tour:
             self.timeline.move(self.name(robot), self._situation.places[place])
 
 
-def _order(closure: Ints, targets: Ints, place: int, share: int, end: int | None) -> list[int]:
+def _shortest_order(closure: Ints, targets: Ints, place: int, share: int, end: int | None) -> list[int]:
     """Return the stops of the shortest tour over a set of targets and to an end."""
     chosen = np.array([t for j, t in enumerate(targets) if share >> j & 1], dtype=np.int64)
     stops = [] if end is None else [end]
     if not len(chosen):
         return stops
     between = np.ascontiguousarray(closure[np.ix_(chosen, chosen)])
+    # Times only are kept in the tables, so the order is found again backwards from the last stop.
     tours = shortest_tours(closure[place][chosen], between)
     left = len(tours) - 1
     last = int(np.argmin(tours[left] + (0 if end is None else closure[chosen, end])))
@@ -85,8 +86,8 @@ def _order(closure: Ints, targets: Ints, place: int, share: int, end: int | None
         last = int(np.argmin(np.minimum(tours[left] + between[:, last], 2 * NEVER)))
 
 
-def _way(leg: Ints, closure: Ints, place: int, end: int) -> Iterator[int]:
-    """Yield the places of the shortest way, the end last; nothing if it is there."""
+def _shortest_way(leg: Ints, closure: Ints, place: int, end: int) -> Iterator[int]:
+    """Yield the places of the shortest way, the end last; none if the robot is there."""
     while place != end:
         rest = np.where(np.arange(len(leg)) == place, 2 * NEVER, leg[place] + closure[:, end])
         rest[closure[place] >= NEVER] = 2 * NEVER

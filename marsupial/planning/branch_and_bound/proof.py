@@ -1,11 +1,16 @@
-"""What is known of a situation so far, and the searches that close the gap: one from above, one from below.
+"""Closing the gap between the best plan and the lower bound by two searches: one from above, one from below.
 
-The search from above is for any plan shorter than the best one. That is the quickest proof where the best plan is the
-shortest there is; where it is far from that, such a search loses itself among the many ways to be a little better. So
-if it takes long, another one takes turns with it that looks for plans that end before a moment little above the bound.
-There are few ways to do so much: either it soon ends, which raises the bound, and the next search is for somewhat
-longer plans, or it finds one. The first search that finds the shortest plan costs hardly more than its proof, and what
-one finds is the limit of the other.
+    bound ----- below_ms ------------------------ best plan
+      |------------->|                                |
+      from below: any plan in here?                   |
+      |<----------------------------------------------|
+      from above: any shorter plan at all?
+
+The search from above is the quickest proof if the best plan is optimal. If it is far from that, the search gets lost
+among the many ways to be a little better. So after a while a search from below alternates with it: for plans that end
+before a time slightly above the bound. There are few ways to be that fast, so it soon either ends, which raises the
+bound, and the next search has a higher limit; or it finds a plan. The search that finds the optimal plan costs hardly
+more than its proof. What one search finds is the limit of the other.
 """
 
 from __future__ import annotations
@@ -25,24 +30,27 @@ from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode
 
 STEP = 2000
-"""States that a search enters before it is asked what it has found."""
+"""States that a search enters in one step."""
 
 MEMORY_BYTES = 1 << 26
-"""For states that a search has met; there are two searches at most."""
+"""Memory of states per search; there are two searches at most."""
 
-PATIENCE = 20
-"""How many steps the search from above is alone."""
+STEPS_ALONE = 20
+"""Steps of the search from above before one from below joins."""
 
 STRIDES = 16
-"""The first search from below is for plans that end before this part of the gap."""
+"""The first search from below covers one part in this many of the gap."""
 
 SLOW, QUICK = 4, 2
-"""By how many times longer a search from below may take than the one before (a step at least): above the one the next
-stride is half as long, under the other it is twice as long."""
+"""Effort of a search from below relative to the one before: above the first number the next stride is halved, below the
+second it is doubled."""
 
 
-class Proof:
-    """The `best` plan, and the bound that no plan ends before; `latest` is asked for better plans of others."""
+class OptimalityProof:
+    """The `best` plan and the lower bound, and the searches that improve them.
+
+    `latest` returns the best plan of other engines, if any.
+    """
 
     def __init__(self, situation: Situation, best: Plan | None, latest: Callable[[], Plan | None]) -> None:
         self._situation, self._latest = situation, latest
@@ -52,69 +60,69 @@ class Proof:
         self._states, self._without_plan = 0, Outcome.TIMEOUT
 
     def plans(self, goes_on: Callable[[], bool]) -> Iterator[Plan]:
-        """Yield ever better plans until the last one is proven best or a step must not be made."""
+        """Yield ever better plans until the last one is proven optimal or `goes_on` returns False."""
         if self._best is None:
-            yield from self._any(goes_on)
+            yield from self._first_plan(goes_on)
         if self._best is None:
             return
         root = root_bound_ms(self._tables, self._best.makespan_ms + EPSILON_MS) - EPSILON_MS
         self._bound_ms = max(makespan_bound_ms(self._data), root)
-        yield from self._best_ones(goes_on)
+        yield from self._better_plans(goes_on)
 
     @property
     def _gap_ms(self) -> int:
         return 0 if self._best is None else self._best.makespan_ms - self._bound_ms
 
-    def _any(self, goes_on: Callable[[], bool]) -> Iterator[Plan]:
-        """Yield a plan as if nothing took time, if there is one."""
-        sweep = Sweep(timeless(self._tables), 0, keyed=False)
-        while sweep.goes_on and goes_on():
-            sweep.advance()
-            yield from self._found(sweep)
-        self._states += sweep.states
-        if not sweep.goes_on:
-            self._without_plan = Outcome.NO_PLAN if sweep.lost else Outcome.UNSOLVABLE
+    def _first_plan(self, goes_on: Callable[[], bool]) -> Iterator[Plan]:
+        """Yield a plan, if there is one, found as if nothing took time."""
+        search = BoundedSearch(timeless(self._tables), 0, keyed=False)
+        while search.goes_on and goes_on():
+            search.advance()
+            yield from self._new_plan(search)
+        self._states += search.states
+        if not search.goes_on:
+            self._without_plan = Outcome.NO_PLAN if search.incomplete else Outcome.UNSOLVABLE
 
-    def _best_ones(self, goes_on: Callable[[], bool]) -> Iterator[Plan]:
+    def _better_plans(self, goes_on: Callable[[], bool]) -> Iterator[Plan]:
         assert self._best is not None
-        above, below = Sweep(self._tables, self._best.makespan_ms), _Rise(self._tables)
+        above, below = BoundedSearch(self._tables, self._best.makespan_ms), _SearchesFromBelow(self._tables)
         steps = 0
-        while self._gap_ms > 0 and not above.lost and goes_on():
+        while self._gap_ms > 0 and not above.incomplete and goes_on():
             steps += 1
-            rising = below.sweep(self._bound_ms, self._gap_ms) if steps > PATIENCE else None
-            for sweep in (above, rising):
-                if sweep is not None:
-                    sweep.advance()
-                    yield from self._found(sweep)
-                    yield from self._adopted()
-                    self._note(sweep)
+            other = below.search(self._bound_ms, self._gap_ms) if steps > STEPS_ALONE else None
+            for search in (above, other):
+                if search is not None:
+                    search.advance()
+                    yield from self._new_plan(search)
+                    yield from self._plan_of_others()
+                    self._update(search)
         self._states += above.states + below.states
 
-    def _found(self, sweep: Sweep) -> Iterator[Plan]:
-        """Yield the last plan of a search if it is better."""
-        if self._best is not None and sweep.limit_ms >= self._best.makespan_ms:
+    def _new_plan(self, search: BoundedSearch) -> Iterator[Plan]:
+        """Yield the last plan of a search if it is better than the best one."""
+        if self._best is not None and search.limit_ms >= self._best.makespan_ms:
             return
-        if sweep.has_found:
-            self._best = plan_found(self._situation, self._data, self._tables, sweep.events, sweep.shares)
+        if search.has_plan:
+            self._best = plan_found(self._situation, self._data, self._tables, search.events, search.shares)
             yield self._best
 
-    def _adopted(self) -> Iterator[Plan]:
-        """Yield the plan of another engine if it is better."""
+    def _plan_of_others(self) -> Iterator[Plan]:
+        """Yield the plan of another engine if it is better than the best one."""
         plan = self._latest()
         if plan is not None and self._best is not None and plan.makespan_ms < self._best.makespan_ms:
             self._best = plan
             yield plan
 
-    def _note(self, sweep: Sweep) -> None:
-        """Take note of the end of a search, or let it know the best plan."""
+    def _update(self, search: BoundedSearch) -> None:
+        """Raise the bound if a search has ended; lower its limit to the best plan otherwise."""
         assert self._best is not None
-        if sweep.goes_on:
-            sweep.lower(self._best.makespan_ms)
-        elif not sweep.lost:
-            self._bound_ms = max(self._bound_ms, min(sweep.below_ms, self._best.makespan_ms))
+        if search.goes_on:
+            search.lower_limit(self._best.makespan_ms)
+        elif not search.incomplete:
+            self._bound_ms = max(self._bound_ms, min(search.below_ms, self._best.makespan_ms))
 
     def finished(self, elapsed_s: float) -> Finished:
-        """Return how it ended."""
+        """Return the result so far."""
         states = f"{self._states} states"
         if self._best is None:
             detail = _WITHOUT_PLAN[self._without_plan] + states
@@ -137,8 +145,8 @@ _WITHOUT_PLAN = {
 }
 
 
-class Sweep:
-    """A search for plans that end before `below_ms`, in steps. If it ends, none ends before the last one it found."""
+class BoundedSearch:
+    """A search in steps for plans that end before `below_ms`; when it ends, none is shorter than the last one found."""
 
     def __init__(self, tables: Tables, below_ms: int, *, keyed: bool = True) -> None:
         entries = MEMORY_BYTES // (8 * entry_size(len(tables.traits), tables.carriers))
@@ -147,38 +155,38 @@ class Sweep:
         self.goes_on = True
 
     def advance(self) -> None:
-        """Make a step."""
+        """Take a step."""
         self.goes_on = self.goes_on and advance(self._tables, self._search, STEP)
 
-    def lower(self, below_ms: int) -> None:
-        """Look only for plans that end before then."""
-        tallies = self._search.tallies
-        tallies[col.LIMIT] = min(tallies[col.LIMIT], below_ms + EPSILON_MS)
+    def lower_limit(self, below_ms: int) -> None:
+        """Search only for plans that end before `below_ms`."""
+        counters = self._search.counters
+        counters[col.LIMIT] = min(counters[col.LIMIT], below_ms + EPSILON_MS)
 
     @property
     def limit_ms(self) -> int:
-        """What plans have to end before: `below_ms`, the makespan of the last plan found, or what was told."""
-        return int(self._search.tallies[col.LIMIT]) - EPSILON_MS
+        """The time that plans have to end before: `below_ms`, the last plan's makespan, or a lower limit set."""
+        return int(self._search.counters[col.LIMIT]) - EPSILON_MS
 
     @property
-    def has_found(self) -> bool:
+    def has_plan(self) -> bool:
         """Whether it has found a plan."""
-        return bool(self._search.tallies[col.FOUND])
+        return bool(self._search.counters[col.FOUND])
 
     @property
-    def lost(self) -> bool:
+    def incomplete(self) -> bool:
         """Whether something was left out for lack of space, so that its end proves nothing."""
-        return bool(self._search.tallies[col.LOST])
+        return bool(self._search.counters[col.INCOMPLETE])
 
     @property
     def states(self) -> int:
-        """How many states it has entered."""
-        return int(self._search.tallies[col.NODES])
+        """The number of states entered."""
+        return int(self._search.counters[col.NODES])
 
     @property
     def events(self) -> Ints:
         """The docks and undocks (n, 7) of the last plan found."""
-        return self._search.best[1 : self._search.tallies[col.FOUND]]
+        return self._search.best[1 : self._search.counters[col.FOUND]]
 
     @property
     def shares(self) -> Ints:
@@ -186,38 +194,39 @@ class Sweep:
         return self._search.shares
 
 
-class _Rise:
-    """The searches from below, one after the other."""
+class _SearchesFromBelow:
+    """The searches from below, one after another, with strides that adapt to their effort."""
 
     def __init__(self, tables: Tables) -> None:
         self._tables = tables
-        self._sweep: Sweep | None = None
-        self._stride_ms, self._before, self._ended = 0, STEP, 0
+        self._current: BoundedSearch | None = None
+        self._stride_ms, self._previous_states, self._finished_states = 0, STEP, 0
 
     @property
     def states(self) -> int:
-        """How many states they have entered."""
-        return self._ended + (self._sweep.states if self._sweep is not None else 0)
+        """The number of states entered by all of them."""
+        return self._finished_states + (self._current.states if self._current is not None else 0)
 
-    def sweep(self, bound_ms: int, gap_ms: int) -> Sweep | None:
-        """Return the search that goes on, or the next one, or None if it would be the same as the one from above."""
-        if self._sweep is None:
+    def search(self, bound_ms: int, gap_ms: int) -> BoundedSearch | None:
+        """Return the current search, or the next one; None if that would be the same as the search from above."""
+        if self._current is None:
             self._stride_ms = max(1, gap_ms // STRIDES)
-        elif self._sweep.goes_on:
-            return self._sweep
-        elif self._sweep.lost:
+        elif self._current.goes_on:
+            return self._current
+        elif self._current.incomplete:
             return None
         else:
-            self._adapt(max(STEP, self._sweep.states))
+            self._adapt(max(STEP, self._current.states))
+        # It would be the search from above again.
         if self._stride_ms >= gap_ms:
             return None
-        self._ended = self.states
-        self._sweep = Sweep(self._tables, bound_ms + self._stride_ms)
-        return self._sweep
+        self._finished_states = self.states
+        self._current = BoundedSearch(self._tables, bound_ms + self._stride_ms)
+        return self._current
 
     def _adapt(self, states: int) -> None:
-        if states > SLOW * self._before:
+        if states > SLOW * self._previous_states:
             self._stride_ms = max(1, self._stride_ms // 2)
-        elif states < QUICK * self._before:
+        elif states < QUICK * self._previous_states:
             self._stride_ms *= 2
-        self._before = states
+        self._previous_states = states

@@ -1,8 +1,8 @@
-"""What a proof looks up: the shortest tours over sets of targets, for one robot alone, driving and being carried.
+"""Lookup tables: the shortest tours over sets of targets, for one robot that drives, or that is carried at will.
 
 A set of targets is a mask of bits in the order of the situation. Everything is computed on the metric closure of the
-legs: the checker lets a robot drive by way of meetings, homes and targets (never of starts), and nothing says that this
-is no shorter. A *base* is where a robot can stand between two events that matter to others: a start or a meeting.
+legs: a robot may drive by way of meetings, homes and targets (never of starts), and that may be shorter in a travel
+table. A *base* is where a robot can stand between two events that matter to others: a start or a meeting.
 """
 
 from __future__ import annotations
@@ -30,30 +30,30 @@ class Tables(NamedTuple):
         (robots, 5): `KIND` and so on.
     tour
         (types, bases, sets, meetings): ms to explore a set beginning at a base and ending at a meeting.
-    book
+    solo_times
         (rows, sets): ms until a robot has explored a set by itself and has nothing more to do. The rows are those of
-        `done_row`, `least_row` and `carried_row`; the last one is for those that can't explore anything.
+        `alone_row`, `relaxed_row` and `carried_row`; the last one is for robots that can't explore anything.
     able
         (types,): the set of targets that a type can explore.
-    beginning
-        (robots, 3): the state at the beginning.
+    root_state
+        (robots, 3): the state that the search begins with.
     carriers
-        How many there are.
+        The number of carriers.
     recover
         Whether all rovers have to end aboard.
     errands
-        What carriers have to do.
+        The least docks, undocks and visits of carriers.
     closure
-        (types, places, places): the shortest times to drive, by way of whatever.
+        (types, places, places): the shortest times to drive, by way of any places.
     bases, meetings, targets, robots
         Bases and targets as places, meetings as bases, robots as they are numbered in the situation.
     """
 
     traits: Ints
     tour: Ints
-    book: Ints
+    solo_times: Ints
     able: Ints
-    beginning: Ints
+    root_state: Ints
     carriers: int
     recover: bool
     errands: Errands
@@ -65,25 +65,25 @@ class Tables(NamedTuple):
 
 
 @inlined
-def done_row(tables: Tables, robot: int, base: int) -> int:
+def alone_row(tables: Tables, robot: int, base: int) -> int:
     """Return the row for a robot on the ground at a base that gets no help; a carrier ends at home."""
     return robot * len(tables.bases) + base
 
 
 @inlined
-def least_row(tables: Tables, robot: int, base: int) -> int:
-    """Return the row for a rover on the ground at a base that finds a carrier at any meeting whenever it wants one."""
+def relaxed_row(tables: Tables, robot: int, base: int) -> int:
+    """Return the row for a rover at a base that finds a carrier at any meeting whenever it wants one: a relaxation."""
     return (len(tables.traits) + robot) * len(tables.bases) + base
 
 
 @inlined
 def carried_row(tables: Tables, robot: int, kind: int, base: int) -> int:
-    """Return the row for such a rover when it is aboard a carrier of type `kind` that is at the base."""
+    """Return the row for the same rover aboard a carrier of type `kind` that is at the base."""
     return ((2 * len(tables.traits)) + robot * len(tables.able) + kind) * len(tables.bases) + base
 
 
 def tables_of(data: ProblemData) -> Tables:
-    """Return the tables of a situation of few targets: they are as many as there are sets of targets."""
+    """Return the tables of a situation; their size is exponential in the number of targets."""
     targets, meetings = data.members(given.TARGETS), data.members(given.MEETINGS)
     robots = np.concatenate([data.members(given.CARRIERS), data.members(given.ROVERS)])
     carriers = int(data.groups[given.CARRIERS, 0])
@@ -91,13 +91,13 @@ def tables_of(data: ProblemData) -> Tables:
     bases = np.concatenate([starts, meetings])
     closure = _closure(data, starts)
     exits = len(starts) + np.arange(len(meetings))
-    tour, book = _tours(data, closure, bases, exits, robots)
+    tour, solo_times = _tours(data, closure, bases, exits, robots)
     return Tables(
         traits=_traits(data, robots, carriers),
         tour=tour,
-        book=book,
+        solo_times=solo_times,
         able=(closure[:, bases][:, :, targets] < NEVER).any(axis=1) @ (1 << np.arange(len(targets))),
-        beginning=_beginning(data, robots, bases),
+        root_state=_root_state(data, robots, bases),
         carriers=carriers,
         recover=data.recover,
         errands=errands_of(data, closure, bases, robots[:carriers]),
@@ -110,54 +110,59 @@ def tables_of(data: ProblemData) -> Tables:
 
 
 def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: Ints) -> tuple[Ints, Ints]:
-    """Return `tour` and `book`."""
+    """Return `tour` and `solo_times`."""
     targets, carriers = data.members(given.TARGETS), int(data.groups[given.CARRIERS, 0])
     kinds, sets = len(closure), 1 << len(targets)
-    walks = [[shortest_tours(*_corner(closure[k], base, targets)) for base in bases] for k in range(kinds)]
+    walks = [[shortest_tours(*_tour_times(closure[k], base, targets)) for base in bases] for k in range(kinds)]
     tour = np.full((kinds, len(bases), sets, len(exits)), NEVER, dtype=np.int64)
     for k, b in np.ndindex(kinds, len(bases)):
-        tour[k, b] = _ended(closure[k], walks[k][b], int(bases[b]), targets, bases[exits])
-    done = np.full((len(robots), len(bases), sets), NEVER, dtype=np.int64)
-    least = done.copy()
+        tour[k, b] = _tours_to(closure[k], walks[k][b], int(bases[b]), targets, bases[exits])
+    alone = np.full((len(robots), len(bases), sets), NEVER, dtype=np.int64)
+    relaxed = alone.copy()
     carried = np.full((len(robots), kinds, len(bases), sets), NEVER, dtype=np.int64)
     for r, robot in enumerate(robots):
         k, home = data.robots[robot, given.TYPE], data.robots[robot, given.HOME : given.HOME + 1]
-        twin = next((q for q in range(carriers, r) if _alike(data, robots[q], robot)), -1)
+        twin = next((q for q in range(carriers, r) if _interchangeable(data, robots[q], robot)), -1)
+        # Interchangeable robots have equal rows.
         if twin >= 0:
-            done[r], least[r], carried[r] = done[twin], least[twin], carried[twin]
+            alone[r], relaxed[r], carried[r] = alone[twin], relaxed[twin], carried[twin]
             continue
         for b, base in enumerate(bases):
             if r < carriers and home[0] >= 0:
-                done[r, b] = _ended(closure[k], walks[k][b], int(base), targets, home)[:, 0]
+                alone[r, b] = _tours_to(closure[k], walks[k][b], int(base), targets, home)[:, 0]
             elif r < carriers or not data.recover:
-                done[r, b] = _open(walks[k][b])
+                alone[r, b] = _open_tours(walks[k][b])
         if r < carriers:
-            least[r] = done[r]
+            relaxed[r] = alone[r]
         else:
-            _optimistic(data, closure, int(robot), bases, exits, least[r], carried[r])
+            _fill_relaxed(data, closure, int(robot), bases, exits, relaxed[r], carried[r])
     nothing = np.full(sets, NEVER, dtype=np.int64)
     nothing[0] = 0
-    return tour, np.concatenate([rows.reshape(-1, sets) for rows in (done, least, carried, nothing)])
+    return tour, np.concatenate([rows.reshape(-1, sets) for rows in (alone, relaxed, carried, nothing)])
 
 
-def _ended(leg: Ints, walks: Ints, base: int, targets: Ints, ends: Ints) -> Ints:
-    """Return (sets, ends): tours from a base to each of the ends."""
+def _tours_to(leg: Ints, walks: Ints, base: int, targets: Ints, ends: Ints) -> Ints:
+    """Return (sets, ends): times of tours from a base to each of the ends."""
     return end_tours(walks, leg[base][ends], leg[np.ix_(targets, ends)])
 
 
-def _open(walks: Ints) -> Ints:
-    """Return (sets,): tours that end anywhere."""
+def _open_tours(walks: Ints) -> Ints:
+    """Return (sets,): times of tours that end anywhere."""
     return end_tours(walks, np.zeros(1, np.int64), np.zeros((walks.shape[1], 1), np.int64))[:, 0]
 
 
 def timeless(tables: Tables) -> Tables:
-    """Return the tables of the same situation with nothing taking any time."""
-    traits, beginning = tables.traits.copy(), tables.beginning.copy()
+    """Return the tables of the same situation where nothing takes any time, to search for any plan at all."""
+    traits, root_state = tables.traits.copy(), tables.root_state.copy()
     traits[:, [col.DOCKS, col.UNDOCKS]] = 0
-    beginning[:, col.SINCE] = 0
+    root_state[:, col.SINCE] = 0
     errands = tables.errands._replace(tours=_no_time(tables.errands.tours), docking=0, undocking=0)
     return tables._replace(
-        traits=traits, tour=_no_time(tables.tour), book=_no_time(tables.book), beginning=beginning, errands=errands
+        traits=traits,
+        tour=_no_time(tables.tour),
+        solo_times=_no_time(tables.solo_times),
+        root_state=root_state,
+        errands=errands,
     )
 
 
@@ -166,7 +171,7 @@ def _no_time(times: Ints) -> Ints:
 
 
 def _closure(data: ProblemData, starts: Ints) -> Ints:
-    """Return the shortest legs by way of any place that a robot can go to: not of starts."""
+    """Return the shortest legs by way of any place but starts, which nobody may go back to."""
     closure = data.leg.copy()
     closure[:, :, starts] = NEVER
     for k in range(len(closure)):
@@ -175,11 +180,11 @@ def _closure(data: ProblemData, starts: Ints) -> Ints:
     return closure
 
 
-def _corner(leg: Ints, base: int, targets: Ints) -> tuple[Ints, Ints]:
+def _tour_times(leg: Ints, base: int, targets: Ints) -> tuple[Ints, Ints]:
     return leg[base][targets], np.ascontiguousarray(leg[targets][:, targets])
 
 
-def _alike(data: ProblemData, one: int, other: int) -> bool:
+def _interchangeable(data: ProblemData, one: int, other: int) -> bool:
     return bool(
         data.robots[one, given.TYPE] == data.robots[other, given.TYPE]
         and data.robots[one, given.HOME] == data.robots[other, given.HOME]
@@ -194,11 +199,11 @@ def _traits(data: ProblemData, robots: Ints, carriers: int) -> Ints:
     traits = traits.reshape(-1, 5)
     for r, robot in enumerate(robots):
         first = 0 if r < carriers else carriers
-        traits[r, col.TWIN] = min(q for q in range(first, r + 1) if _alike(data, robots[q], robot))
+        traits[r, col.TWIN] = min(q for q in range(first, r + 1) if _interchangeable(data, robots[q], robot))
     return traits
 
 
-def _beginning(data: ProblemData, robots: Ints, bases: Ints) -> Ints:
+def _root_state(data: ProblemData, robots: Ints, bases: Ints) -> Ints:
     number, base = {int(r): i for i, r in enumerate(robots)}, {int(p): i for i, p in enumerate(bases)}
     rows = [
         (base.get(int(row[given.AT]), -1), number.get(int(row[given.ABOARD]), -1), int(row[given.READY]))
@@ -207,13 +212,14 @@ def _beginning(data: ProblemData, robots: Ints, bases: Ints) -> Ints:
     return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
 
-def _optimistic(
-    data: ProblemData, closure: Ints, rover: int, bases: Ints, exits: Ints, least: Ints, carried: Ints
+def _fill_relaxed(
+    data: ProblemData, closure: Ints, rover: int, bases: Ints, exits: Ints, relaxed: Ints, carried: Ints
 ) -> None:
-    """Enter a rover's `least` and `carried`."""
+    """Fill in the rows of a rover that is carried at will: `relaxed` and `carried`."""
     targets, meetings = data.members(given.TARGETS), bases[exits]
     hosts = [int(c) for c in data.members(given.CARRIERS) if data.robots[c, given.CAPACITY] > 0]
     docking, undocking = int(data.robots[rover, given.DOCKING]), int(data.robots[rover, given.UNDOCKING])
+    # Relaxation: between meetings a rover drives, or is carried at once by the fastest carrier.
     leg = closure[data.robots[rover, given.TYPE]].copy()
     for k in {int(data.robots[c, given.TYPE]) for c in hosts}:
         transport = closure[k][np.ix_(meetings, meetings)] + docking + undocking
@@ -231,11 +237,11 @@ def _optimistic(
         leave = np.min([*homes, np.full(len(meetings), NEVER)], axis=0) + docking
         ends = np.minimum((leg[:, meetings] + leave).min(axis=1, initial=NEVER), NEVER)
     for b, base in enumerate(bases):
-        tours = shortest_tours(*_corner(leg, base, targets))
-        least[b] = end_tours(tours, ends[base : base + 1], ends[targets][:, None])[:, 0]
+        tours = shortest_tours(*_tour_times(leg, base, targets))
+        relaxed[b] = end_tours(tours, ends[base : base + 1], ends[targets][:, None])[:, 0]
     for k in {int(data.robots[c, given.TYPE]) for c in hosts}:
         for b, base in enumerate(bases):
             down = closure[k][base][meetings] + undocking
             if len(exits):
-                carried[k, b] = np.minimum((down[:, None] + least[exits]).min(axis=0), NEVER)
+                carried[k, b] = np.minimum((down[:, None] + relaxed[exits]).min(axis=0), NEVER)
             carried[k, b, 0] = 0

@@ -1,4 +1,7 @@
-"""Shortest tours: over sets of targets to be explored, and over sets of errands of carriers, with rovers aboard."""
+"""Shortest tours by dynamic programming over sets: of targets, and of carriers' errands with rovers aboard.
+
+Both go through sets in the order of their masks: a subset has a smaller mask, so it is complete when it is needed.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from marsupial.planning.list_scheduling.costs import NEVER
 
 @native
 def close(leg: Ints) -> None:
-    """Lower square legs to the shortest times by way of any place (Floyd and Warshall)."""
+    """Lower square legs to the shortest times by way of any place (Floyd-Warshall)."""
     for k in range(len(leg)):
         for i in range(len(leg)):
             for j in range(len(leg)):
@@ -23,7 +26,7 @@ def close(leg: Ints) -> None:
 
 @native
 def shortest_tours(first: Ints, between: Ints) -> Ints:
-    """Return (sets, targets): the shortest time to be at each target last, having been at all of the set.
+    """Return (sets, targets): the shortest time to visit all of a set and be at a target last (Held-Karp).
 
     Parameters
     ----------
@@ -54,7 +57,7 @@ def shortest_tours(first: Ints, between: Ints) -> Ints:
 
 @native
 def end_tours(tours: Ints, straight: Ints, ends: Ints) -> Ints:
-    """Return (sets, ends): the shortest tours with the way to each end added.
+    """Return (sets, ends): the shortest tours including the way to each end.
 
     Parameters
     ----------
@@ -73,12 +76,12 @@ def end_tours(tours: Ints, straight: Ints, ends: Ints) -> Ints:
     return times
 
 
-ANY, LEFT = 0, 1
-"""Whether a rover has just been set down where a carrier is, and has to be picked up there."""
+ANY, ROVER_LEFT = 0, 1
+"""Whether a rover was just set down where the carrier is and has to be picked up there later."""
 
 
-class Legs(NamedTuple):
-    """Where a carrier drives on errands, in ms.
+class CarrierLegs(NamedTuple):
+    """The legs of a carrier on errands, in ms.
 
     Attributes
     ----------
@@ -96,16 +99,16 @@ class Legs(NamedTuple):
     ends: Ints
 
 
-class Rows(NamedTuple):
-    """What errands there are.
+class ErrandRows(NamedTuple):
+    """The errands there are.
 
     Attributes
     ----------
     points
         (rows, places): whether the errands of a row can be done at a place.
     up
-        (rows,): the bits for picking up, which are those for setting down or visiting, the numbers of the rows, where
-        there are too few.
+        (rows,): the bits for picking up. They are the numbers of the rows, the bits for setting down or visiting,
+        where bits are short.
     lag
         (rooms,): the least ms between setting down and picking up.
     rooms
@@ -122,10 +125,10 @@ class Rows(NamedTuple):
 
 
 @native
-def errand_tours(legs: Legs, rows: Rows, capacity: int, docking: int, recover: bool) -> Ints:
-    """Return (loads, bases, sets): the shortest tours over errands and to the end with so many rovers aboard at first.
+def errand_tours(legs: CarrierLegs, rows: ErrandRows, capacity: int, docking: int, recover: bool) -> Ints:
+    """Return (loads, bases, sets): the shortest tours over errands to the end with a number of rovers aboard at first.
 
-    To set a rover down a carrier needs one aboard: one picked up on an errand, or another one, which costs a dock.
+    To set a rover down a carrier needs one aboard: one picked up on an errand, or an extra one, which costs a dock.
     """
     first, between, points, up = legs.first, legs.between, rows.points, rows.up
     n, places = points.shape
@@ -137,15 +140,16 @@ def errand_tours(legs: Legs, rows: Rows, capacity: int, docking: int, recover: b
         for load in range(capacity, -1, -1):
             for e in range(n):
                 for q in range(places):
-                    after = _after(rest, rows, recover, load, s, e, q) if points[e, q] else NEVER
+                    after = _time_after(rest, rows, recover, load, s, e, q) if points[e, q] else NEVER
                     if after >= NEVER:
                         continue
                     for p in range(places):
                         rest[ANY, load, s, p] = min(rest[ANY, load, s, p], between[p, q] + after)
                         if not points[e, p]:
-                            rest[LEFT, load, s, p] = min(rest[LEFT, load, s, p], between[p, q] + after)
+                            rest[ROVER_LEFT, load, s, p] = min(rest[ROVER_LEFT, load, s, p], between[p, q] + after)
                     for b in range(len(first)):
                         tours[load, b, s] = min(tours[load, b, s], first[b, q] + after)
+            # An extra rover aboard may have been docked before, for the time of a dock.
             if load < capacity:
                 for p in range(places):
                     for mode in range(2):
@@ -154,13 +158,13 @@ def errand_tours(legs: Legs, rows: Rows, capacity: int, docking: int, recover: b
                     tours[load, b, s] = min(tours[load, b, s], tours[load + 1, b, s] + docking)
         for e in range(n):
             if up[e] != e and not s >> e & 1 and s >> up[e] & 1:
-                _wait(rest, between, points[e], s, 1 << up[e], rows.lag[e], docking)
+                _wait_for_rover(rest, between, points[e], s, 1 << up[e], rows.lag[e], docking)
     return tours
 
 
 @inlined
-def _wait(rest: Ints, between: Ints, points: Flags, errands: int, pick: int, lag: int, docking: int) -> None:
-    """Let a carrier that has just set a rover down wait to pick it up; other rovers it can pick up meanwhile."""
+def _wait_for_rover(rest: Ints, between: Ints, points: Flags, errands: int, pick: int, lag: int, docking: int) -> None:
+    """Allow a carrier that has just set a rover down to wait and pick it up, and other rovers meanwhile."""
     capacity, places = rest.shape[1] - 1, len(points)
     for load in range(capacity + 1):
         for p in range(places):
@@ -170,12 +174,12 @@ def _wait(rest: Ints, between: Ints, points: Flags, errands: int, pick: int, lag
                 for more in range(capacity + 1):
                     stay = max(between[p, q], lag, more * docking)
                     stay += rest[ANY, min(capacity, load + 1 + more), errands & ~pick, q]
-                    rest[LEFT, load, errands, p] = min(rest[LEFT, load, errands, p], stay)
+                    rest[ROVER_LEFT, load, errands, p] = min(rest[ROVER_LEFT, load, errands, p], stay)
 
 
 @inlined
-def _after(rest: Ints, rows: Rows, recover: bool, load: int, errands: int, row: int, place: int) -> int:
-    """Return the ms that errands take from when the first of them is done, one of that row at that place."""
+def _time_after(rest: Ints, rows: ErrandRows, recover: bool, load: int, errands: int, row: int, place: int) -> int:
+    """Return the ms that a set of errands takes after its first one, of that row at that place, is done."""
     capacity, up = rest.shape[1] - 1, rows.up
     if errands >> row & 1:
         left = errands & ~(1 << row)
@@ -185,7 +189,7 @@ def _after(rest: Ints, rows: Rows, recover: bool, load: int, errands: int, row: 
             return rest[ANY, capacity, left, place] if capacity > 0 else NEVER
         if load == 0:
             return NEVER
-        return rest[LEFT if up[row] != row and left >> up[row] & 1 else ANY, load - 1, left, place]
+        return rest[ROVER_LEFT if up[row] != row and left >> up[row] & 1 else ANY, load - 1, left, place]
     if up[row] != row and errands >> up[row] & 1 and capacity > 0:
         return rest[ANY, min(capacity, load + 1), errands & ~(1 << up[row]), place]
     return NEVER

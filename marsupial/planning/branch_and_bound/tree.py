@@ -1,4 +1,4 @@
-"""What a search remembers between calls: a frame for each level of the tree, and what has been found."""
+"""The state of a search: one frame per level of the tree, and the best plan found."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ from typing import NamedTuple
 from marsupial.arrays import Ints
 
 
-class Search(NamedTuple):
-    """What a search remembers between calls.
+class SearchState(NamedTuple):
+    """All that a search keeps between calls; `search` draws how levels and events belong together.
 
     Attributes
     ----------
     states
-        (levels, robots, 3): see `tables`.
+        (levels, robots, 3): `WHERE` and so on.
     levels
         (levels, 4): `LEFT` and so on.
     events
-        (n, 7): those listed for all levels up to the current one; `END` and so on.
+        (n, 7): the events listed for all levels up to the current one; `END` and so on.
     path
         (levels, 7): the event that led to each level.
     best
         (levels, 7): the path of the best plan.
     shares
-        (robots,): the sets that robots explore after it.
-    parts, scratch
+        (robots,): the sets that robots explore after the last event of `best`.
+    assignments, scratch
         See `cover`.
     jobs, loads
-        See `shared`.
-    tallies
+        See `can_share`.
+    counters
         (8,): `LEVEL` and so on.
     memory, order
-        See `remember`.
+        See `is_dominated`.
     """
 
     states: Ints
@@ -40,9 +40,9 @@ class Search(NamedTuple):
     path: Ints
     best: Ints
     shares: Ints
-    parts: Ints
+    assignments: Ints
     scratch: Ints
-    tallies: Ints
+    counters: Ints
     jobs: Ints
     loads: Ints
     memory: Ints

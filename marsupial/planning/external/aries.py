@@ -40,10 +40,10 @@ LONGEST_UNITS = 500
 """Units of time in the longest drive."""
 
 HORIZON_UNITS = 10_000_000
-"""Latest time Aries may use; its own default is below 10,000, beyond which it finds nothing and says nothing."""
+"""Latest time that Aries may use. Its own default is below 10,000; it silently finds nothing beyond."""
 
 EPSILON = Fraction(1, 10)
-"""What up-aries takes for the least gap; with any other value in the problem it drops proofs of its own."""
+"""The least gap that up-aries assumes; with any other value in the problem it drops its own proofs."""
 
 SMALL_SCHEMAS = 20
 """Up to here Aries is first asked for any plan: its anytime mode may keep to itself what it solves at once."""
@@ -65,7 +65,7 @@ INFO = EngineInfo(
 
 
 def aries(finder: Finder = find_spec) -> ProcessEngine:
-    """Return the engine; `finder` says which modules are installed."""
+    """Return the engine; `finder` looks up installed modules."""
     needs = (
         Requirement(module="unified_planning", distribution="unified-planning"),
         Requirement(module="up_aries", distribution="up-aries"),
@@ -80,7 +80,7 @@ def load_aries() -> None:
 
 
 def search(request: SearchRequest) -> Iterator[Plan | Finished]:
-    """Run Aries below this process: yield each of its plans and what it says at the end."""
+    """Run Aries in a child process; yield each of its plans and its final status."""
     os.environ.update(_SETTINGS)
     encoding = encode(request.situation)
     found, status = False, ""
@@ -118,7 +118,7 @@ def _ask(problem: Problem, seconds: float) -> Iterator[tuple[str, Any]]:
 
 
 def _answers(text: Any, until: float, *, anytime: bool) -> Iterator[Any]:
-    """Ask a server of its own (it serves once) until a moment; its death is raised as `ToolDied`."""
+    """Query a new server (each serves once) until a time limit; raise `ToolDied` if it dies."""
     import unified_planning.grpc.generated.unified_planning_pb2 as messages
     from grpc import RpcError  # type: ignore[import-untyped]
 
@@ -162,7 +162,7 @@ def _serve() -> tuple[subprocess.Popen[bytes], Any]:
 
 @dataclass(kw_only=True)
 class Encoding:
-    """Aries' problem and what its schemas and objects mean.
+    """Aries' problem and the meaning of its schemas and objects.
 
     Attributes
     ----------
@@ -185,7 +185,7 @@ def encode(situation: Situation) -> Encoding:
 
 
 class _AriesWriter:
-    """Writes the problem; objects have plain names of our own, so that any name may occur in a situation."""
+    """Writes the problem; objects get plain names, so that a situation may contain any name."""
 
     def __init__(self, situation: Situation) -> None:
         from unified_planning import shortcuts
@@ -205,7 +205,7 @@ class _AriesWriter:
         self._make_fluents()
 
     def write(self) -> Encoding:
-        """Write everything."""
+        """Write the whole problem."""
         for name in self.kinds:
             self._drives([robot for robot in self.situation.robots if robot.type == name], name)
         meets = {(a.name, a.robot, a.place, self._type_of(a.carrier)): a for a in self.words.meets()}
@@ -310,7 +310,7 @@ class _AriesWriter:
         self._add(schema, lambda names: replace(action, carrier=names[0]))
 
     def _count(self, schema: Any, load: Any, level: Any, capacity: int, docks: bool) -> None:
-        """Move the carrier's load by one level; nobody else does, as it takes part in one action at a time."""
+        """Change the load by one level; nothing else can meanwhile, as a carrier is in one action at a time."""
         step = self.up.Fluent(f"step_{schema.name}", self.up.BoolType(), level=self.level)
         after = self.up.Fluent(f"after_{schema.name}", self.level, level=self.level)
         self.problem.add_fluent(step, default_initial_value=False)

@@ -39,10 +39,10 @@ from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.processes.jobs import GIB, Job, JobLimits, death, ending_of
 
 PREFIX = "cmd:"
-"""What the names of these engines begin with; the rest is the command line."""
+"""Prefix of these engines' names; the rest is the command line."""
 
 GRACE_S = 0.2
-"""What a planner has, at the end of its budget, between TERM and KILL; a tenth of a budget below 2 s."""
+"""Time between TERM and KILL for a planner at the end of its budget; a tenth of a budget below 2 s."""
 
 _SLACK_S = 0.5
 _POLL_S = 0.02
@@ -70,7 +70,7 @@ class External(ProcessEngine):
         self._program = program if found is None else os.path.abspath(found)
 
     def job(self, request: SearchRequest) -> Job:
-        """Return the job that runs the command; it keeps the time by itself, its supervisor only if it fails to."""
+        """Return the job that runs the command; it keeps its time limit itself, its supervisor only if it fails to."""
         limits = JobLimits(
             wall_s=request.seconds + _SLACK_S,
             memory_bytes=self._memory_bytes,
@@ -101,14 +101,14 @@ def split_command(command: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CommandRun:
-    """What the child process gets: the command's words, places not yet filled, and what is asked."""
+    """The child process's input: the command's words with unfilled places, and the request."""
 
     words: tuple[str, ...]
     request: SearchRequest
 
 
 def search(run: CommandRun) -> Iterator[Plan | Finished]:
-    """Run the planner below this process: yield its plans, each better than the last, then how it ended."""
+    """Run the planner in a child process; yield its plans, each better than the last, then how it ended."""
     request = run.request
     grace_s = min(GRACE_S, request.seconds / 10)
     child = _Child(time.monotonic() + request.seconds - grace_s, grace_s)
@@ -144,7 +144,7 @@ def fill(words: Iterable[str], folder: Path) -> list[str]:
 
 
 class _Child:
-    """The planner's process, asked to end at the moment `until`; what it says last on stderr is kept."""
+    """The planner's process, terminated at `until`; the end of its stderr is kept."""
 
     def __init__(self, until: float, grace_s: float) -> None:
         self.stopped = False
@@ -156,7 +156,7 @@ class _Child:
 
     @property
     def returncode(self) -> int:
-        """As `subprocess` gives it, once `chunks` is over."""
+        """The return code of `subprocess`, once `chunks` has ended."""
         return 0 if self._process is None else self._process.wait()
 
     def start(self, words: list[str], folder: Path) -> None:
@@ -175,7 +175,7 @@ class _Child:
             self._selector.register(stream, selectors.EVENT_READ)
 
     def chunks(self) -> Iterator[bytes]:
-        """Yield what it prints, and nothing each time there is nothing for a moment, until it has ended."""
+        """Yield its output until it ends, and an empty chunk whenever it pauses."""
         assert self._process is not None
         while self._process.poll() is None:
             self._judge_time()
@@ -207,7 +207,7 @@ class _Child:
             self._signal(signal.SIGTERM)
 
     def end(self) -> None:
-        """Kill it if it is running; what it has started elsewhere is left to the job's supervisor."""
+        """Kill it if it is running; the job's supervisor ends what else it has started."""
         self._selector.close()
         if self._process is not None:
             self._signal(signal.SIGKILL)
@@ -241,7 +241,7 @@ def _as_ended(code: int, child: _Child) -> Outcome:
 
 
 def _can_be_solved(situation: Situation) -> bool:
-    """Say whether there is a plan after all: planners also call a problem unsolvable that they can't handle."""
+    """Return whether there is a plan after all: planners also call problems unsolvable that they can't handle."""
     from marsupial.planning.list_scheduling.greedy import serve  # imports numba
 
     plan, _ = serve(situation)

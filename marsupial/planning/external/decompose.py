@@ -23,12 +23,12 @@ from marsupial.model.situation import RobotState, Situation
 from marsupial.planning.matching import least_assignment
 
 NEVER = 1 << 50
-"""Time in ms that stands for not at all; many of them can be added."""
+"""Time in ms that means never; many of them can be added."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartSize:
-    """The most a part may hold.
+    """The largest size of a part.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class PartSize:
     seconds: float = 0.0
 
     def fits(self, situation: Situation) -> bool:
-        """Say whether the whole situation is no more than one part may hold."""
+        """Return whether the whole situation fits in one part."""
         return (
             len(situation.of_role(Role.CARRIER)) <= self.carriers
             and len(situation.of_role(Role.ROVER)) <= self.rovers
@@ -91,7 +91,7 @@ Crew = tuple[RobotState, ...]
 
 
 class _Times:
-    """How soon robots could be somewhere, in ms, others' doings left out."""
+    """When robots could be at places at the earliest, in ms, whatever the others do."""
 
     def __init__(self, situation: Situation) -> None:
         self.situation = situation
@@ -151,7 +151,7 @@ class _Times:
 
 
 def _crews(situation: Situation, times: _Times, limit: PartSize) -> list[Crew]:
-    """Return who works together: a carrier first in its crew, rovers by themselves alone."""
+    """Return the crews: a carrier first in each, and rovers that work alone."""
     carriers = situation.of_role(Role.CARRIER)
     rovers = situation.of_role(Role.ROVER)
     aboard = {carrier.name: [r for r in rovers if r.carrier == carrier.name] for carrier in carriers}
@@ -183,7 +183,7 @@ def _seats(
     out: list[RobotState],
     aboard: dict[str, list[RobotState]],
 ) -> dict[str, str]:
-    """Return, per rover on the ground, the carrier that brings it back: as soon as possible in sum, within capacity."""
+    """Return, per rover on the ground, the carrier that brings it back: least total time, within capacity."""
     seats = [
         carrier
         for carrier in carriers
@@ -215,7 +215,7 @@ def _nearest(
 
 
 def _share_targets(situation: Situation, times: _Times, crews: list[Crew], limit: PartSize) -> list[frozenset[str]]:
-    """Return each crew's targets: soonest pair first, a crew that has work already later by what it has."""
+    """Return each crew's targets: the soonest pair first, counting the work that a crew has already."""
     shares: list[set[int]] = [set() for _ in crews]
     if not len(situation.targets) or not crews:
         return [frozenset() for _ in crews]
@@ -234,7 +234,7 @@ def _share_targets(situation: Situation, times: _Times, crews: list[Crew], limit
 
 
 def _room(crew: Crew, limit: PartSize) -> int:
-    """Return how many targets a crew gets: one robot by itself two at most, as others may come to be nearer."""
+    """Return the number of targets of a crew: at most two for a single robot, as others may be nearer later."""
     return min(limit.targets, len(crew) + 1)
 
 

@@ -1,4 +1,4 @@
-"""An engine that plans part by part what another engine can't plan at once.
+"""An engine that plans situations in parts that are too big for another engine.
 
 Its plans serve the targets of the parts only, and of those only where the engine found a plan in time: the caller
 checks them with ``check(situation, plan, targets=plan.explored)`` and plans again when they are done. Two parts
@@ -44,7 +44,7 @@ class Decomposed:
 
     @property
     def info(self) -> EngineInfo:
-        """That of the engine inside; plans cover the parts' targets only, nothing is proven of the whole."""
+        """The engine's description; plans cover the parts' targets only, and nothing is proven of the whole."""
         inner = self._engine.info
         return replace(inner, summary=f"{inner.summary}; bigger situations in parts", proves_optimality=False)
 
@@ -66,7 +66,7 @@ class Decomposed:
         return self._in_parts(situation, limit, budget.seconds, objective)
 
     def _limit(self, situation: Situation, seconds: float) -> PartSize:
-        """Return the size of parts by what each may use: at least one part per carrier, a few at a time."""
+        """Return the size of parts by their time: at least one part per carrier, a few at a time."""
         rounds = math.ceil(len(situation.of_role(Role.CARRIER)) / AT_A_TIME)
         share = seconds / max(1, rounds)
         return next((limit for limit in self._limits if limit.seconds <= share), self._limits[-1])
@@ -91,7 +91,7 @@ class Decomposed:
 
 
 class _Parts:
-    """The parts being planned, a few at a time, until a moment of the clock."""
+    """The parts being planned, a few at a time, until a time limit."""
 
     def __init__(
         self, engine: Engine, parts: tuple[Situation, ...], objective: Objective, *, until: float, least_s: float
@@ -134,13 +134,13 @@ class _Parts:
         self._race.enter(str(i), lambda _: self._engine.solve(self._parts[i], share, objective=self._objective))
 
     def _share(self) -> Budget | None:
-        """Return what the next part may use: what is left of the time, shared by the rounds that are left."""
+        """Return the time for the next part: the time left, shared by the rounds left."""
         left = self._until - time.monotonic()
         seconds = min(left, max(self._least_s, left / math.ceil(len(self._waiting) / AT_A_TIME)))
         return Budget(seconds=seconds) if seconds > 0 else None
 
     def finished(self, elapsed_s: float) -> Finished:
-        """Return the end of the whole: parts with a plan count, else how the first part ended."""
+        """Return the joint result: by the parts with a plan, or else the first part's."""
         covered = len(frozenset().union(*(plan.explored for plan in self._best.values())))
         detail = f"{len(self._best)} of {len(self._parts)} parts planned, {covered} targets in them"
         failures = [f"part {i + 1}: {end.outcome}" for i, end in sorted(self._ends.items()) if i not in self._best]

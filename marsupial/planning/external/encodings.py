@@ -1,4 +1,4 @@
-"""What the encodings for single engines share: the actions that exist, who is interchangeable, what is scarce.
+"""The common part of all encodings: the actions that exist, interchangeable robots, scarce places aboard.
 
 An engine gets no action that can never be carried out: only drives along paths that exist between places the robot
 could ever get to, only docks where both can be. A drive out of a start takes as much longer as the robot is not yet
@@ -20,7 +20,7 @@ from marsupial.planning.reachability import reach
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchRequest:
-    """What a planner's child process gets: the situation, how many seconds it has, and a plan that is known."""
+    """The input of a planner's child process: the situation, its time in seconds, and a known plan."""
 
     situation: Situation
     seconds: float
@@ -28,7 +28,7 @@ class SearchRequest:
 
 
 class Vocabulary:
-    """The actions of a situation that can ever be carried out, each with its duration and start 0."""
+    """The actions of a situation that can ever be feasible, each with its duration and start 0."""
 
     def __init__(self, situation: Situation) -> None:
         self.situation = situation
@@ -38,7 +38,7 @@ class Vocabulary:
         self._reached: Mapping[str, Flags] = reach(situation)
 
     def can_be(self, robot: str, place: str) -> bool:
-        """Say whether `robot` could ever get to `place`."""
+        """Return whether `robot` could ever get to `place`."""
         return bool(self._reached[robot][self.situation.place_index[place]])
 
     def drives(self, robot: RobotState) -> Iterator[Action]:
@@ -65,11 +65,11 @@ class Vocabulary:
         return self.situation.type_by_name[carrier.type].capacity
 
     def is_scarce(self, carrier: RobotState) -> bool:
-        """Say whether the carrier has fewer places than there are rovers."""
+        """Return whether the carrier has fewer places than there are rovers."""
         return self.capacity(carrier) < len(self.rovers)
 
     def load(self, carrier: RobotState) -> int:
-        """Return how many rovers are aboard now."""
+        """Return the number of rovers aboard now."""
         return sum(rover.carrier == carrier.name for rover in self.rovers)
 
     def predecessors(self) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""What external planners say: plans in IPC format on stdout and in files, and that there is none.
+"""The output of external planners: plans in IPC format on stdout and in files, and claims that there is none.
 
 Each run of lines that are steps is a plan, and so is each file. Plans are timed again and checked; only what the
 checker accepts and is better than all before goes on, the rest is counted. A plan that is not complete yet, because
@@ -21,24 +21,24 @@ from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.schedule import retime
 
 PLAN_PREFIX = "plan"
-"""What the names of plan files begin with."""
+"""Prefixes of plan files' names."""
 
 TAIL_BYTES = 2000
-"""How much is kept of what was printed last."""
+"""Most of the last output kept."""
 
 _LAST_LINES = 3
 _LINE_LETTERS = 240
-"""How much of what a planner said last is told, of each line and in lines."""
+"""Most of the last output reported: characters of each line, and lines."""
 
 _COMPLAINT = re.compile(
     r"error|unknown|unrecogni[sz]ed|unsupported|invalid|fail|assert|no such|(?:can ?not|can't|could not) ",
     re.IGNORECASE,
 )
-"""What a line says that tells why there is no plan; some planners print all their options after it (POPF)."""
+"""Matches a line with the reason why there is no plan; some planners print all their options after it (POPF)."""
 
 _SCAN_S = 0.05
 _PLAN_BYTES = 4 << 20
-"""How much of one plan is read."""
+"""Most of one plan read."""
 
 _LINE_BYTES = 1 << 16
 
@@ -53,30 +53,30 @@ _UNSOLVABLE = re.compile(
 
 
 def last_words(errors: bytes, printed: bytes) -> str:
-    """Return the end of what was said on stderr and on stdout, to be put behind how the planner ended.
+    """Return the end of stderr and stdout, to be put behind how the planner ended.
 
     Of each the last lines, after the first that sounds like a complaint.
     """
-    told = [" | ".join(_telling(text.decode(errors="replace"))) for text in (errors, printed) if text.strip()]
-    return f", saying: {' || '.join(told)}" if told else ""
+    parts = [" | ".join(_last_lines(text.decode(errors="replace"))) for text in (errors, printed) if text.strip()]
+    return f", saying: {' || '.join(parts)}" if parts else ""
 
 
-def _telling(text: str) -> list[str]:
+def _last_lines(text: str) -> list[str]:
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     last = lines[-_LAST_LINES:]
     complaint = next((line for line in lines[:-_LAST_LINES] if _COMPLAINT.search(line)), None)
-    told = last if complaint is None or any(map(_COMPLAINT.search, last)) else [complaint, *last]
-    return [_shown(line) for line in told]
+    lines = last if complaint is None or any(map(_COMPLAINT.search, last)) else [complaint, *last]
+    return [_shown(line) for line in lines]
 
 
 def _shown(line: str) -> str:
-    """Return a line cut short, without what would steer a terminal."""
+    """Return a shortened line without control characters."""
     cut = line if len(line) <= _LINE_LETTERS else f"{line[:_LINE_LETTERS]}..."
     return "".join(letter if letter.isprintable() else "?" for letter in " ".join(cut.split()))
 
 
 class Printed:
-    """Cuts plans out of what is printed; `claim` is the line that says there is none, if one does."""
+    """Cuts plans out of printed output; `claim` is the line that says there is none, if any."""
 
     def __init__(self) -> None:
         self.claim: str | None = None
@@ -84,10 +84,10 @@ class Printed:
         self._line = b""
         self._steps: list[str] = []
         self._size = 0
-        self._told = 0
+        self._reported = 0
 
     def feed(self, chunk: bytes) -> Iterator[str]:
-        """Take what comes next and yield the plans that are complete with it."""
+        """Take the next chunk and yield the plans that it completes."""
         self.tail = (self.tail + chunk)[-TAIL_BYTES:]
         *lines, self._line = (self._line + chunk).split(b"\n")
         self._line = self._line[-_LINE_BYTES:]
@@ -105,18 +105,18 @@ class Printed:
         yield from self._flush()
 
     def _flush(self) -> Iterator[str]:
-        steps, self._steps, self._size, self._told = self._steps, [], 0, 0
+        steps, self._steps, self._size, self._reported = self._steps, [], 0, 0
         if steps:
             yield "\n".join(steps)
 
     def growing(self, chunk: bytes) -> Iterator[str]:
-        """Yield the plan that is not complete, once, where nothing more came."""
-        if not chunk and len(self._steps) > self._told:
-            self._told = len(self._steps)
+        """Yield the incomplete plan, once, when no more output came."""
+        if not chunk and len(self._steps) > self._reported:
+            self._reported = len(self._steps)
             yield "\n".join(self._steps)
 
     def rest(self) -> Iterator[str]:
-        """Yield what is left at the end."""
+        """Yield the plan left at the end."""
         yield from self.feed(b"\n")
         yield from self._flush()
 
@@ -130,7 +130,7 @@ class PlanFiles:
         self._looked = 0.0
 
     def changed(self) -> Iterator[str]:
-        """Yield what stands in files that are new or have changed since they were looked at."""
+        """Yield the texts of files that are new or changed since the last look."""
         if time.monotonic() - self._looked < _SCAN_S:
             return
         self._looked = time.monotonic()
@@ -142,7 +142,7 @@ class PlanFiles:
                     yield _steps_in(path)
 
     def all(self) -> Iterator[str]:
-        """Yield what stands in all of them."""
+        """Yield the texts of all files."""
         for path in self._paths():
             with contextlib.suppress(OSError):
                 yield _steps_in(path)
@@ -157,7 +157,7 @@ def _steps_in(path: Path) -> str:
 
 
 class PlanReader:
-    """Reads, times and checks plans, lets the better ones pass and notes what is wrong with others."""
+    """Reads, retimes and checks plans; passes the better ones on and notes what is wrong with others."""
 
     def __init__(self, situation: Situation, start: Plan | None = None) -> None:
         self._situation = situation
@@ -191,6 +191,6 @@ class PlanReader:
 
     @property
     def summary(self) -> str:
-        """How many plans were taken and why others were not."""
+        """The number of plans accepted, and why others were not."""
         words = f"{self.accepted} plan{'' if self.accepted == 1 else 's'} accepted"
         return f"{words}, {len(self.faults)} refused (first: {self.faults[0]})" if self.faults else words

@@ -27,15 +27,15 @@ from marsupial.processes.jobs import GIB, Ended, Ending, Job, JobLimits, Message
 from marsupial.wording import counted
 
 Search = Callable[..., Iterator[Plan | Finished]]
-"""A module's generator function that takes a `SearchRequest`, yields every plan it finds and may say how it ended."""
+"""A module's generator function that takes a `SearchRequest` and yields every plan, and possibly how it ended."""
 
 Finder = Callable[[str], object | None]
-"""Finds a module without importing it, as `importlib.util.find_spec` does."""
+"""Finds a module without importing it, like `importlib.util.find_spec`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Requirement:
-    """A module an engine needs, the distribution to install for it, and the first Python that has no wheels of it."""
+    """A module that an engine needs, the distribution to install, and the first Python without wheels of it."""
 
     module: str
     distribution: str
@@ -43,7 +43,7 @@ class Requirement:
 
 
 class ProcessEngine:
-    """An engine whose search is run in a child process.
+    """An engine that searches in a child process.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class ProcessEngine:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Events:
-        """Start the search and return its events; see `Engine`. The time counts once the libraries are loaded."""
+        """Start the search and return its events; see `Engine`. Its time begins once the libraries are loaded."""
         if self.info.missing is not None:
             raise EngineUnavailable(f"{self.info.name}: {self.info.missing}")
         request = self._request(situation, budget, objective, start)
@@ -85,7 +85,7 @@ class ProcessEngine:
         return Events(run, _follow(request, run))
 
     def solve_here(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Events:
-        """Search in this process instead, which has to be one that is limited and swept already.
+        """Search in this process instead, which has to be limited and cleaned up already.
 
         What the engine is missing shows as its search ends.
         """
@@ -99,7 +99,7 @@ class ProcessEngine:
         return SearchRequest(situation=situation, seconds=budget.seconds, start=start)
 
     def job(self, request: SearchRequest) -> Job:
-        """Return the job of one search; engines whose search takes more than a `SearchRequest` have their own."""
+        """Return the job of one search; engines override it if the search needs more than a `SearchRequest`."""
         limits = JobLimits(wall_s=request.seconds, memory_bytes=self._memory_bytes)
         return Job(function=self._search, argument=request, limits=limits)
 
@@ -111,7 +111,7 @@ class Events:
         self._run, self._steps = run, steps
 
     def __iter__(self) -> Events:
-        """Return itself."""
+        """Return self."""
         return self
 
     def __next__(self) -> Improved | Finished:
@@ -119,12 +119,12 @@ class Events:
         return next(self._steps)
 
     def cancel(self) -> None:
-        """Ask for the search to be ended; returns at once."""
+        """Request the end of the search; return at once."""
         if self._run is not None:
             self._run.cancel()
 
     def close(self) -> None:
-        """End the search if it is still running; when this returns nothing of it is left."""
+        """End the search if it is running; return when nothing of it is left."""
         if self._run is not None:
             self._run.close()
         self._steps.close()
@@ -199,7 +199,7 @@ def _finished(ended: Ended, said: Finished, incumbent: Incumbent) -> Finished:
 
 
 def _with_last_words(ended: Ended) -> str:
-    """Add the last line a crashed engine wrote, which is mostly its reason."""
+    """Append the last line that a crashed engine wrote, which is mostly the reason."""
     lines = [line.strip() for line in ended.output.splitlines() if line.strip()]
     if ended.ending is not Ending.CRASHED or not lines or lines[-1] in ended.detail:
         return ended.detail

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from unified_planning.model import DurativeAction, FNode, Problem
 
 WEIGHT = 0.9
-"""Of the heuristic in weighted A*; at 0.5 and below no plan comes in useful time."""
+"""Weight of the heuristic in weighted A*; at 0.5 and below no plan comes in useful time."""
 
 SHRINK = 0.9
-"""The next plan has to be done within this share of the time of the best one."""
+"""Largest makespan of the next plan, as a share of the best one's."""
 
 INFO = EngineInfo(
     name="tamer",
@@ -40,7 +40,7 @@ INFO = EngineInfo(
 
 
 def tamer(finder: Finder = find_spec) -> ProcessEngine:
-    """Return the engine; `finder` says which modules are installed."""
+    """Return the engine; `finder` looks up installed modules."""
     needs = (
         Requirement(module="unified_planning", distribution="unified-planning"),
         Requirement(module="up_tamer", distribution="up-tamer"),
@@ -55,7 +55,7 @@ def load_tamer() -> None:
 
 
 def search(request: SearchRequest) -> Iterator[Plan | Finished]:
-    """Run Tamer in this process: yield plans, each sooner done than the last, and what it says at the end."""
+    """Run Tamer in this process; yield plans, each shorter than the last, and its final status."""
     best: Plan | None = None
     below_ms = None if request.start is None else request.start.makespan_ms
     while True:
@@ -88,7 +88,7 @@ def _ask(problem: Problem) -> list[str] | None:
 
 
 def encode(situation: Situation, within_ms: int | None = None) -> tuple[Problem, Mapping[str, Action]]:
-    """Return Tamer's problem and what each of its actions means.
+    """Return Tamer's problem and the meaning of each of its actions.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def encode(situation: Situation, within_ms: int | None = None) -> tuple[Problem,
 
 
 class _TamerWriter:
-    """Writes the actions one by one; propositions come into being when first named."""
+    """Writes the actions one by one; propositions are created when first named."""
 
     def __init__(self, situation: Situation) -> None:
         from unified_planning.model import Problem
@@ -161,7 +161,7 @@ class _TamerWriter:
             durative.add_effect(self._start, self._is("released", rover), True)
 
     def start_and_goal(self, within_ms: int | None) -> None:
-        """Write what is true now and what has to become true."""
+        """Write the initial state and the goal."""
         for robot in self.situation.robots:
             where = ("at", robot.name, robot.place) if robot.carrier is None else ("on", robot.name, robot.carrier)
             self.problem.set_initial_value(self._is(*where), True)
@@ -196,7 +196,7 @@ class _TamerWriter:
         return durative
 
     def _change(self, durative: DurativeAction, old: FNode, new: FNode) -> None:
-        """Need `old` and take it away at the start, give `new` at the end: nobody else has either in between."""
+        """Require and delete `old` at the start, add `new` at the end: in between no other action has either."""
         durative.add_condition(self._start, old)
         durative.add_effect(self._start, old, False)
         durative.add_effect(self._end, new, True)

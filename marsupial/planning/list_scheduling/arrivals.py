@@ -1,6 +1,6 @@
 """When every robot could be at every meeting after a timeline: by itself, or with transports.
 
-Kept up to date with a timeline, since few robots change from one step to the next.
+Updated with the timeline robot by robot, since few robots change from one step to the next.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ class Arrivals:
     arrive_ms
         int64 (robots, meetings): when each could be ready at each meeting by itself; `NEVER` while it is carried.
     boarding_ms
-        int64 (carriers, meetings): from when a rover could dock: a full carrier makes room first.
+        int64 (carriers, meetings): when a rover could dock at the earliest; a full carrier makes room first.
     aboard
-        int64 (rovers,): which of the carriers each rover is aboard, -1 on the ground.
+        int64 (rovers,): the number of the carrier that each rover is aboard, -1 on the ground.
     docking_ms, undocking_ms
         int64 (robots,): from beginning to dock or undock to being ready again.
     """
@@ -57,19 +57,19 @@ class Arrivals:
         self._renew(timeline, range(len(types)))
 
     def advance(self, timeline: Timeline) -> list[int]:
-        """Go on to a timeline that has only more actions; return the robots that take part in them."""
+        """Update to a timeline with more actions; return the robots that take part in them."""
         new = timeline.actions[self._seen :]
         changed = sorted({self.row[robot] for action in new for robot in action.robots})
         self._renew(timeline, changed)
         return changed
 
     def landed(self, v: int) -> Times:
-        """Return when a rover that is aboard would be ready at each meeting, set down by its carrier."""
+        """Return when a rover aboard would be ready at each meeting if its carrier sets it down there."""
         carrier = self.row[self.timeline.on[self.robots[v]] or ""]
         return np.asarray(self.arrive_ms[carrier] + self.undocking_ms[v])
 
     def carried(self, k: int, arrive_ms: Times, v: int) -> Times:
-        """Return (meetings, meetings): when rover `v`, itself at meetings at times `arrive_ms`, is carried to others.
+        """Return (meetings, meetings): when rover `v`, at the first at `arrive_ms`, is ready at the second.
 
         `k` is the number of the carrier among the carriers.
         """
@@ -77,7 +77,7 @@ class Arrivals:
         return np.asarray(docked[:, None] + self.costs.transport[self.kinds[self.carriers[k]]] + self.undocking_ms[v])
 
     def relay(self, v: int, *, alone: bool = False) -> tuple[Times, dict[int, Transport]]:
-        """Search the earliest times at which a rover could be at each meeting with any number of transports.
+        """Find the earliest time at which a rover could be at each meeting, with transports (Bellman-Ford).
 
         With `alone` no carrier picks it up: it drives, set down before by the carrier it is aboard.
 
@@ -98,6 +98,7 @@ class Arrivals:
                 down = int(np.argmin(via[:, m]))
                 transports[int(m)] = Transport(carrier=on, pickup=None, set_down=names[down], then_to=names[m])
                 times[m] = via[down, m]
+        # Until nothing improves: a later transport may start from a meeting that an earlier one made reachable.
         better = not alone
         while better:
             better = False
@@ -130,7 +131,7 @@ class Arrivals:
                 self.boarding_ms[self._carrier_number[i]] = self._boarding(i)
 
     def _boarding(self, c: int) -> Times:
-        """Return from when a rover could dock on a carrier at each meeting."""
+        """Return when a rover could dock on a carrier at each meeting at the earliest."""
         name = self.robots[c]
         if self.capacity[c] == 0:
             return np.full(self.arrive_ms.shape[1], NEVER, dtype=np.int64)

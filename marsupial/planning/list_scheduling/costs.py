@@ -1,4 +1,4 @@
-"""Durations of driving as arrays, ready to be added up: the tables that list scheduling looks things up in."""
+"""Durations of driving as arrays that can be added up: the lookup tables of list scheduling."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Times = Ints
 Indices = Ints
 Mask = Flags
 NEVER = 1 << 56
-"""Any time from here on means that it can't be done; a dozen of them can be added without overflow."""
+"""Times from here on mean never; a dozen of them add up without overflow."""
 
 
 class Costs:
@@ -32,7 +32,7 @@ class Costs:
     stay
         (types, meetings, meetings): the same from a meeting.
     transport
-        The same for carriers, `NEVER` on the diagonal: a transport to nowhere is of no use.
+        The same with `NEVER` on the diagonal: a transport that goes nowhere is useless.
     """
 
     def __init__(self, situation: Situation) -> None:
@@ -47,6 +47,7 @@ class Costs:
             may = np.array([kind.name in target.explorers for target in situation.targets], dtype=np.bool_)
             self.explore[k] = np.where(may, drive[:, targets], NEVER)
             self.meet[k] = drive[:, meetings] + EPSILON_MS
+        # Staying takes no action, hence no gap between actions either.
         self.meet[:, meetings, np.arange(len(meetings))] = 0
         self.sortie: Times = np.ascontiguousarray(self.explore[:, meetings])
         self.stay: Times = np.ascontiguousarray(self.meet[:, meetings])
@@ -55,5 +56,5 @@ class Costs:
 
 
 def driving_ms(table: TravelTable) -> Times:
-    """Return how long the actions of a travel table last: at least 1 ms, `NEVER` without a path."""
+    """Return the durations of a travel table's actions: at least 1 ms, `NEVER` without a path."""
     return np.where(table == UNREACHABLE, NEVER, np.maximum(table, 1))

@@ -1,7 +1,7 @@
-"""Holes in travel tables: where there is no road from one place to another, but there is one by way of others.
+"""Holes in travel tables: pairs of places without a direct path, but with one by way of others.
 
-Travel times taken from a map have no such holes; those written by hand may. They are filled for those who plan with
-one drive at a time, and the plan is then told in the drives there are.
+Travel times taken from a map have no such holes; those written by hand may. List scheduling plans with one drive at a
+time, so holes are filled for it, and its plan is then expanded to the drives that exist.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from marsupial.planning.list_scheduling.costs import NEVER, Indices, driving_ms
 
 
 class Detours:
-    """A situation whose holes are filled.
+    """A situation with its holes filled.
 
     Attributes
     ----------
     situation
-        The situation with, in every hole that there is a way round, the time that takes by way of meetings and homes,
-        gaps between actions included; the situation as it was where there is none.
+        The situation with each hole filled, where that is possible, by the time of a detour over meetings and homes,
+        gaps between actions included; the situation itself if it has no such holes.
     """
 
     def __init__(self, situation: Situation) -> None:
@@ -37,8 +37,8 @@ class Detours:
             self._hops = {kind: hops for kind, (_, hops) in filled.items()}
             self.situation = replace(situation, travel_ms=tables)
 
-    def told(self, plan: Plan) -> Plan:
-        """Return a plan for the filled situation as one for the situation as it was."""
+    def expanded(self, plan: Plan) -> Plan:
+        """Return a plan for the filled situation as one for the original situation."""
         return Plan.of(drive for action in plan.actions for drive in self._drives(action)) if self._hops else plan
 
     def _drives(self, action: Action) -> Iterator[Action]:
@@ -57,9 +57,10 @@ class Detours:
 
 
 def _has_detour(table: TravelTable, stops: Indices) -> bool:
-    """Say whether somewhere there is no road but one with a single stop; if not, then none with more stops either."""
+    """Return whether some hole has a detour with a single stop; if none has, no hole has one with more stops."""
     roads = table != UNREACHABLE
     np.fill_diagonal(roads, True)
+    # Packed rows: a stop makes a detour if it reaches what some place that reaches the stop does not.
     packed = np.packbits(roads, axis=1)
     return any((packed[stop] & ~packed[roads[:, stop]]).any() for stop in stops)
 

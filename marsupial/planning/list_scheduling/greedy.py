@@ -1,10 +1,10 @@
-"""The engine that always answers: list scheduling, one target after the other, then the rest of the goal.
+"""The engine that always answers: list scheduling of targets one by one, then of the rest of the goal.
 
 Each step takes the target that can be explored soonest, by the insertion that does so
 (`marsupial.planning.list_scheduling.insertions`), and adds its actions to the timeline; rovers are then picked up and
-carriers drive home (`marsupial.planning.list_scheduling.recovery`). What this does badly is to leave far targets for
-the end. So it is done over in a few rounds, each of which gives the target that came last a head start of half the
-makespan (the squeaky wheel gets the grease); the shortest plan stays.
+carriers drive home (`marsupial.planning.list_scheduling.recovery`). Its weakness is that it leaves far targets for the
+end. So there are a few rounds; each gives the target that came last in the one before a head start of half the makespan
+(the squeaky wheel gets the grease). The shortest plan is kept.
 
 References
 ----------
@@ -34,7 +34,7 @@ from marsupial.planning.list_scheduling.transports import follow, transport
 from marsupial.planning.reachability import hopeless_targets, impossible, reach
 
 ROUNDS = 8
-"""How many plans are made at most; beyond that little is gained."""
+"""Most plans made; more of them gain little."""
 
 
 class Greedy:
@@ -50,8 +50,8 @@ class Greedy:
     ) -> Iterator[Improved | Finished]:
         """Yield `start` if there is one, the plans that are shorter, then `Finished`; see `Engine`.
 
-        The first round is always finished, so that there is an answer however small the budget; no other is begun that
-        would, at the pace so far, end too late.
+        The first round is always finished, so there is an answer however small the budget. No other round is begun
+        that would end too late at the pace so far.
         """
         self.info.require(objective)
         begun = self._clock()
@@ -79,33 +79,33 @@ class Greedy:
 
 
 def serve(situation: Situation, start: Plan | None = None) -> tuple[Plan, frozenset[str]]:
-    """Return a plan that does what it can, and the names of the targets it leaves out: see `Listing.serve`."""
+    """Return a plan that reaches as much of the goal as it can, and the targets left out: see `Listing.serve`."""
     return Listing(situation).serve(start)
 
 
 class Listing:
-    """List scheduling in one situation; the tables it looks things up in are made once."""
+    """List scheduling in one situation; its lookup tables are made once."""
 
     def __init__(self, situation: Situation) -> None:
         self._detours = Detours(situation)
         self._costs = Costs(self._detours.situation)
 
     def serve(self, start: Plan | None = None) -> tuple[Plan, frozenset[str]]:
-        """Return a plan that does what it can, and the names of the targets it leaves out.
+        """Return a plan that reaches as much of the goal as it can, and the names of the targets left out.
 
-        The plan can be carried out (`check` with the targets it explores finds nothing wrong), though of the rest of
-        the goal it reaches only what it can: some rovers may stay on the ground, some carriers away from home.
+        The plan is feasible (`check` with the targets it explores finds nothing wrong), but some rovers may stay on the
+        ground and some carriers away from home.
 
         Parameters
         ----------
         start
-            A plan that can be carried out: it is kept, and what it leaves is added at its end.
+            A feasible plan: it is kept, and what it leaves undone is added behind it.
         """
         plan = next(self.drafts(start)).plan
         return plan, frozenset(target.name for target in self._detours.situation.targets) - plan.explored
 
     def drafts(self, start: Plan | None = None) -> Iterator[_GreedyPlan]:
-        """Yield one plan per round without end, all with the actions of `start` first.
+        """Yield one plan per round, endlessly, each with the actions of `start` first.
 
         Each round gives the target that came last a head start.
         """
@@ -124,7 +124,7 @@ class Listing:
             if goal.return_home:
                 trouble = go_home(timeline)
                 complaint = complaint or trouble
-            yield _GreedyPlan(plan=self._detours.told(timeline.plan), complaint=complaint)
+            yield _GreedyPlan(plan=self._detours.expanded(timeline.plan), complaint=complaint)
             if last is None:
                 return
             head_start_ms[last] += timeline.plan.makespan_ms // 2 + 1
@@ -132,7 +132,7 @@ class Listing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _GreedyPlan:
-    """A plan, and a sentence on what of the goal it does not reach: empty if nothing."""
+    """A plan, and a sentence about the part of the goal that it does not reach; empty if it reaches all."""
 
     plan: Plan
     complaint: str
@@ -151,7 +151,7 @@ def _last_explored(timeline: Timeline) -> str:
 
 
 def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Timeline, list[str]]:
-    """Add the exploring of every target that can be served; return the timeline and the names of the others."""
+    """Explore every target that insertions can serve; return the timeline and the names of the others."""
     names = [target.name for target in timeline.situation.targets]
     explored = timeline.explored
     if explored.issuperset(names):
@@ -159,12 +159,14 @@ def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Ti
     insertions = Insertions(timeline, costs, np.array([name not in explored for name in names], dtype=np.bool_))
     while insertions.left.any():
         done, numbers = insertions.soonest()
+        # A head start counts as if the target could be explored that much sooner.
         target = int(np.argmin(np.where(done < NEVER, done - head_start_ms, NEVER)))
         if done[target] < NEVER:
-            _take(insertions, int(numbers[target]), target, names[target])
+            _insert(insertions, int(numbers[target]), target, names[target])
             insertions.advance()
             insertions.left[target] = False
             continue
+        # No insertion with a single transport is left: try chains of them, which cost more to search.
         relayed = _relay_to_target(insertions, names)
         if relayed is None:
             break
@@ -173,7 +175,7 @@ def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Ti
     return insertions.timeline, [name for name, left in zip(names, insertions.left, strict=True) if left]
 
 
-def _take(insertions: Insertions, number: int, target: int, name: str) -> None:
+def _insert(insertions: Insertions, number: int, target: int, name: str) -> None:
     robot, carrier = insertions.explorer(number)
     if carrier is not None:
         transport(insertions.timeline, robot, insertions.journey(robot, carrier, target))
@@ -181,7 +183,7 @@ def _take(insertions: Insertions, number: int, target: int, name: str) -> None:
 
 
 def _relay_to_target(insertions: Insertions, names: list[str]) -> tuple[Timeline, int] | None:
-    """Return the timeline with one more target explored by several transports in a row, or None if none can be."""
+    """Return the timeline with one more target explored after several transports in a row, or None."""
     options, known = [], insertions.arrivals
     for i in known.rovers:
         sortie = np.where(insertions.left, insertions.costs.sortie[known.kinds[i]], NEVER)

@@ -1,4 +1,4 @@
-"""The compiled part of list scheduling: transports of all rovers on all carriers, and what is soonest. Times in ms."""
+"""The compiled part of list scheduling: transports of all rovers on all carriers, and the soonest insertions, in ms."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from marsupial.native import native
 from marsupial.planning.list_scheduling.costs import NEVER
 
 
-class Fleet(NamedTuple):
-    """What does not change of the robots of a situation.
+class RobotArrays(NamedTuple):
+    """The robots of a situation, as far as they never change.
 
     Attributes
     ----------
@@ -33,21 +33,21 @@ class Fleet(NamedTuple):
 
 @native
 def renew_landed(
-    fleet: Fleet, landed: Ints, stale: Flags, aboard: Ints, arrive: Ints, boarding: Ints, transport: Ints
+    robots: RobotArrays, landed: Ints, stale: Flags, aboard: Ints, arrive: Ints, boarding: Ints, transport: Ints
 ) -> None:
     """Recompute (1 + carriers, rovers, meetings) `landed`, see `Insertions`, where robots are `stale` (robots,).
 
     `aboard`, `arrive` and `boarding` are those of `Arrivals`, `transport` is that of `Costs`.
     """
     n_meetings = arrive.shape[1]
-    carriers, rovers = fleet.carriers, fleet.rovers
+    carriers, rovers = robots.carriers, robots.rovers
     for k in range(len(rovers)):
         v, on = rovers[k], aboard[k]
         if stale[v] or (on >= 0 and stale[carriers[on]]):
             for m in range(n_meetings):
-                landed[0, k, m] = min(NEVER, arrive[carriers[on], m] + fleet.undocking[v]) if on >= 0 else NEVER
+                landed[0, k, m] = min(NEVER, arrive[carriers[on], m] + robots.undocking[v]) if on >= 0 else NEVER
     for c in range(len(carriers)):
-        between = transport[fleet.kinds[carriers[c]]]
+        between = transport[robots.kinds[carriers[c]]]
         for k in range(len(rovers)):
             v = rovers[k]
             if not (stale[v] or stale[carriers[c]]):
@@ -57,7 +57,7 @@ def renew_landed(
             if aboard[k] >= 0:
                 continue
             for pickup in range(n_meetings):
-                docked = max(boarding[c, pickup], arrive[v, pickup]) + fleet.docking[v] + fleet.undocking[v]
+                docked = max(boarding[c, pickup], arrive[v, pickup]) + robots.docking[v] + robots.undocking[v]
                 if docked < NEVER:
                     for m in range(n_meetings):
                         row[m] = min(row[m], docked + between[pickup, m])
@@ -67,7 +67,7 @@ def renew_landed(
 def soonest(
     alone: Ints, landed: Ints, aboard: Ints, rover_kinds: Ints, sortie: Ints, left: Flags, done: Ints, insertions: Ints
 ) -> None:
-    """Enter when each target that is left would be explored soonest, and by which insertion; among equals the first.
+    """Fill in the soonest time to explore each target left, and the insertion; the first of equal ones.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def soonest(
     sortie
         That of `Costs`.
     left
-        (targets,): which targets are left.
+        (targets,): whether each target is left.
     done, insertions
         (targets,): receive the times, `NEVER` where there is none, and the numbers of the insertions, -1 there.
     """
@@ -96,6 +96,7 @@ def soonest(
             if (s == 0) != (aboard[k] >= 0):
                 continue
             kind = rover_kinds[k]
+            # Rovers of one type are alike from the meeting on: only the soonest there counts.
             for m in range(meetings):
                 if landed[s, k, m] < ready[kind, m]:
                     ready[kind, m], first[kind, m] = landed[s, k, m], len(alone) + s * rovers + k
@@ -111,7 +112,7 @@ def soonest(
 
 @native
 def soonest_aboard(ready: Ints, carriers: Ints, docking: Ints, aboard: Ints) -> None:
-    """Enter when each rover could be aboard each carrier soonest, `NEVER` if not.
+    """Fill in the soonest time when each rover could be aboard each carrier, `NEVER` if it can't be.
 
     Parameters
     ----------

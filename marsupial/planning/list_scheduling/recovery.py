@@ -1,8 +1,8 @@
 """The end of a plan made step by step: every rover is picked up, every carrier drives home.
 
-Rovers are picked up in the order of who can be aboard soonest, but no pick-up takes a place that a rover left over
-would need: a matching of rovers to places is kept possible. Where that takes it, rovers are carried by others first, or
-one that is aboard is set down to be picked up by another carrier.
+The rover that can be aboard soonest is picked up first, unless that takes a place that another rover needs: a matching
+of the rovers left to free places has to stay possible. If need be, rovers are carried elsewhere first, or one aboard is
+set down to be picked up by another carrier.
 """
 
 from __future__ import annotations
@@ -23,10 +23,9 @@ from marsupial.planning.reachability import matching
 
 
 def recover(timeline: Timeline, costs: Costs) -> tuple[Timeline, str]:
-    """Add the picking up of every rover; return the timeline and a sentence on those left, if any.
+    """Pick up every rover; return the timeline and a sentence about those left, if any.
 
-    Where some are left, it is done over with those that need transports going first, before the carriers for
-    that are full.
+    If some are left, try again with those that need transports first, before the carriers for that are full.
     """
     recovered, left = _recovered(timeline, costs, transports_first=False)
     if left:
@@ -36,9 +35,10 @@ def recover(timeline: Timeline, costs: Costs) -> tuple[Timeline, str]:
 
 
 def _recovered(timeline: Timeline, costs: Costs, *, transports_first: bool) -> tuple[Timeline, list[str]]:
-    """Return the timeline with the picking up of every rover added, and the rovers left."""
+    """Return the timeline with rovers picked up, and the names of the rovers left."""
     known, stranded_ms = Arrivals(timeline, costs), _stranded_ms(timeline.situation)
-    for _ in range(3 * len(known.rovers)):  # transports on full carriers set others down, and might do so for ever
+    # Transports on full carriers set other rovers down, and could do so for ever.
+    for _ in range(3 * len(known.rovers)):
         if (known.aboard >= 0).all():
             break
         step = _Pickups(known, stranded_ms, transports_first=transports_first).next()
@@ -49,7 +49,7 @@ def _recovered(timeline: Timeline, costs: Costs, *, transports_first: bool) -> t
 
 
 def go_home(timeline: Timeline) -> str:
-    """Add the carriers' way home; return a sentence on the first that can't get there, if any."""
+    """Drive carriers home; return a sentence about the first that can't get there, if any."""
     complaint = ""
     for robot in timeline.situation.of_role(Role.CARRIER):
         if robot.home is None:
@@ -89,13 +89,14 @@ class _Pickups:
         With `every` only if all rovers that are out find one.
         """
         aboard_ms = self._aboard_ms(journeys)
-        seats = _seated(aboard_ms < NEVER, self.free)
+        seats = _most_placed(aboard_ms < NEVER, self.free)
         if every and seats < len(self.out):
             return None
         wanted = np.where(np.array(self.free) > 0, aboard_ms, NEVER)
         for row, k in self._in_order(wanted):
             free = [n - (i == k) for i, n in enumerate(self.free)]
-            if _seated(np.delete(aboard_ms, row, axis=0) < NEVER, free) + 1 < seats:
+            # This pick-up must not cost another rover its place.
+            if _most_placed(np.delete(aboard_ms, row, axis=0) < NEVER, free) + 1 < seats:
                 continue
             step = self._board(self.out[row], k, journeys[self.out[row]])
             if step is not None:
@@ -103,7 +104,7 @@ class _Pickups:
         return None
 
     def _in_order(self, aboard_ms: Times) -> Iterator[tuple[int, int]]:
-        """Yield the pairs of a rover that is out and a carrier, the soonest first; never those that can't be."""
+        """Yield the feasible pairs of a rover on the ground and a carrier, the soonest first."""
         untried = aboard_ms
         if self.transports_first:
             direct_ms = self._aboard_ms({v: self.known.relay(v, alone=True) for v in self.out})
@@ -112,12 +113,16 @@ class _Pickups:
         yield from _soonest_first(untried)
 
     def _make_room(self, out: Mapping[int, _Journey], *, alone: bool) -> Timeline | None:
-        """Return the timeline with a rover set down so that more can be aboard in the end, None if none helps."""
+        """Return the timeline with a rover set down so that more can be aboard in the end, or None if none helps."""
         aboard = [v for v in self.known.rovers if v not in out]
         journeys = {v: self.known.relay(v, alone=alone) for v in aboard} | dict(out)
-        options = {v: _by_time(times) for v, times in zip(journeys, self._aboard_ms(journeys), strict=True)}
+        options = {
+            v: [int(k) for k in np.argsort(times, kind="stable") if times[k] < NEVER]
+            for v, times in zip(journeys, self._aboard_ms(journeys), strict=True)
+        }
         own = {v: self.carriers.index(self.timeline.on[self.known.robots[v]] or "") for v in aboard}
         for v, k in own.items():
+            # Its own carrier first: a rover stays aboard unless its place is needed.
             options[v] = [k, *(other for other in options[v] if other != k)]
         chosen = dict(zip(options, matching(list(options.values()), self.places), strict=True))
         for v in aboard:
@@ -166,7 +171,7 @@ def _stranded_ms(situation: Situation) -> Times:
 
 
 def _soonest_first(times: Times) -> Iterator[tuple[int, int]]:
-    """Yield the indices of the entries before `NEVER`, in order of time; few of them are ever asked for."""
+    """Yield the indices of the entries before `NEVER`, in order of time; lazily, as few are ever used."""
     untried = times.copy()
     while untried.min(initial=NEVER) < NEVER:
         row, column = divmod(int(np.argmin(untried)), untried.shape[1])
@@ -174,12 +179,8 @@ def _soonest_first(times: Times) -> Iterator[tuple[int, int]]:
         yield row, column
 
 
-def _by_time(times: Times) -> list[int]:
-    return [int(k) for k in np.argsort(times, kind="stable") if times[k] < NEVER]
-
-
-def _seated(fits: Mask, places: Sequence[int]) -> int:
-    """Return how many rovers find a place; bool (rovers, carriers): who could go on which."""
+def _most_placed(fits: Mask, places: Sequence[int]) -> int:
+    """Return the most rovers that find a place; `fits` is (rovers, carriers): who could board which."""
     if fits[:, np.array(places) > 0].all():
         return min(len(fits), sum(places))
     options = [np.flatnonzero(row).tolist() for row in fits]

@@ -1,7 +1,7 @@
 """A plan under construction: actions are added at its end, each as early as its robots can.
 
-Holds where every robot is after its last action and from when it is ready. Driving to the place where an action
-begins is added by itself; no action that the checker would refuse can be added.
+It knows where every robot is after its last action and when it is ready. The drive to where an action begins is added
+automatically; an action that the checker would refuse can't be added.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Timeline:
         )
 
     def copy(self) -> Timeline:
-        """Return a copy that can go another way."""
+        """Return a copy that can be continued differently."""
         return replace(
             self,
             at=dict(self.at),
@@ -63,11 +63,11 @@ class Timeline:
         return frozenset(action.place for action in self.actions if action.name is ActionName.EXPLORE)
 
     def is_full(self, carrier: str) -> bool:
-        """Say whether no rover can dock on `carrier` now."""
+        """Return whether no rover can dock on `carrier` now."""
         return len(self.cargo[carrier]) >= self.situation.type_of(carrier).capacity
 
     def can_drive(self, robot: str, place: str) -> bool:
-        """Say whether `robot` is on the ground and at `place`, or can drive there."""
+        """Return whether `robot` is on the ground and at `place`, or can drive there."""
         at = self.at[robot]
         kind = self.situation.robot_by_name[robot].type
         return at is not None and (at == place or self.situation.travel(kind, at, place) is not None)
@@ -98,7 +98,7 @@ class Timeline:
         self._add(ActionName.UNDOCK, rover, meeting, carrier=carrier)
 
     def can(self, action: Action) -> bool:
-        """Say whether an action can be added as it is; explore and move leave from where their robot is."""
+        """Return whether an action can be added as it is; explore and move leave from where their robot is."""
         robot, carrier = action.robot, action.carrier
         if carrier is None:
             done = action.place == self.at[robot] or action.place in self.explored
@@ -110,7 +110,7 @@ class Timeline:
         return self.at[robot] == action.place and not self.is_full(carrier)
 
     def add(self, action: Action) -> None:
-        """Add an action that can be; its times, and where it leaves from, are of no account."""
+        """Add an action; its times and its origin are ignored."""
         self._add(action.name, action.robot, action.place, carrier=action.carrier)
 
     def _add(self, name: ActionName, robot: str, place: str, *, carrier: str | None = None) -> None:
@@ -129,6 +129,7 @@ class Timeline:
             origin=origin,
         )
         self.actions.append(action)
+        # A dock or undock keeps both robots busy, also the one that waited.
         for one in action.robots:
             self.ready_ms[one] = action.end_ms + EPSILON_MS
         self._enter(action)
@@ -143,7 +144,7 @@ class Timeline:
 
 
 def replay(situation: Situation, plan: Plan) -> Timeline:
-    """Return the timeline with the actions of a plan that can be carried out in `situation`."""
+    """Return the timeline with the actions of a plan that is feasible in `situation`."""
     timeline = Timeline.of(situation)
     for action in plan.actions:
         if action.name is ActionName.MOVE:
@@ -158,7 +159,7 @@ def replay(situation: Situation, plan: Plan) -> Timeline:
 
 
 def free_at_ms(situation: Situation, robot: RobotState) -> int:
-    """Return when a robot can act first; one that is aboard is bound to its carrier's time."""
+    """Return when a robot can act first; one aboard when its carrier can."""
     return (robot if robot.carrier is None else situation.robot_by_name[robot.carrier]).free_at_ms
 
 

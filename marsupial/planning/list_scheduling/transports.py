@@ -22,7 +22,7 @@ class Transport:
 
 
 def transport(timeline: Timeline, rover: str, stage: Transport) -> bool:
-    """Add a transport; False if it turns out that a robot has no path (the timeline then ends in the middle of it)."""
+    """Add a transport; return False if a robot has no path (the timeline then ends in the middle of it)."""
     if stage.pickup is not None:
         if not (timeline.can_drive(stage.carrier, stage.pickup) and timeline.can_drive(rover, stage.pickup)):
             return False
@@ -37,15 +37,16 @@ def transport(timeline: Timeline, rover: str, stage: Transport) -> bool:
 
 
 def board(timeline: Timeline, rover: str, carrier: str, meeting: str) -> None:
-    """Dock `rover`; a full carrier sets down its first rover there before."""
+    """Dock `rover`; a full carrier first sets down its first rover there."""
     if timeline.is_full(carrier):
         timeline.undock(timeline.cargo[carrier][0], meeting)
     timeline.dock(rover, carrier, meeting)
 
 
 def follow(timeline: Timeline, rover: str, meeting: int, transports: Mapping[int, Transport]) -> bool:
-    """Add the transports that bring `rover` to a meeting; False if one of them is not possible."""
+    """Add the transports that bring `rover` to a meeting; return False if one of them is not possible."""
     names = timeline.situation.meetings
+    # From the last transport back to the one that begins where the rover is.
     chain: list[Transport] = []
     at = meeting
     while at in transports:

@@ -96,13 +96,15 @@ def _rover_ends(
         leave[data.members(col.MEETINGS)] = (
             np.min(legs_home, axis=0)[data.members(col.MEETINGS)] + data.robots[rover, col.DOCKING]
         )
-    stay = 0 if on >= 0 else min((_least(np.maximum(ground, first) + leave) for first in boarding.values()), default=0)
+    stay = (
+        0
+        if on >= 0
+        else min(
+            (int((np.maximum(ground, first) + leave).min(initial=NEVER)) for first in boarding.values()), default=0
+        )
+    )
     relax(leave, np.ascontiguousarray(data.leg[data.robots[rover, col.TYPE]].T))
     return ground + leave, stay
-
-
-def _least(times: Ints) -> int:
-    return int(times.min(initial=NEVER))
 
 
 def _lower(data: ProblemData, rover: int, ground: Ints, carried: dict[int, Ints], boarding: dict[int, Ints]) -> None:

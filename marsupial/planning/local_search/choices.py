@@ -1,203 +1,211 @@
-"""Random choices among the nodes of a net, compiled."""
+"""Random choices of nodes and positions, about half of them guided; compiled.
+
+Uniform choices alone waste most moves of a large schedule on events that nothing waits for. So a node is chosen half of
+the time from a critical path: the chain of events, each waiting for the one before it, that ends with something late.
+The other half is uniform, as what has to change may well lie elsewhere.
+"""
 
 from __future__ import annotations
 
 from marsupial.native import inlined
 from marsupial.planning.local_search import columns as col
-from marsupial.planning.local_search import net as nets
-from marsupial.planning.local_search.net import Net
+from marsupial.planning.local_search import linked_schedule as ops
+from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 
 TRIES = 8
-"""How often something is drawn that may turn out to be of no use."""
+"""How often to draw again where a draw may be of no use."""
 
 LONG = 1 << 60
 
 FOCUS = 4
-"""Of up to how many targets the latest is chosen."""
+"""The latest of up to this number of random targets is chosen."""
 
 WATCHED = 8
-"""Of up to how many robots that with the latest end is chosen."""
+"""The robot with the latest end of up to this number of random ones is chosen."""
 
 
 @inlined
-def critical_node(net: Net) -> int:
+def critical_node(sched: LinkedSchedule) -> int:
     """Return a random node on the critical path to something late, -1 if nothing is done."""
-    node = _some_end(net)
-    for _ in range(nets.draw(net, WATCHED)):
-        other = _some_end(net)
-        if net.nodes[other, col.KIND] != col.START and net.nodes[other, col.END] > net.nodes[node, col.END]:
+    node = _random_end(sched)
+    for _ in range(ops.draw(sched, WATCHED)):
+        other = _random_end(sched)
+        if sched.nodes[other, col.KIND] != col.START and sched.nodes[other, col.END] > sched.nodes[node, col.END]:
             node = other
+    # Reservoir sampling: uniform over the path, without storing it.
     chosen, seen = -1, 0
-    while net.nodes[node, col.KIND] != col.START:
+    while sched.nodes[node, col.KIND] != col.START:
         seen += 1
-        if nets.draw(net, seen) == 0:
+        if ops.draw(sched, seen) == 0:
             chosen = node
-        node = waited_for(net, node)
+        node = critical_predecessor(sched, node)
     return chosen
 
 
 @inlined
-def _some_end(net: Net) -> int:
-    """Return what a random carrier does last, or the last of a random sortie."""
-    node = nets.draw(net, len(net.robots))
-    if net.nodes[node, col.BEFORE] < 0:
-        if not net.groups[col.TARGETS, 0]:
-            return net.nodes[nets.pick(net, col.CARRIERS), col.BEFORE]
-        node = some_target(net)
-        if nets.carries(net, net.nodes[node, col.ROBOT]):
+def _random_end(sched: LinkedSchedule) -> int:
+    """Return the last node of a random carrier's route or of a random sortie."""
+    node = ops.draw(sched, len(sched.robots))
+    if sched.nodes[node, col.BEFORE] < 0:
+        if not sched.groups[col.TARGETS, 0]:
+            return sched.nodes[ops.pick(sched, col.CARRIERS), col.BEFORE]
+        node = random_target(sched)
+        if ops.is_carrier(sched, sched.nodes[node, col.ROBOT]):
             return node
-        node = nets.head_of(net, node)
-    return net.nodes[node, col.BEFORE]
+        node = ops.head_of(sched, node)
+    return sched.nodes[node, col.BEFORE]
 
 
 @inlined
-def waited_for(net: Net, node: int) -> int:
-    """Return which of the nodes before one it could not begin earlier for."""
-    kind, previous = net.nodes[node, col.KIND], net.nodes[node, col.BEFORE]
+def critical_predecessor(sched: LinkedSchedule, node: int) -> int:
+    """Return which of the nodes before one determines when it begins."""
+    kind, previous = sched.nodes[node, col.KIND], sched.nodes[node, col.BEFORE]
     if kind == col.EXPLORE:
         return previous
-    other = net.nodes[node, col.CARRIER_BEFORE]
+    other = sched.nodes[node, col.CARRIER_BEFORE]
     if kind == col.UNDOCK:
         return other
-    place = net.nodes[node, col.PLACE]
-    ready = net.nodes[previous, col.END] + nets.leg_ms(
-        net, net.nodes[node, col.ROBOT], net.nodes[previous, col.PLACE], place
+    place = sched.nodes[node, col.PLACE]
+    ready = sched.nodes[previous, col.END] + ops.leg_ms(
+        sched, sched.nodes[node, col.ROBOT], sched.nodes[previous, col.PLACE], place
     )
-    there = net.nodes[other, col.END] + nets.leg_ms(
-        net, net.nodes[node, col.CARRIER], net.nodes[other, col.PLACE], place
+    there = sched.nodes[other, col.END] + ops.leg_ms(
+        sched, sched.nodes[node, col.CARRIER], sched.nodes[other, col.PLACE], place
     )
     return other if there >= ready else previous
 
 
 @inlined
-def some_target(net: Net) -> int:
+def random_target(sched: LinkedSchedule) -> int:
     """Return a random target's node."""
-    return len(net.robots) + nets.draw(net, net.groups[col.TARGETS, 0])
+    return len(sched.robots) + ops.draw(sched, sched.groups[col.TARGETS, 0])
 
 
 @inlined
-def late_target(net: Net) -> int:
-    """Return a random target's node, those reached late more often, or those on a critical path."""
-    if nets.draw(net, 2):
-        node = critical_node(net)
-        if node >= 0 and net.nodes[node, col.KIND] == col.UNDOCK:
-            node = net.nodes[node, col.AFTER]
-        elif node >= 0 and net.nodes[node, col.KIND] == col.DOCK:
-            node = net.nodes[node, col.BEFORE]
-        if node >= 0 and net.nodes[node, col.KIND] == col.EXPLORE:
+def late_target(sched: LinkedSchedule) -> int:
+    """Return a random target's node, more often one reached late or on a critical path."""
+    if ops.draw(sched, 2):
+        node = critical_node(sched)
+        if node >= 0 and sched.nodes[node, col.KIND] == col.UNDOCK:
+            node = sched.nodes[node, col.AFTER]
+        elif node >= 0 and sched.nodes[node, col.KIND] == col.DOCK:
+            node = sched.nodes[node, col.BEFORE]
+        if node >= 0 and sched.nodes[node, col.KIND] == col.EXPLORE:
             return node
-    one = some_target(net)
-    for _ in range(nets.draw(net, FOCUS)):
-        other = some_target(net)
-        if net.nodes[other, col.END] > net.nodes[one, col.END]:
+    one = random_target(sched)
+    for _ in range(ops.draw(sched, FOCUS)):
+        other = random_target(sched)
+        if sched.nodes[other, col.END] > sched.nodes[one, col.END]:
             one = other
     return one
 
 
 @inlined
-def near_target(net: Net, target: int) -> int:
-    """Return the node of a target near that of another, mostly, or of any."""
-    other = net.hints[net.nodes[target, col.PLACE], col.NEAR + nets.draw(net, col.NEIGHBOURS)]
-    if other < 0 or nets.draw(net, 4) == 0:
-        other = some_target(net)
+def near_target(sched: LinkedSchedule, target: int) -> int:
+    """Return the node of a target near another one, or sometimes of any."""
+    other = sched.hints[sched.nodes[target, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
+    if other < 0 or ops.draw(sched, 4) == 0:
+        other = random_target(sched)
     return other
 
 
 @inlined
-def _first_transfer(net: Net) -> int:
-    return len(net.robots) + net.groups[col.TARGETS, 0]
+def _first_transfer(sched: LinkedSchedule) -> int:
+    return len(sched.robots) + sched.groups[col.TARGETS, 0]
 
 
 @inlined
-def _in_use(net: Net, node: int) -> bool:
-    return node < len(net.nodes) and net.nodes[node, col.KIND] != col.FREE and net.nodes[node, col.BEFORE] >= 0
+def _in_use(sched: LinkedSchedule, node: int) -> bool:
+    return node < len(sched.nodes) and sched.nodes[node, col.KIND] != col.FREE and sched.nodes[node, col.BEFORE] >= 0
 
 
 @inlined
-def some_node(net: Net) -> int:
+def random_node(sched: LinkedSchedule) -> int:
     """Return a random node that is in use."""
-    top = _first_transfer(net)
-    transfers = len(net.nodes) - top - net.work[0, col.UNUSED]
+    top = _first_transfer(sched)
+    transfers = len(sched.nodes) - top - sched.work[0, col.UNUSED]
     while True:
-        node = nets.draw(net, top + 2 * transfers)
-        if _in_use(net, node):
+        node = ops.draw(sched, top + 2 * transfers)
+        if _in_use(sched, node):
             return node
 
 
 @inlined
-def some_transfer(net: Net, kind: int) -> int:
+def random_transfer(sched: LinkedSchedule, kind: int) -> int:
     """Return a random dock or undock (or any for `START`), -1 if none is found."""
-    if nets.draw(net, 2):
-        node = critical_node(net)
-        if node >= 0 and net.nodes[node, col.KIND] != col.EXPLORE:
-            if kind in (col.START, net.nodes[node, col.KIND]):
+    if ops.draw(sched, 2):
+        node = critical_node(sched)
+        if node >= 0 and sched.nodes[node, col.KIND] != col.EXPLORE:
+            if kind in (col.START, sched.nodes[node, col.KIND]):
                 return node
-            node = net.nodes[node, col.CARRIER_BEFORE]
-            if kind == net.nodes[node, col.KIND]:
+            node = sched.nodes[node, col.CARRIER_BEFORE]
+            if kind == sched.nodes[node, col.KIND]:
                 return node
-    top = _first_transfer(net)
-    transfers = len(net.nodes) - top - net.work[0, col.UNUSED]
+    top = _first_transfer(sched)
+    transfers = len(sched.nodes) - top - sched.work[0, col.UNUSED]
     if not transfers:
         return -1
+    # Rows in use are mostly the first ones, so rows from twice their number are drawn.
     for _ in range(2 * TRIES):
-        node = top + nets.draw(net, 2 * transfers)
-        if _in_use(net, node) and kind in (col.START, net.nodes[node, col.KIND]):
+        node = top + ops.draw(sched, 2 * transfers)
+        if _in_use(sched, node) and kind in (col.START, sched.nodes[node, col.KIND]):
             return node
     return -1
 
 
 @inlined
-def offer(net: Net, carrier: int, node: int, place: int, guided: bool, rank: int) -> tuple[bool, int]:
-    """Offer a node for a carrier to go to a place behind it; return whether it is chosen for now, and the new rank.
+def consider(sched: LinkedSchedule, carrier: int, node: int, place: int, guided: bool, rank: int) -> tuple[bool, int]:
+    """Consider a position behind a node for a stop of a carrier; return whether it is the choice so far, and the rank.
 
-    Guided, the node of the least detour is chosen: the rank is that detour, `LONG` at first. Otherwise one at random:
-    the rank is how many were offered.
+    Guided, the position of the least detour is chosen; the rank is that detour, `LONG` at first. Otherwise a uniform
+    one, by reservoir sampling; the rank is the number of positions considered.
     """
     if not guided:
-        return nets.draw(net, rank + 1) == 0, rank + 1
-    longer = detour(net, carrier, node, place)
+        return ops.draw(sched, rank + 1) == 0, rank + 1
+    longer = detour(sched, carrier, node, place)
     return longer < rank, min(longer, rank)
 
 
 @inlined
-def detour(net: Net, carrier: int, node: int, place: int) -> int:
-    """Return how much longer a carrier drives if it goes to a place behind a node."""
-    here, following = net.nodes[node, col.PLACE], nets.after(net, node, carrier)
-    longer = nets.leg_ms(net, carrier, here, place)
+def detour(sched: LinkedSchedule, carrier: int, node: int, place: int) -> int:
+    """Return the detour of a carrier that stops at a place behind a node."""
+    here, following = sched.nodes[node, col.PLACE], ops.after(sched, node, carrier)
+    longer = ops.leg_ms(sched, carrier, here, place)
     if following != carrier:
-        there = net.nodes[following, col.PLACE]
-        longer += nets.leg_ms(net, carrier, place, there) - nets.leg_ms(net, carrier, here, there)
+        there = sched.nodes[following, col.PLACE]
+        longer += ops.leg_ms(sched, carrier, place, there) - ops.leg_ms(sched, carrier, here, there)
     return longer
 
 
 @inlined
-def turn(net: Net, transfer: int, carrier: int, first: int) -> int:
-    """Return a node of a carrier's route, from `first` on, behind which a transfer fits that is in no route, or -1.
+def transfer_position(sched: LinkedSchedule, transfer: int, carrier: int, first: int) -> int:
+    """Return a node of a carrier's route, from `first` on, to insert a transfer behind that is in no route, or -1.
 
-    That is judged by who is aboard there and by the times before the change: a rover is not set down after its sortie
-    was to end, nor picked up before it could be there. It is a random one or that of the least detour.
+    The choice is random or of the least detour, among positions that fit by the load there and by the times before the
+    change: a rover is not set down after its sortie was to end, nor picked up before it could be there.
     """
-    last, docks = net.nodes[transfer, col.BEFORE], net.nodes[transfer, col.KIND] == col.DOCK
+    last, docks = sched.nodes[transfer, col.BEFORE], sched.nodes[transfer, col.KIND] == col.DOCK
     earliest, latest = 0, LONG
+    # `first` may be the undock of its sortie, just inserted: the end of the sortie moves by as much as the undock.
     if docks:
-        earliest = net.nodes[last, col.END]
+        earliest = sched.nodes[last, col.END]
         if first != carrier:
-            earliest += net.nodes[net.nodes[first, col.CARRIER_BEFORE], col.END] - net.nodes[first, col.END]
-    elif net.nodes[transfer, col.COUNTED]:
-        latest = net.nodes[last, col.END]
+            earliest += sched.nodes[sched.nodes[first, col.CARRIER_BEFORE], col.END] - sched.nodes[first, col.END]
+    elif sched.nodes[transfer, col.COUNTED]:
+        latest = sched.nodes[last, col.END]
     chosen, node, reached = -1, carrier, False
-    load, places = nets.first_load(net, carrier), net.robots[carrier, col.CAPACITY]
-    guided = nets.draw(net, 2) == 0
+    load, places = ops.initial_load(sched, carrier), sched.robots[carrier, col.CAPACITY]
+    guided = ops.draw(sched, 2) == 0
     rank = LONG if guided else 0
     while True:
-        load += nets.boarding(net, node)
+        load += ops.load_change(sched, node)
         reached = reached or node == first
-        behind = nets.after(net, node, carrier)
+        behind = ops.after(sched, node, carrier)
         if reached and (load < places if docks else load > 0):
-            if net.nodes[node, col.END] > latest:
+            if sched.nodes[node, col.END] > latest:
                 return chosen
-            if behind == carrier or net.nodes[behind, col.END] >= earliest:
-                better, rank = offer(net, carrier, node, net.nodes[transfer, col.PLACE], guided, rank)
+            if behind == carrier or sched.nodes[behind, col.END] >= earliest:
+                better, rank = consider(sched, carrier, node, sched.nodes[transfer, col.PLACE], guided, rank)
                 if better:
                     chosen = node
         if behind == carrier:
@@ -206,50 +214,53 @@ def turn(net: Net, transfer: int, carrier: int, first: int) -> int:
 
 
 @inlined
-def turn_except(net: Net, carrier: int, but: int, place: int) -> int:
-    """Return a node of a carrier's route but one: a random one or that of the least detour."""
+def other_position(sched: LinkedSchedule, carrier: int, but: int, place: int) -> int:
+    """Return a node of a carrier's route other than `but`, random or of the least detour for a stop behind it."""
     chosen, node = carrier, carrier
-    guided = nets.draw(net, 2) == 0
+    guided = ops.draw(sched, 2) == 0
     rank = LONG if guided else 0
     while True:
         if node != but:
-            better, rank = offer(net, carrier, node, place, guided, rank)
+            better, rank = consider(sched, carrier, node, place, guided, rank)
             if better:
                 chosen = node
-        node = nets.after(net, node, carrier)
+        node = ops.after(sched, node, carrier)
         if node == carrier:
             return chosen
 
 
 @inlined
-def near_carrier(net: Net, target: int) -> int:
-    """Return a random carrier, more often one that is busy near a target's node, and that is done early."""
-    one, other = _near_carrier(net, target), _near_carrier(net, target)
+def near_carrier(sched: LinkedSchedule, target: int) -> int:
+    """Return a random carrier, more often one with stops near a target, and one that ends early."""
+    # A tournament of two balances the load between carriers.
+    one, other = _near_carrier(sched, target), _near_carrier(sched, target)
     if (
-        nets.draw(net, 4)
-        and net.nodes[net.nodes[other, col.BEFORE], col.END] < net.nodes[net.nodes[one, col.BEFORE], col.END]
+        ops.draw(sched, 4)
+        and sched.nodes[sched.nodes[other, col.BEFORE], col.END] < sched.nodes[sched.nodes[one, col.BEFORE], col.END]
     ):
         return other
     return one
 
 
 @inlined
-def other_carrier(net: Net, node: int) -> int:
-    """Return a random carrier for what another one does, more often one that is busy near the target beside it."""
-    target = net.nodes[node, col.BEFORE if net.nodes[node, col.KIND] == col.DOCK else col.AFTER]
-    return near_carrier(net, target) if net.nodes[target, col.KIND] == col.EXPLORE else nets.pick(net, col.CARRIERS)
+def other_carrier(sched: LinkedSchedule, node: int) -> int:
+    """Return a random carrier to take over a transfer, more often one with stops near the target beside it."""
+    target = sched.nodes[node, col.BEFORE if sched.nodes[node, col.KIND] == col.DOCK else col.AFTER]
+    return (
+        near_carrier(sched, target) if sched.nodes[target, col.KIND] == col.EXPLORE else ops.pick(sched, col.CARRIERS)
+    )
 
 
 @inlined
-def _near_carrier(net: Net, target: int) -> int:
-    if nets.draw(net, 8):
-        node = net.hints[net.nodes[target, col.PLACE], col.NEAR + nets.draw(net, col.NEIGHBOURS)]
-        if node >= 0 and net.nodes[node, col.BEFORE] >= 0:
-            if nets.carries(net, net.nodes[node, col.ROBOT]):
-                return net.nodes[node, col.ROBOT]
-            transfer = nets.head_of(net, node)
-            if nets.draw(net, 2):
-                transfer = net.nodes[transfer, col.BEFORE]
-            if nets.is_transfer(net, transfer):
-                return net.nodes[transfer, col.CARRIER]
-    return nets.pick(net, col.CARRIERS)
+def _near_carrier(sched: LinkedSchedule, target: int) -> int:
+    if ops.draw(sched, 8):
+        node = sched.hints[sched.nodes[target, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
+        if node >= 0 and sched.nodes[node, col.BEFORE] >= 0:
+            if ops.is_carrier(sched, sched.nodes[node, col.ROBOT]):
+                return sched.nodes[node, col.ROBOT]
+            transfer = ops.head_of(sched, node)
+            if ops.draw(sched, 2):
+                transfer = sched.nodes[transfer, col.BEFORE]
+            if ops.is_transfer(sched, transfer):
+                return sched.nodes[transfer, col.CARRIER]
+    return ops.pick(sched, col.CARRIERS)

@@ -6,10 +6,10 @@ EXPLORE, UNDOCK, DOCK, START = 0, 1, 2, 3
 """Kinds of event, the first column; the others are the robot, the carrier (-1 if none) and the place."""
 
 NEIGHBOURS = 10
-"""How many targets near a target are known."""
+"""Near targets stored per target."""
 
-DOORS = 6
-"""How many meetings near a place are known, for each type and direction."""
+NEAR_MEETINGS = 6
+"""Near meetings stored per place, type and direction."""
 
 TYPE, AT, ABOARD, READY, CAPACITY, DOCKING, UNDOCKING, HOME = range(8)
 """Columns of robots: -1 for no place or carrier; docking and undocking end with being ready again."""
@@ -18,7 +18,7 @@ TARGETS, MEETINGS, ROVERS, CARRIERS = range(4)
 """Groups."""
 
 ENTRIES, EXITS = 0, 1
-"""Sides of doors."""
+"""Directions of near meetings: from a meeting to the place, from the place to a meeting."""
 
 
 FREE = 4
@@ -28,25 +28,25 @@ KIND, ROBOT, CARRIER, PLACE, BEFORE, AFTER, CARRIER_BEFORE, CARRIER_AFTER, END, 
 WIDTH = 12
 """Columns of nodes. `END` is from when the robots are ready again, `DRIVE` the driving it takes, `COUNTED` whether the
 sums contain it; a start's `CARRIER_BEFORE` holds when its robot is home, 0 where it has no home to go to. `ROBOT` of
-what a rover does is the first rover of its type. `BEFORE` is -1 out of all chains."""
+a rover's node is the first rover of its type. `BEFORE` is -1 out of all chains."""
 
 LOAD = 8
-"""Column of robots: how many rovers of the first type are aboard at first; those of the other types follow."""
+"""Column of robots: rovers of the first type aboard at first; those of the other types follow."""
 
 EPOCH, LOGGED, QUEUED, CHECKS, UNUSED, DROPPED = range(6)
-REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE, TOLL, SOONER = range(6, 16)
+REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE, UNDOCK_COST, SOONER = range(6, 16)
 SUMS = 16
-"""Columns of the first row of `work`: lengths of its other rows, sums over the nodes, the time that is late, what
-setting a rover down counts as driving, and how many nodes in the queue may end sooner than before."""
+"""Columns of the first row of `work`: number of the change, lengths of the other rows, sums over the nodes now and
+before the change, due date, cost of an undock as driving in ms, and the number of queued nodes that may end sooner."""
 
-QUEUE, FORMER, CHECK, SPARE, DROP, TAKEN, ASKED = range(1, 8)
+QUEUE, FORMER, CHECK, SPARE, DROP, TAKEN, QUEUED_IN = range(1, 8)
 ROWS = 8
-"""Other rows of `work`: nodes to be timed, their former ends, carriers whose load is to be checked, transfers not in
-use, transfers no longer in use once the change is accepted, targets taken out; per node, in which change it was last
-put into the queue as one that may end later (twice its number) or also sooner (one more), 0 out of the queue."""
+"""Other rows of `work`: queue of nodes to be timed, their former ends, carriers whose load is to be checked, free
+transfers, transfers that become free once the change is accepted, nodes taken by a move; and per node, twice the number
+of the change that queued it, plus one if it may end sooner, 0 out of the queue."""
 
 NODE, WORTH, NEAR = 0, 1, 2
-"""Columns of `hints`; after the nodes of the nearest targets come the doors: entries and exits per type."""
+"""Columns of `hints`; after the nodes of the nearest targets come near meetings: entries and exits per type."""
 
 FAR = (1 << 31) - 1
-"""A leg that is this long has no path."""
+"""A leg without a path; the largest 32-bit integer, as legs are stored in 32 bits."""

@@ -23,7 +23,7 @@ from marsupial.planning.local_search import columns as col
 
 
 class ProblemData(NamedTuple):
-    """A situation; robots, types and places are indices in its own order, times ms.
+    """A situation as arrays; robots, types and places are indices in its order, times in ms.
 
     Attributes
     ----------
@@ -33,18 +33,18 @@ class ProblemData(NamedTuple):
     robots
         (robots, 8): `TYPE` and so on.
     worth
-        Per place what reaching it sooner is worth, 0 where it is no target.
+        Per place the weight of the time when it is reached, 0 where it is no target.
     groups
-        (4, n): how many targets, meetings, rovers and carriers there are, followed by them.
+        (4, n): the number of targets, meetings, rovers and carriers, followed by their indices.
     near
         (places, n): the other targets nearest to a target, then -1.
-    doors
+    near_meetings
         (2, types, places, n): the meetings from which a place is reached soonest (`ENTRIES`), and those reached
         soonest from it (`EXITS`), then -1.
     recover
         Whether all rovers have to end aboard.
-    toll
-        What setting a rover down counts as driving, in ms.
+    undock_cost
+        What setting a rover down costs, as driving in ms.
     """
 
     leg: Ints
@@ -52,12 +52,12 @@ class ProblemData(NamedTuple):
     worth: Ints
     groups: Ints
     near: Ints
-    doors: Ints
+    near_meetings: Ints
     recover: bool
-    toll: int = 0
+    undock_cost: int = 0
 
     def members(self, group: int) -> Ints:
-        """Return a group without its number."""
+        """Return the members of a group."""
         return self.groups[group, 1 : 1 + self.groups[group, 0]]
 
 
@@ -74,18 +74,24 @@ def encode(situation: Situation, objective: Objective = MAKESPAN) -> ProblemData
     rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
     robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
     from_meetings, to_meetings = leg.transpose(0, 2, 1)[:, :, meetings], leg[:, :, meetings]
-    doors = np.stack([_least_apart(apart, meetings, col.DOORS) for apart in (from_meetings, to_meetings)])
+    near_meetings = np.stack(
+        [_least_apart(apart, meetings, col.NEAR_MEETINGS) for apart in (from_meetings, to_meetings)]
+    )
     return ProblemData(
         leg=leg,
         robots=robots,
         worth=worth,
         groups=_groups(targets, meetings, rovers, carriers),
         near=_near(
-            leg, targets, np.unique(robots[rovers, col.TYPE]), np.unique(robots[carriers, col.TYPE]), doors[col.ENTRIES]
+            leg,
+            targets,
+            np.unique(robots[rovers, col.TYPE]),
+            np.unique(robots[carriers, col.TYPE]),
+            near_meetings[col.ENTRIES],
         ),
-        doors=doors,
+        near_meetings=near_meetings,
         recover=situation.goal.recover_rovers or situation.goal.return_home,
-        toll=round(objective.undocking_ms / objective.driving) if isinstance(objective, PricedArrival) else 0,
+        undock_cost=round(objective.undocking_ms / objective.driving) if isinstance(objective, PricedArrival) else 0,
     )
 
 
@@ -164,9 +170,9 @@ def _legs(situation: Situation) -> Ints:
 
 
 def _near(leg: Ints, targets: Ints, rovers: Ints, carriers: Ints, entries: Ints) -> Ints:
-    """Return per target the others that a robot gets to or from soonest, by itself or from door to door by carrier.
+    """Return per target the nearest others, by the time a robot drives, or is carried from meeting to meeting.
 
-    `rovers` and `carriers` are types, `entries` are `doors[ENTRIES]`.
+    `rovers` and `carriers` are types, `entries` are `near_meetings[ENTRIES]`.
     """
     places = leg.shape[1]
     near = np.full((places, col.NEIGHBOURS), -1, dtype=np.int64)
@@ -176,9 +182,9 @@ def _near(leg: Ints, targets: Ints, rovers: Ints, carriers: Ints, entries: Ints)
     for carrier in carriers:
         for rover in rovers:
             base, walk = targets.copy(), np.zeros(len(targets), dtype=np.int64)
-            doors = entries[rover, targets, 0]
-            walks = (doors >= 0) & (leg[rover, doors, targets] < NEVER)
-            base[walks], walk[walks] = doors[walks], leg[rover, doors[walks], targets[walks]]
+            near_meetings = entries[rover, targets, 0]
+            walks = (near_meetings >= 0) & (leg[rover, near_meetings, targets] < NEVER)
+            base[walks], walk[walks] = near_meetings[walks], leg[rover, near_meetings[walks], targets[walks]]
             apart = np.minimum(apart, leg[carrier, base[:, None], base] + walk[:, None] + walk)
     apart = np.minimum(apart, apart.T)
     np.fill_diagonal(apart, 4 * NEVER)
@@ -187,7 +193,7 @@ def _near(leg: Ints, targets: Ints, rovers: Ints, carriers: Ints, entries: Ints)
 
 
 def _least_apart(apart: Ints, members: Ints, n: int) -> Ints:
-    """Return (..., n): the members that are least apart, by a table (..., members), then -1."""
+    """Return (..., n): the nearest members by a table of distances (..., members), then -1."""
     order = np.argsort(apart, axis=-1, kind="stable")[..., :n]
     found = np.full((*apart.shape[:-1], n), -1, dtype=np.int64)
     found[..., : order.shape[-1]] = np.where(np.take_along_axis(apart, order, axis=-1) < NEVER, members[order], -1)

@@ -1,8 +1,8 @@
 """The anytime engine: list scheduling's plan at once, then simulated annealing on the exact schedule.
 
-By priced arrival, and where there is no target, it stops when more steps would gain next to nothing: see `ENOUGH`.
-Once the makespan is as short as the lower bound, only the mean time at which targets are reached and the driving can
-get better, and that gets as much effort as there has been so far, and a little more. Where
+For priced arrival, and where there is no target, it stops when more steps would gain next to nothing (`ENOUGH`). Once
+the makespan meets the lower bound, only the mean time at which targets are reached and the driving can get better; that
+gets as much effort as before, and a little more. Where
 `marsupial.planning.list_scheduling.greedy` finds no plan and none is given, there is none: a search over plans needs
 one to begin with.
 """
@@ -22,20 +22,20 @@ from marsupial.planning import infos
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
 from marsupial.planning.local_search.bounds import makespan_bound_ms
+from marsupial.planning.local_search.budget_tracker import BudgetTracker
 from marsupial.planning.local_search.encoding import ProblemData, encode, events_of, plan_of
-from marsupial.planning.local_search.pace import Pace
-from marsupial.planning.local_search.search import can_be_carried_out
-from marsupial.planning.local_search.team import Team
+from marsupial.planning.local_search.parallel import ParallelSearches
+from marsupial.planning.local_search.search import is_feasible
 
 LISTING_SHARE = 0.08
-"""What share of the seconds all rounds of list scheduling but the first take at most."""
+"""Largest share of a budget in seconds for all rounds of list scheduling but the first."""
 
 ENOUGH, LEAST_ENOUGH, MOST_ENOUGH = 0.5, 32, 200
-"""After how many steps, for each pair of targets, at least and at most, a budget in seconds is not used any further
-where robots wait for one plan after the other, as in missions: docs/planners.md says what more of them would gain."""
+"""Steps for each pair of targets, at least and at most, after which a budget in seconds is not used any further where
+robots wait for one plan after the other, as in missions: docs/planners.md tells what more steps would gain."""
 
 SIZE = 2
-"""How many searches there are, each in a thread."""
+"""Number of searches, each in a thread."""
 
 
 class Anytime:
@@ -69,7 +69,7 @@ class Anytime:
         if start is not None and incumbent.take(start):
             plans.append(start)
             yield Improved(plan=start, elapsed_s=self._clock() - begun)
-        for event in self._listed(situation, budget) if shortest or not plans else ():
+        for event in self._list_scheduling_plans(situation, budget) if shortest or not plans else ():
             if isinstance(event, Finished):
                 if not plans:
                     yield event
@@ -80,9 +80,9 @@ class Anytime:
                 yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
         data = encode(situation, objective)
         bound_ms = makespan_bound_ms(data) if shortest else 0
-        pace = Pace(budget, self._clock, begun, bound_ms, _enough(situation, objective))
+        tracker = BudgetTracker(budget, self._clock, begun, bound_ms, _enough(situation, objective))
         makespan_ms = min(plan.makespan_ms for plan in plans)
-        for plan in self._improvements(situation, data, plans, pace, objective):
+        for plan in self._improvements(situation, data, plans, tracker, objective):
             makespan_ms = plan.makespan_ms
             yield Improved(plan=plan, elapsed_s=self._clock() - begun)
         if shortest:
@@ -91,39 +91,41 @@ class Anytime:
             detail = f"local search for {objective.name}, nothing proven"
             yield Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=self._clock() - begun)
 
-    def _listed(self, situation: Situation, budget: Budget) -> Iterator[Improved | Finished]:
-        """Return the plans of list scheduling: all where steps are counted, or else the first ones at least."""
+    def _list_scheduling_plans(self, situation: Situation, budget: Budget) -> Iterator[Improved | Finished]:
+        """Return the plans of list scheduling: of all its rounds, or of those in time with a budget in seconds."""
         rounds = Budget(steps=ROUNDS) if budget.seconds is None else Budget(seconds=LISTING_SHARE * budget.seconds)
         return Greedy(self._clock).solve(situation, rounds)
 
     def _improvements(
-        self, situation: Situation, data: ProblemData, plans: list[Plan], pace: Pace, objective: Objective
+        self, situation: Situation, data: ProblemData, plans: list[Plan], tracker: BudgetTracker, objective: Objective
     ) -> Iterator[Plan]:
-        """Yield plans better than all of `plans`, with the best of which the search begins."""
+        """Yield plans better than all of `plans`; the search begins with these, the best first."""
         plans = sorted(plans, key=lambda plan: objective.value(situation, plan))
-        told = objective.value(situation, plans[0])
+        reported = objective.value(situation, plans[0])
         beginnings = [events_of(situation, plan) for plan in plans]
-        beginnings = [events for events in beginnings if can_be_carried_out(data, events)]
+        beginnings = [events for events in beginnings if is_feasible(data, events)]
         if not beginnings or len(beginnings[0]) == 0:
             return
-        with closing(Team(data, beginnings, pace.bound_ms + EPSILON_MS, self._searches, objective)) as team:
-            best = team.score
-            while pace.goes_on(best):
-                if pace.begins_round:
-                    team.begin_round(pace.expected)
-                team.step(pace.used, pace.steps)
-                if pace.has_begun:
-                    team.expect(pace.expected)
-                best = team.score
-                if best < told and pace.is_due(best, told):
-                    told = best
-                    yield plan_of(situation, team.events)
-            if best < told:
-                yield plan_of(situation, team.events)
+        with closing(
+            ParallelSearches(data, beginnings, tracker.bound_ms + EPSILON_MS, self._searches, objective)
+        ) as searches:
+            best = searches.score
+            while tracker.goes_on(best):
+                if tracker.starts_round:
+                    searches.begin_round(tracker.expected)
+                searches.step(tracker.used, tracker.steps)
+                if tracker.has_begun:
+                    searches.expect(tracker.expected)
+                best = searches.score
+                if best < reported and tracker.should_report(best, reported):
+                    reported = best
+                    yield plan_of(situation, searches.events)
+            if best < reported:
+                yield plan_of(situation, searches.events)
 
 
 def _enough(situation: Situation, objective: Objective) -> float:
-    """Return how many steps are worth their time where no proof may end the search."""
+    """Return the number of steps worth their time where no proof may end the search."""
     targets = len(situation.targets)
     if targets and objective == MAKESPAN:
         return math.inf

@@ -1,4 +1,4 @@
-"""Nets made of lists of events, and the lists of events of nets."""
+"""Linked schedules from lists of events, and lists of events from linked schedules."""
 
 from __future__ import annotations
 
@@ -8,16 +8,25 @@ from marsupial.arrays import Ints, Ints32
 from marsupial.native import inlined, native
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search.encoding import ProblemData
-from marsupial.planning.local_search.net import Net, ask, assign, begin, begin_sortie, check_load, insert, new_transfer
+from marsupial.planning.local_search.linked_schedule import (
+    LinkedSchedule,
+    assign,
+    begin,
+    begin_sortie,
+    check_load,
+    enqueue,
+    insert,
+    new_transfer,
+)
 
 
-def net_of(data: ProblemData, transfers: int, seed: int) -> Net:
-    """Return an empty net with room for that many transfers more than there could be use for."""
+def empty_schedule(data: ProblemData, transfers: int, seed: int) -> LinkedSchedule:
+    """Return an empty schedule with room for more transfers than the search can use, beside that many."""
     robots, targets = len(data.robots), int(data.groups[col.TARGETS, 0])
     size = robots + targets + transfers + 2 * robots + 4 * targets
     work = np.zeros((col.ROWS, max(col.SUMS, size)), dtype=np.int64)
-    work[0, col.TOLL] = data.toll
-    return Net(
+    work[0, col.UNDOCK_COST] = data.undock_cost
+    return LinkedSchedule(
         nodes=np.zeros((size, col.WIDTH), dtype=np.int64),
         log=np.zeros((size, col.WIDTH + 1), dtype=np.int64),
         work=work,
@@ -44,79 +53,84 @@ def _hints(data: ProblemData) -> Ints:
     types, places = data.leg.shape[:2]
     node = np.full(places + 1, -1, dtype=np.int64)
     node[targets] = robots + np.arange(len(targets))
-    doors = data.doors.transpose(2, 0, 1, 3).reshape(places, 2 * types * col.DOORS)
-    return np.column_stack([node[:-1], data.worth, node[data.near], doors]).astype(np.int64)
+    near_meetings = data.near_meetings.transpose(2, 0, 1, 3).reshape(places, 2 * types * col.NEAR_MEETINGS)
+    return np.column_stack([node[:-1], data.worth, node[data.near], near_meetings]).astype(np.int64)
 
 
 @native
-def load(net: Net, events: Ints32) -> bool:
-    """Make the net that of a list of events (n, 4); nothing is timed yet, everything is asked for.
+def load(sched: LinkedSchedule, events: Ints32) -> bool:
+    """Load a list of events (n, 4) with everything queued for timing.
 
-    False if a robot does what can't be done aboard, or on the ground.
+    Return False if a robot does something aboard that it can do on the ground only, or the other way round.
     """
-    _clear(net)
-    heads, hosts = np.arange(len(net.robots)), net.robots[:, col.ABOARD].copy()
+    _clear(sched)
+    heads, hosts = np.arange(len(sched.robots)), sched.robots[:, col.ABOARD].copy()
     for i in range(len(events)):
         kind, robot, carrier, place = events[i, 0], events[i, 1], events[i, 2], events[i, 3]
         if kind == col.START:
             continue
-        node = net.hints[place, col.NODE] if kind == col.EXPLORE else new_transfer(net, kind, place)
-        alike = net.nodes[robot, col.ROBOT]
+        node = sched.hints[place, col.NODE] if kind == col.EXPLORE else new_transfer(sched, kind, place)
+        first_of_type = sched.nodes[robot, col.ROBOT]
         if (kind == col.UNDOCK) != (hosts[robot] >= 0) or node < 0:
             return False
         if kind == col.UNDOCK:
-            begin_sortie(net, node, alike)
+            begin_sortie(sched, node, first_of_type)
             heads[robot], carrier, hosts[robot] = node, hosts[robot], -1
         else:
-            insert(net, node, alike, net.nodes[heads[robot], col.BEFORE])
+            insert(sched, node, first_of_type, sched.nodes[heads[robot], col.BEFORE])
         if kind == col.DOCK:
             hosts[robot] = carrier
         if kind != col.EXPLORE:
-            assign(net, node, carrier, net.nodes[carrier, col.BEFORE])
-        net.nodes[node, col.END] = i
+            assign(sched, node, carrier, sched.nodes[carrier, col.BEFORE])
+        # Any increasing number will do: it orders the queue, and timing replaces it.
+        sched.nodes[node, col.END] = i
     return True
 
 
 @inlined
-def _clear(net: Net) -> None:
-    """Make the net one in which nothing is done."""
-    robots, targets = len(net.robots), net.groups[col.TARGETS, 0]
-    for node in range(len(net.nodes)):
-        for column in range(net.nodes.shape[1]):
-            net.nodes[node, column] = 0
-    net.work[0, col.REACHING] = net.work[0, col.DRIVING] = net.work[0, col.LATE] = 0
-    begin(net)
-    net.work[0, col.UNUSED] = 0
-    for node in range(len(net.nodes) - 1, robots + targets - 1, -1):
-        net.nodes[node, col.KIND] = col.FREE
-        net.work[col.SPARE, net.work[0, col.UNUSED]] = node
-        net.work[0, col.UNUSED] += 1
+def _clear(sched: LinkedSchedule) -> None:
+    """Empty the schedule."""
+    robots, targets = len(sched.robots), sched.groups[col.TARGETS, 0]
+    for node in range(len(sched.nodes)):
+        for column in range(sched.nodes.shape[1]):
+            sched.nodes[node, column] = 0
+    sched.work[0, col.REACHING] = sched.work[0, col.DRIVING] = sched.work[0, col.LATE] = 0
+    begin(sched)
+    sched.work[0, col.UNUSED] = 0
+    for node in range(len(sched.nodes) - 1, robots + targets - 1, -1):
+        sched.nodes[node, col.KIND] = col.FREE
+        sched.work[col.SPARE, sched.work[0, col.UNUSED]] = node
+        sched.work[0, col.UNUSED] += 1
     for robot in range(robots):
-        row = net.nodes[robot]
-        row[col.KIND], row[col.PLACE], row[col.END] = col.START, net.robots[robot, col.AT], net.robots[robot, col.READY]
-        row[col.ROBOT] = robot if net.robots[robot, col.CAPACITY] >= 0 else _alike(net, robot)
+        row = sched.nodes[robot]
+        row[col.KIND], row[col.PLACE], row[col.END] = (
+            col.START,
+            sched.robots[robot, col.AT],
+            sched.robots[robot, col.READY],
+        )
+        row[col.ROBOT] = robot if sched.robots[robot, col.CAPACITY] >= 0 else _first_of_type(sched, robot)
         row[col.BEFORE] = row[col.AFTER] = robot
-        if net.robots[robot, col.ABOARD] >= 0:
+        if sched.robots[robot, col.ABOARD] >= 0:
             row[col.BEFORE] = -1
-            check_load(net, net.robots[robot, col.ABOARD])
+            check_load(sched, sched.robots[robot, col.ABOARD])
         else:
-            ask(net, robot)
+            enqueue(sched, robot)
     for k in range(targets):
-        row = net.nodes[robots + k]
-        row[col.KIND], row[col.PLACE] = col.EXPLORE, net.groups[col.TARGETS, 1 + k]
+        row = sched.nodes[robots + k]
+        row[col.KIND], row[col.PLACE] = col.EXPLORE, sched.groups[col.TARGETS, 1 + k]
         row[col.BEFORE] = -1
 
 
 @inlined
-def _alike(net: Net, robot: int) -> int:
+def _first_of_type(sched: LinkedSchedule, robot: int) -> int:
     first = 0
-    while net.robots[first, col.TYPE] != net.robots[robot, col.TYPE]:
+    while sched.robots[first, col.TYPE] != sched.robots[robot, col.TYPE]:
         first += 1
     return first
 
 
 def events_in(nodes: Ints, robots: Ints) -> Ints32:
-    """Return the list of events (n, 4), starts first, of the nodes of a timed net and its robots."""
+    """Return the list of events (n, 4), starts first, of the nodes of a timed schedule and its robots."""
     numbers = np.flatnonzero(
         (nodes[:, col.KIND] != col.FREE) & (nodes[:, col.BEFORE] >= 0) & (nodes[:, col.KIND] != col.START)
     )
@@ -129,6 +143,7 @@ def events_in(nodes: Ints, robots: Ints) -> Ints32:
     for node in numbers[np.argsort(nodes[numbers, col.END], kind="stable")].tolist():
         kind, robot, carrier, place = map(int, nodes[node, : col.PLACE + 1])
         if kind == col.UNDOCK:
+            # First aboard, first set down: any rover of the type would do.
             on_sortie[node] = waiting[carrier, int(robots[robot, col.TYPE])].pop(0)
         if robots[robot, col.CAPACITY] < 0:
             before = node if kind == col.UNDOCK else int(nodes[node, col.BEFORE])

@@ -1,79 +1,112 @@
-"""The neighbourhood moves of annealing: a table of what there is and how often each is tried."""
+"""The neighbourhood of annealing: a table of its moves with the rate of each, and the function that applies one.
+
+A move is a compiled function of a linked schedule. It draws what it needs, changes links and returns whether it changed
+anything. It need not check that the result is feasible or any good: timing finds out, and undoing is cheap (a few
+logged rows). So moves are short, and what they check is only what keeps the chains well formed or what fails often and
+is known at once.
+
+Three kinds, each in a file of its own:
+
+    target_moves     targets go to another robot or sortie, with the transfers that serve them alone; sorties swap
+    transfer_moves   docks and undocks go to another place, position in the route, or carrier
+    route_moves      parts of carriers' routes move, exchange or turn round (Or-opt, cross-exchange, 2-opt)
+
+About half of the choices are guided (`choices`): a node on the chain of events that something late waits for, a target
+near another one, the position of the least detour. The other half are uniform, so that every change stays possible.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.native import inlined
 from marsupial.planning.local_search import columns as col
-from marsupial.planning.local_search import route_moves, sortie_moves, target_moves, transfer_moves
-from marsupial.planning.local_search.net import Net
+from marsupial.planning.local_search.linked_schedule import LinkedSchedule
+from marsupial.planning.local_search.route_moves import cross_exchange, invert, move_string, splice
+from marsupial.planning.local_search.target_moves import deploy, relocate, reverse, swap, swap_sorties
+from marsupial.planning.local_search.transfer_moves import (
+    merge,
+    move_meeting,
+    reassign,
+    reorder,
+    swap_tails,
+    swap_transfers,
+)
 
 
 class Move(NamedTuple):
-    """A move: compiled, it changes a net at random and says whether it did.
-
-    Attributes
-    ----------
-    rate, busy_rate
-        How often it is tried, beside the others; the second where there are many transfers.
-    needs_targets
-        Whether it can be tried only where there are targets.
-    """
+    """How often a move is tried, beside the others; `busy_rate` where there are many transfers."""
 
     name: str
-    change: Callable[[Net], bool]
     rate: int
     busy_rate: int
-    needs_targets: bool = False
 
 
 MOVES = (
-    Move("relocate", target_moves.relocate, 20, 10, needs_targets=True),
-    Move("deploy", target_moves.deploy, 20, 12, needs_targets=True),
-    Move("swap", target_moves.swap, 8, 4, needs_targets=True),
-    Move("reverse", target_moves.reverse, 6, 3, needs_targets=True),
-    Move("move meeting", transfer_moves.move_meeting, 5, 2),
-    Move("reorder", transfer_moves.reorder, 16, 24),
-    Move("reassign", transfer_moves.reassign, 10, 24),
-    Move("merge", transfer_moves.merge, 3, 2),
-    Move("swap transfers", transfer_moves.swap_transfers, 6, 12),
-    Move("swap sorties", sortie_moves.swap_sorties, 10, 12, needs_targets=True),
-    Move("move string", route_moves.move_string, 10, 12),
-    Move("cross-exchange", route_moves.cross_exchange, 8, 12),
-    Move("splice", route_moves.splice, 4, 4, needs_targets=True),
-    Move("swap tails", transfer_moves.swap_tails, 6, 1),
-    Move("invert", route_moves.invert, 6, 10),
+    Move("relocate", 20, 10),
+    Move("deploy", 20, 12),
+    Move("swap", 8, 4),
+    Move("reverse", 6, 3),
+    Move("move meeting", 5, 2),
+    Move("reorder", 16, 24),
+    Move("reassign", 10, 24),
+    Move("merge", 3, 2),
+    Move("swap transfers", 6, 12),
+    Move("swap sorties", 10, 12),
+    Move("move string", 10, 12),
+    Move("cross-exchange", 8, 12),
+    Move("splice", 4, 4),
+    Move("swap tails", 6, 1),
+    Move("invert", 6, 10),
 )
+"""In the order of their numbers in `apply_move`."""
 
 BUSY = 60
-"""From how many transfers in a plan to begin with, and one for every target, the busy rates hold."""
+"""The busy rates hold from this number of transfers in the first plans on, if there is also one for every target."""
 
 
-def lots(*, busy: bool) -> Ints:
-    """Return (moves,): up to which number drawn each move is made."""
+def cumulative_rates(*, busy: bool) -> Ints:
+    """Return (moves,): a move is made if the number drawn is below its entry and not below the one before."""
     return np.cumsum([move.busy_rate if busy else move.rate for move in MOVES], dtype=np.int64)
 
 
-def _one_of(moves: Sequence[Move]) -> Callable[[Net, int], bool]:
-    """Return a function that makes the move of a number; compiled, it is one chain of comparisons with constants.
-
-    It is written as text, since a function for each link would take a second to compile.
-    """
-    lines = ["def change(net, move):"]
-    for number, move in enumerate(moves):
-        if_any = "net.groups[TARGETS, 0] > 0 and " if move.needs_targets else ""
-        lines.append(f"    if move == {number}:\n        return {if_any}move{number}(net)")
-    names: dict[str, Any] = {f"move{number}": move.change for number, move in enumerate(moves)}
-    names["TARGETS"] = col.TARGETS
-    exec(compile("\n".join([*lines, "    return False"]), __file__, "exec"), names)
-    chain: Callable[[Net, int], bool] = inlined(names["change"])
-    return chain
-
-
-change = _one_of(MOVES)
-"""Make the move of a number in the table; say whether it changed anything."""
+# A chain of comparisons: numba can't index a tuple of different functions, and calling them by pointer costs more time.
+@inlined
+def apply_move(sched: LinkedSchedule, number: int) -> bool:
+    """Make the move of a number in the table; return whether it changed anything."""
+    has_targets = sched.groups[col.TARGETS, 0] > 0
+    changed = False
+    if number == 0:
+        changed = has_targets and relocate(sched)
+    elif number == 1:
+        changed = has_targets and deploy(sched)
+    elif number == 2:
+        changed = has_targets and swap(sched)
+    elif number == 3:
+        changed = has_targets and reverse(sched)
+    elif number == 4:
+        changed = move_meeting(sched)
+    elif number == 5:
+        changed = reorder(sched)
+    elif number == 6:
+        changed = reassign(sched)
+    elif number == 7:
+        changed = merge(sched)
+    elif number == 8:
+        changed = swap_transfers(sched)
+    elif number == 9:
+        changed = has_targets and swap_sorties(sched)
+    elif number == 10:
+        changed = move_string(sched)
+    elif number == 11:
+        changed = cross_exchange(sched)
+    elif number == 12:
+        changed = has_targets and splice(sched)
+    elif number == 13:
+        changed = swap_tails(sched)
+    elif number == 14:
+        changed = invert(sched)
+    return changed

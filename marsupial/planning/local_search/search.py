@@ -1,8 +1,41 @@
-"""Simulated annealing over nets: a change that the Metropolis criterion does not accept is undone.
+r"""Simulated annealing over linked schedules.
 
-What steers a search is a blend: how much of the plan is later than is hoped for, summed over what is done; the mean
-time at which targets are reached; the driving. What is hoped for is a little less than the makespan of the incumbent.
-Which plan is the incumbent is decided by the parts of a score in turn. What was tried: docs/planners.md.
+Theory of operation
+-------------------
+One step of the search draws a move, changes a few links, retimes what follows them and accepts or undoes the change:
+
+    begin -> move changes links -> retime -> cost <= limit? -- yes -> accept (maybe a new incumbent)
+                 |                    |                     \- no --> undo from the log
+                 \- nothing changed -> undo                 (both may stop early)
+
+**Cost.** A weighted sum of three parts: lateness (how much each event ends after the due date, summed over all events),
+the mean time at which targets are reached, and driving. The makespan itself would be a poor guide: most moves leave it
+as it is, and a search sees no slope. Summed lateness rewards every event that gets closer to the due date. That date
+is slightly below the incumbent's makespan (`DUE_MARGIN`), so there is always something late, and never below the lower
+bound. It only moves down, when a new incumbent is found; then the cost of the current schedule is computed again.
+
+**Acceptance.** Metropolis: a change that costs `d` more is accepted with probability exp(-d / temperature). That is the
+same as drawing u from (0, 1] first and accepting where the new cost is at most `limit = cost - temperature * ln(u)`.
+Since the limit is known before the schedule is timed, timing stops as soon as the cost is sure to be above it
+(`timing`). The decision is the one that complete timing would have led to, so this early rejection is exact; `timing`
+tells of a quicker test that is nearly so.
+
+**Incumbent.** Decided apart from the cost, by the parts of the objective's value in turn (makespan, then arrivals, then
+driving), or by their weighted sum for priced arrival. Every accepted schedule is compared to it.
+
+**Temperatures.** Geometric cooling from a start to an end temperature, both shares of the first plan's makespan, as
+costs grow with it. The start is lower for many targets (a move changes a smaller part of the schedule then) and for
+short budgets (there is no time to cool down).
+
+**Restarts.** The budget is split into runs, each cooled from start to end:
+
+    used budget   0 ............ EARLY_RUNS_SHARE ... 1
+    temperature   |\_ |\_ |\_ |\_ |\______________
+                   run 0  1   2   3   last run
+
+The early runs begin with the given plans in turn. The last run begins with the best schedule known, at a lower
+temperature (`REHEAT`): it improves that schedule without leaving its surroundings. With many transfers one long run
+is better than several short ones. What was tried: docs/planners.md.
 """
 
 from __future__ import annotations
@@ -16,143 +49,149 @@ from marsupial.model.objective import MAKESPAN, Objective, PricedArrival, Value
 from marsupial.native import inlined, native, outlined
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search.encoding import ProblemData
-from marsupial.planning.local_search.loading import events_in, load, net_of
-from marsupial.planning.local_search.moves import BUSY, change, lots
-from marsupial.planning.local_search.net import Net, accept, begin, draw, undo
+from marsupial.planning.local_search.linked_schedule import LinkedSchedule, accept, begin, draw, undo
+from marsupial.planning.local_search.loading import empty_schedule, events_in, load
+from marsupial.planning.local_search.moves import BUSY, apply_move, cumulative_rates
 from marsupial.planning.local_search.timing import LATEST, cost_of, makespan_of, propagate, set_due
 
 STEP = 1000
-"""Changes that each search tries in one step of a budget."""
+"""Moves that each search tries in one step of a budget."""
 
-HOT, CROWDED, COLD = 0.16, 2.0, 0.0002
-"""Temperature at the beginning, that times the number of targets where there are many, and at the end: as shares of the
-first plan's makespan."""
+START_TEMPERATURE, CROWDED_TEMPERATURE, END_TEMPERATURE = 0.16, 2.0, 0.0002
+"""Shares of the first plan's makespan: at the start at most the first, and the second divided by the number of targets;
+at the end."""
 
-CALM, HURRY = 15_000, 0.15
-"""How many changes per target it takes to begin that hot; with fewer it is cooler in proportion, down to a share."""
+FULL_HEAT_CHANGES, LEAST_HEAT = 15_000, 0.15
+"""Changes per target from which on a run starts at the full temperature; with fewer the start is lower in proportion,
+down to the least share."""
 
-AGAIN = 0.4
-"""With what share of the first temperature the last run begins."""
+REHEAT = 0.4
+"""Start temperature of the last run, as a share of that of the others."""
 
-RUNS, RUN_CHANGES, RUN_ENOUGH, RUNS_SHARE = 6, 1500, 9000, 0.7
-"""How many runs there are where each has that many changes per target, and more where each would have more than is
-enough; the share of the budget of all but the last."""
+MOST_RUNS, MIN_RUN_CHANGES, MAX_RUN_CHANGES, EARLY_RUNS_SHARE = 6, 1500, 9000, 0.7
+"""The number of early runs if each gets at least the minimum of changes per target; there are more if each would get
+more than the maximum. The share of the budget for all of them."""
 
 BUSY_RUN_CHANGES = 100_000
-"""The same where there are many transfers: one long run is better there than several short ones."""
+"""Changes per target of an early run where there are many transfers."""
 
-REACHING_SHARE, REACHING_CROWDED, DRIVING_SHARE = 0.2, 0.02, 1e-4
-"""What a ms of the mean time at which targets are reached costs beside one of being late, or per target where there
-are many, and a ms of driving."""
+ARRIVAL_WEIGHT, CROWDED_ARRIVAL_WEIGHT, DRIVING_WEIGHT = 0.2, 0.02, 1e-4
+"""Weights where lateness has 1: of the mean time at which targets are reached, that per target where there are many,
+and of driving."""
 
-AMBITION = 0.05
-"""By what share of the shortest makespan less is hoped for."""
+DUE_MARGIN = 0.05
+"""How far the due date is below the incumbent's makespan, as a share of it."""
 
-MAKESPAN_PRICE = 3
-"""Index in a blend."""
+MAKESPAN_WEIGHT = 3
+"""Index of the weight of the incumbent's makespan, after those of lateness, arrivals and driving."""
 
-BOUND = 3
-"""Column of the incumbent's numbers after the parts of a score."""
+LOWER_BOUND = 3
+"""Column of the incumbent's numbers, after the parts of its value."""
 
 SEED, SEEDS = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 
 
 @native
-def start(net: Net, events: Ints32, best: Ints, best_nodes: Ints, blend: Floats, ambition: float) -> bool:
-    """Make a list of events current; False if it can't be carried out. The parameters are those of `anneal`."""
-    net.work[0, col.DUE] = LATEST
-    if not load(net, events) or propagate(net, np.inf, blend) == np.inf:
+def start(
+    sched: LinkedSchedule, events: Ints32, best: Ints, best_nodes: Ints, weights: Floats, due_margin: float
+) -> bool:
+    """Load a list of events as the current schedule; return whether it is feasible. For the parameters see `anneal`."""
+    sched.work[0, col.DUE] = LATEST
+    if not load(sched, events) or propagate(sched, np.inf, weights) == np.inf:
         return False
-    if _improves(net, best, blend):
-        _keep(net, best_nodes)
-    set_due(net, _hoped_for(best, ambition))
+    if _improves(sched, best, weights):
+        _copy(sched, best_nodes)
+    set_due(sched, _due_date(best, due_margin))
     return True
 
 
 @native
 def anneal(
-    net: Net,
+    sched: LinkedSchedule,
     best: Ints,
     best_nodes: Ints,
-    lots: Ints,
-    blend: Floats,
+    rates: Ints,
+    weights: Floats,
     temperature: float,
-    ambition: float,
+    due_margin: float,
     changes: int,
 ) -> None:
-    """Try that many changes.
+    """Try that many moves.
 
     Parameters
     ----------
     best, best_nodes
-        The incumbent: (4,), its score and the least makespan that is possible, in ms, and (nodes, `WIDTH`).
-    lots
-        (moves,): up to which number drawn each move is made.
-    blend
-        (4,): what a ms late, of reaching and of driving cost, and one of the incumbent's makespan, or -1 if the
-        incumbent goes by the parts of a score in turn.
+        The incumbent: (4,), its value and a lower bound on the makespan in ms, and its rows (nodes, `WIDTH`).
+    rates
+        (moves,): cumulative, see `cumulative_rates`.
+    weights
+        (4,): of lateness, arrivals and driving, and of the incumbent's makespan, or -1 if incumbents are compared by
+        the parts of their values in turn.
     temperature
         In ms, as costs.
-    ambition
-        By what share of the incumbent's makespan less is hoped for.
+    due_margin
+        How far the due date is below the incumbent's makespan, as a share of it.
     """
-    cost = cost_of(net, blend)
+    cost = cost_of(sched, weights)
     for _ in range(changes):
-        cost = _tried(net, best, best_nodes, lots, blend, temperature, ambition, cost)
+        cost = _try_move(sched, best, best_nodes, rates, weights, temperature, due_margin, cost)
 
 
 @outlined
-def _tried(
-    net: Net,
+def _try_move(
+    sched: LinkedSchedule,
     best: Ints,
     best_nodes: Ints,
-    lots: Ints,
-    blend: Floats,
+    rates: Ints,
+    weights: Floats,
     temperature: float,
-    ambition: float,
+    due_margin: float,
     cost: float,
 ) -> float:
-    lot, move = draw(net, lots[-1]), 0
-    while lot >= lots[move]:
+    """Try one move; return the cost of the current schedule after it."""
+    drawn, move = draw(sched, rates[-1]), 0
+    while drawn >= rates[move]:
         move += 1
-    begin(net)
-    if not change(net, move):
-        undo(net)
+    begin(sched)
+    if not apply_move(sched, move):
+        undo(sched)
         return cost
-    limit = cost - temperature * math.log((draw(net, 1 << 30) + 1) / (1 << 30))
-    found = propagate(net, limit, blend)
+    # Draw before timing: the limit lets `propagate` stop as soon as rejection is certain.
+    limit = cost - temperature * math.log((draw(sched, 1 << 30) + 1) / (1 << 30))
+    found = propagate(sched, limit, weights)
     if found > limit:
-        undo(net)
+        undo(sched)
         return cost
-    accept(net)
-    if _improves(net, best, blend):
-        _keep(net, best_nodes)
-        due = _hoped_for(best, ambition)
-        if due < net.work[0, col.DUE]:
-            set_due(net, due)
-            return cost_of(net, blend)
+    accept(sched)
+    if _improves(sched, best, weights):
+        _copy(sched, best_nodes)
+        due = _due_date(best, due_margin)
+        # Costs before and after a new due date are not comparable, so the cost is computed again.
+        if due < sched.work[0, col.DUE]:
+            set_due(sched, due)
+            return cost_of(sched, weights)
     return found
 
 
 @inlined
-def _keep(net: Net, best_nodes: Ints) -> None:
+def _copy(sched: LinkedSchedule, best_nodes: Ints) -> None:
     for node in range(len(best_nodes)):
         for column in range(best_nodes.shape[1]):
-            best_nodes[node, column] = net.nodes[node, column]
+            best_nodes[node, column] = sched.nodes[node, column]
 
 
 @inlined
-def _hoped_for(best: Ints, ambition: float) -> int:
-    return max(best[BOUND], np.int64(best[0] * (1 - ambition)))
+def _due_date(best: Ints, due_margin: float) -> int:
+    return max(best[LOWER_BOUND], np.int64(best[0] * (1 - due_margin)))
 
 
 @inlined
-def _improves(net: Net, best: Ints, blend: Floats) -> bool:
-    """Say whether the net is better than the incumbent, and if so enter its score."""
-    makespan, reaching, driving = makespan_of(net), net.work[0, col.REACHING], net.work[0, col.DRIVING]
-    if blend[MAKESPAN_PRICE] >= 0:
-        former = total(blend, best[0], best[1], best[2])
-        better = best[0] == LATEST or total(blend, makespan, reaching, driving) < former
+def _improves(sched: LinkedSchedule, best: Ints, weights: Floats) -> bool:
+    """Return whether the schedule is better than the incumbent; if so, store its value."""
+    makespan, reaching, driving = makespan_of(sched), sched.work[0, col.REACHING], sched.work[0, col.DRIVING]
+    if weights[MAKESPAN_WEIGHT] >= 0:
+        former = weighted_sum(weights, best[0], best[1], best[2])
+        better = best[0] == LATEST or weighted_sum(weights, makespan, reaching, driving) < former
     elif makespan != best[0]:
         better = makespan < best[0]
     elif reaching != best[1]:
@@ -165,24 +204,24 @@ def _improves(net: Net, best: Ints, blend: Floats) -> bool:
 
 
 @inlined
-def total(blend: Floats, makespan: int, reaching: int, driving: int) -> float:
-    """Return what parts of a score cost together, by the blend of priced arrival."""
-    return blend[MAKESPAN_PRICE] * makespan + blend[1] * reaching + blend[2] * driving
+def weighted_sum(weights: Floats, makespan: int, reaching: int, driving: int) -> float:
+    """Return the weighted sum of the parts of a value, for priced arrival."""
+    return weights[MAKESPAN_WEIGHT] * makespan + weights[1] * reaching + weights[2] * driving
 
 
 class Annealing:
-    """A search in a few runs from given beginnings and a last one from the best list that is known then.
+    """Simulated annealing in a few runs from given plans, and a last one from the best plan so far.
 
     Parameters
     ----------
     beginnings
-        Lists of events that can be carried out; the runs begin with them in turn, the first with the first.
+        Feasible lists of events; the runs begin with them in turn.
     bound_ms
-        From when all robots may be ready at the earliest.
+        A lower bound on the time when all robots are ready.
     number
-        Searches with other numbers try other changes.
+        Searches with other numbers draw other moves.
     objective
-        The one that `data` was made for.
+        The objective that `data` was encoded for.
     """
 
     def __init__(
@@ -195,97 +234,98 @@ class Annealing:
     ) -> None:
         self._data, self._given, self._beginnings = data, beginnings, beginnings
         transfers = max(int(np.isin(events[:, 0], (col.DOCK, col.UNDOCK)).sum()) for events in beginnings)
-        self._net = net_of(data, transfers, SEED + number * SEEDS & (1 << 64) - 1)
-        self._best_nodes = self._net.nodes.copy()
+        self._sched = empty_schedule(data, transfers, SEED + number * SEEDS & (1 << 64) - 1)
+        self._best_nodes = self._sched.nodes.copy()
         self._best = np.array([LATEST, 0, 0, bound_ms], dtype=np.int64)
         targets = int(data.groups[col.TARGETS, 0])
-        self._busy = transfers >= max(BUSY, targets)
-        self._lots = lots(busy=self._busy)
-        self._objective, self._blend = objective, _blend_of(data, objective)
+        self._many_transfers = transfers >= max(BUSY, targets)
+        self._rates = cumulative_rates(busy=self._many_transfers)
+        self._objective, self._weights = objective, _weights_of(data, objective)
         self._begin_at(beginnings[0])
         self._scale_ms = float(self._best[0]) * (objective.total_worth if isinstance(objective, PricedArrival) else 1.0)
-        self._hot = self._heat(0.0)
+        self._heat = self._start_temperature(0.0)
         self._runs, self._run = 1, 0
 
     @property
     def score(self) -> Value:
-        """The value of the best list by the objective; worths are rounded to thousandths."""
-        makespan, reaching, driving = (int(part) for part in self._best[:BOUND])
+        """Return the value of the best list by the objective; worths are rounded to thousandths."""
+        makespan, reaching, driving = (int(part) for part in self._best[:LOWER_BOUND])
         if isinstance(self._objective, PricedArrival):
-            return (total(self._blend, makespan, reaching, driving),)
+            return (weighted_sum(self._weights, makespan, reaching, driving),)
         return makespan, reaching, driving
 
     @property
     def events(self) -> Ints32:
-        """The best list so far."""
-        return events_in(self._best_nodes, self._net.robots)
+        """Return the best list of events so far."""
+        return events_in(self._best_nodes, self._sched.robots)
 
     def expect(self, steps: float) -> None:
-        """Choose the number of runs and how hot they begin for a budget of about that many steps."""
-        self._hot = self._heat(steps)
-        changes = RUNS_SHARE * steps * STEP / max(1, int(self._data.groups[col.TARGETS, 0]))
-        if self._busy:
+        """Choose the number of runs and their start temperature for a budget of about that many steps."""
+        self._heat = self._start_temperature(steps)
+        changes = EARLY_RUNS_SHARE * steps * STEP / max(1, int(self._data.groups[col.TARGETS, 0]))
+        if self._many_transfers:
             runs = int(changes / BUSY_RUN_CHANGES)
         else:
-            runs = int(max(min(float(RUNS), changes / RUN_CHANGES), changes / RUN_ENOUGH))
+            runs = int(max(min(float(MOST_RUNS), changes / MIN_RUN_CHANGES), changes / MAX_RUN_CHANGES))
         self._runs = runs + 1 if runs > 1 else 1
 
     def begin_round(self, events: Ints32, steps: float) -> None:
-        """Begin anew, at first from a list of events, for about that many steps."""
+        """Restart with a list of events for about that many steps."""
         self._run = 0
         self._beginnings = [events, *self._given]
         self.expect(steps)
         self._begin_at(events)
 
     def is_last_run(self, used: float) -> bool:
-        """Say whether the last of several runs is due at that share of the budget, and has not begun."""
-        return self._moment(used)[0] == self._runs - 1 > self._run
+        """Return whether the last of several runs is due at that share of the budget and has not begun."""
+        return self._run_at(used)[0] == self._runs - 1 > self._run
 
     def begin_last(self, events: Ints32) -> None:
-        """Begin the last run from a list of events."""
+        """Begin the last run with a list of events."""
         self._run = self._runs - 1
         self._begin_at(events)
 
     def step(self, used: float, steps: int) -> None:
-        """Take that many steps; `used` is the share of the budget used so far, from 0 to 1."""
-        run, fallen, hot = self._moment(used)
+        """Take that many steps; `used` is the used share of the budget, from 0 to 1."""
+        run, cooled, heat = self._run_at(used)
         if run != self._run:
             self._run = run
             self._begin_at(self._beginnings[run % len(self._beginnings)] if run < self._runs - 1 else self.events)
-        temperature = self._scale_ms * hot * (COLD / hot) ** fallen
-        anneal(self._net, self._best, self._best_nodes, self._lots, self._blend, temperature, AMBITION, STEP * steps)
+        temperature = self._scale_ms * heat * (END_TEMPERATURE / heat) ** cooled
+        anneal(
+            self._sched, self._best, self._best_nodes, self._rates, self._weights, temperature, DUE_MARGIN, STEP * steps
+        )
 
-    def _heat(self, steps: float) -> float:
+    def _start_temperature(self, steps: float) -> float:
         targets = max(1, int(self._data.groups[col.TARGETS, 0]))
-        calm = min(1.0, max(HURRY, steps * STEP / targets / CALM))
-        return max(COLD, calm * min(HOT, CROWDED / targets))
+        heat = min(1.0, max(LEAST_HEAT, steps * STEP / targets / FULL_HEAT_CHANGES))
+        return max(END_TEMPERATURE, heat * min(START_TEMPERATURE, CROWDED_TEMPERATURE / targets))
 
-    def _moment(self, used: float) -> tuple[int, float, float]:
-        """Return which run it is, how far its temperature has fallen (0 to 1), and from where."""
+    def _run_at(self, used: float) -> tuple[int, float, float]:
+        """Return the run at a moment, how far it has cooled (0 to 1), and its start temperature."""
         first = self._runs - 1
         if not first:
-            return 0, used, self._hot
-        if used >= RUNS_SHARE:
-            return first, (used - RUNS_SHARE) / (1 - RUNS_SHARE), max(COLD, AGAIN * self._hot)
-        turn = used / RUNS_SHARE * first
-        run = min(int(turn), first - 1)
-        return run, turn - run, self._hot
+            return 0, used, self._heat
+        if used >= EARLY_RUNS_SHARE:
+            return first, (used - EARLY_RUNS_SHARE) / (1 - EARLY_RUNS_SHARE), max(END_TEMPERATURE, REHEAT * self._heat)
+        position = used / EARLY_RUNS_SHARE * first
+        run = min(int(position), first - 1)
+        return run, position - run, self._heat
 
     def _begin_at(self, events: Ints32) -> None:
-        start(self._net, events, self._best, self._best_nodes, self._blend, AMBITION)
+        start(self._sched, events, self._best, self._best_nodes, self._weights, DUE_MARGIN)
 
 
-def _blend_of(data: ProblemData, objective: Objective) -> Floats:
-    """Return what things cost: see `anneal`."""
+def _weights_of(data: ProblemData, objective: Objective) -> Floats:
+    """Return the weights of the cost: see `anneal`."""
     if isinstance(objective, PricedArrival):
         late = objective.makespan * objective.total_worth
         return np.array([late, 1e-3, objective.driving, late], dtype=np.float64)
     targets = int(data.groups[col.TARGETS, 0])
-    reaching = max(REACHING_SHARE, REACHING_CROWDED * targets) / max(1, int(data.worth.sum()))
-    return np.array([1.0, reaching, DRIVING_SHARE, -1.0], dtype=np.float64)
+    reaching = max(ARRIVAL_WEIGHT, CROWDED_ARRIVAL_WEIGHT * targets) / max(1, int(data.worth.sum()))
+    return np.array([1.0, reaching, DRIVING_WEIGHT, -1.0], dtype=np.float64)
 
 
-def can_be_carried_out(data: ProblemData, events: Ints32) -> bool:
-    """Say whether a list of events can be."""
-    search = Annealing(data, [events], 0)
-    return search.score[0] < LATEST
+def is_feasible(data: ProblemData, events: Ints32) -> bool:
+    """Return whether a list of events is feasible."""
+    return Annealing(data, [events], 0).score[0] < LATEST

@@ -1,13 +1,31 @@
-"""The compiled core: exact times of a net, repaired where something has changed.
+"""Exact times of a linked schedule, repaired where something has changed.
 
-What is to be timed waits in a queue, the node with the earliest former end first; what follows a node whose end
-has changed is timed after it. Nothing else is looked at. A change that can't be carried out is seen when a node is
-timed, or when a carrier's load is counted; chains that wait for each other in a circle grow later until they are too
-late.
+Theory of operation
+-------------------
+A change queues the nodes whose links it changed. `propagate` takes nodes from the queue one by one, computes when each
+ends from the one or two nodes before it, and queues the nodes behind it if its end differs:
 
-Most changes are not worth what they cost, and that is seen before everything is timed. A node in the queue may end
-sooner than before if the change was made there, or if what it waits for ends sooner. Once there is no such node left,
-ends can only grow, and so can the cost: a net that costs too much already is given up.
+    c1   START --- undock --- dock* --- ...      * its end differs, so both nodes behind it are queued:
+                     |          |                  the next in the carrier's route, and the next in the
+    sortie         undock ... dock*                sortie of the rover (none: a dock ends it)
+
+Whatever lies before the change, or behind a node whose end stays the same, is never looked at. The queue is ordered by
+former ends: that is nearly the new order, so most nodes are timed once. The order only costs time: a node timed too
+early is queued again when one before it changes.
+
+**Infeasible changes** need no tests of their own. A leg without a path, a rover that is to drive while it is aboard and
+a missing way home show when the node is timed; an overloaded carrier, when its load is counted. Chains that wait for
+each other in a circle grow later with each round until they are too late, or until too many nodes have been timed.
+
+**Early rejection.** The limit on the cost is known beforehand (`search`). A queued node may end sooner than before only
+if the change was made there (`link` queues it so), or if a node before it ends sooner. `SOONER` counts such nodes in
+the queue. Once there are none, no end gets smaller any more. Lateness and arrivals grow with the ends, and driving
+changes only where links did, so the cost of what is timed so far is a lower bound on the final one. Above the limit,
+the schedule is given up; complete timing would have rejected it as well.
+
+A second test is quicker and nearly exact: an end that is above the limit by its lateness alone (`latest`) gives the
+schedule up at once. It may reject a good change if the node was timed before one that it waits for; the order of the
+queue makes that rare. It never lets a schedule with wrong times through.
 """
 
 from __future__ import annotations
@@ -17,168 +35,182 @@ import numpy as np
 from marsupial.arrays import Floats
 from marsupial.native import inlined
 from marsupial.planning.local_search import columns as col
-from marsupial.planning.local_search import net as nets
-from marsupial.planning.local_search.net import Net
+from marsupial.planning.local_search import linked_schedule as ops
+from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 
 LATEST = 1 << 60
 
 
 @inlined
-def propagate(net: Net, limit: float, blend: Floats) -> float:
-    """Time what has been asked for and return the cost; inf where that can't be carried out or is too late.
+def propagate(sched: LinkedSchedule, limit: float, weights: Floats) -> float:
+    """Retime what is queued and return the cost; inf if the schedule is infeasible or too late.
 
-    `limit` is a cost; a net that would cost more may be given up. `blend` is (3,): what a ms late, a ms of
-    reaching and a ms of driving cost.
+    `limit` is a cost: a schedule that would cost more may be given up. `weights` are those of lateness, arrivals and
+    driving, per ms.
     """
-    for i in range(net.work[0, col.CHECKS]):
-        if _overloaded(net, net.work[col.CHECK, i]):
+    for i in range(sched.work[0, col.CHECKS]):
+        if _overloaded(sched, sched.work[col.CHECK, i]):
             return np.inf
-    latest = LATEST if limit >= LATEST else net.work[0, col.DUE] + np.int64(limit / blend[0])
-    for i in range(net.work[0, col.QUEUED]):
-        net.work[col.FORMER, i] = _former_end(net, net.work[col.QUEUE, i])
-    patience = 4 * len(net.nodes)
-    while net.work[0, col.QUEUED]:
-        patience -= 1
-        if patience < 0 or not _time(net, _earliest(net), latest):
+    # After this, the lateness of a single node costs more than the limit.
+    latest = LATEST if limit >= LATEST else sched.work[0, col.DUE] + np.int64(limit / weights[0])
+    for i in range(sched.work[0, col.QUEUED]):
+        sched.work[col.FORMER, i] = _former_end(sched, sched.work[col.QUEUE, i])
+    # Chains that wait for each other would be retimed for ever.
+    retimings_left = 4 * len(sched.nodes)
+    while sched.work[0, col.QUEUED]:
+        retimings_left -= 1
+        if retimings_left < 0 or not _retime(sched, _earliest(sched), latest):
             return np.inf
-        if not net.work[0, col.SOONER] and cost_of(net, blend) > limit:
+        # From here on ends can only grow, and so can the cost: what is too much now stays too much.
+        if not sched.work[0, col.SOONER] and cost_of(sched, weights) > limit:
             return np.inf
-    return cost_of(net, blend)
+    return cost_of(sched, weights)
 
 
 @inlined
-def cost_of(net: Net, blend: Floats) -> float:
-    """Return the cost of a net all of which is timed."""
-    return blend[0] * net.work[0, col.LATE] + blend[1] * net.work[0, col.REACHING] + blend[2] * net.work[0, col.DRIVING]
+def cost_of(sched: LinkedSchedule, weights: Floats) -> float:
+    """Return the cost of a schedule; exact if all nodes are timed."""
+    return (
+        weights[0] * sched.work[0, col.LATE]
+        + weights[1] * sched.work[0, col.REACHING]
+        + weights[2] * sched.work[0, col.DRIVING]
+    )
 
 
 @inlined
-def _earliest(net: Net) -> int:
-    """Take the node with the earliest former end out of the queue; ends of chains come last."""
-    n, best, best_end = net.work[0, col.QUEUED] - 1, 0, LATEST
+def _earliest(sched: LinkedSchedule) -> int:
+    """Remove the node with the earliest former end from the queue and return it; starts come last."""
+    n, best, best_end = sched.work[0, col.QUEUED] - 1, 0, LATEST
     for i in range(n + 1):
-        if net.work[col.FORMER, i] < best_end:
-            best, best_end = i, net.work[col.FORMER, i]
-    node = net.work[col.QUEUE, best]
-    net.work[col.QUEUE, best], net.work[col.FORMER, best] = net.work[col.QUEUE, n], net.work[col.FORMER, n]
-    net.work[0, col.QUEUED] = n
-    net.work[0, col.SOONER] -= net.work[col.ASKED, node] & 1
-    net.work[col.ASKED, node] = 0
+        if sched.work[col.FORMER, i] < best_end:
+            best, best_end = i, sched.work[col.FORMER, i]
+    node = sched.work[col.QUEUE, best]
+    sched.work[col.QUEUE, best], sched.work[col.FORMER, best] = sched.work[col.QUEUE, n], sched.work[col.FORMER, n]
+    sched.work[0, col.QUEUED] = n
+    # Odd: queued as one that may end sooner.
+    sched.work[0, col.SOONER] -= sched.work[col.QUEUED_IN, node] & 1
+    sched.work[col.QUEUED_IN, node] = 0
     return node
 
 
 @inlined
-def _former_end(net: Net, node: int) -> int:
-    return LATEST if node < len(net.robots) else net.nodes[node, col.END]
+def _former_end(sched: LinkedSchedule, node: int) -> int:
+    return LATEST if node < len(sched.robots) else sched.nodes[node, col.END]
 
 
 @inlined
-def _overloaded(net: Net, carrier: int) -> bool:
-    """Say whether a carrier has more rovers aboard than there is room for, or sets down one of a type it has not."""
-    total = nets.first_load(net, carrier)
-    for i in range(net.groups[col.ROVERS, 0]):
-        rover = net.groups[col.ROVERS, 1 + i]
-        if net.nodes[rover, col.ROBOT] != rover:
+def _overloaded(sched: LinkedSchedule, carrier: int) -> bool:
+    """Return whether a carrier exceeds its capacity, or sets down a rover of a type that it has not aboard."""
+    total = ops.initial_load(sched, carrier)
+    for i in range(sched.groups[col.ROVERS, 0]):
+        rover = sched.groups[col.ROVERS, 1 + i]
+        if sched.nodes[rover, col.ROBOT] != rover:
             continue
-        load, all_load = net.robots[carrier, col.LOAD + net.robots[rover, col.TYPE]], total
-        node = net.nodes[carrier, col.AFTER]
+        load, all_load = sched.robots[carrier, col.LOAD + sched.robots[rover, col.TYPE]], total
+        node = sched.nodes[carrier, col.AFTER]
         while node != carrier:
-            change = nets.boarding(net, node)
+            change = ops.load_change(sched, node)
             all_load += change
-            if net.nodes[node, col.ROBOT] == rover:
+            if sched.nodes[node, col.ROBOT] == rover:
                 load += change
-            if change and (load < 0 or all_load > net.robots[carrier, col.CAPACITY]):
+            if change and (load < 0 or all_load > sched.robots[carrier, col.CAPACITY]):
                 return True
-            node = nets.after(net, node, carrier)
+            node = ops.after(sched, node, carrier)
     return False
 
 
 @inlined
-def _time(net: Net, node: int, latest: int) -> bool:
-    """Time one node; False if it can't be carried out or is too late."""
-    if net.nodes[node, col.KIND] == col.START:
-        return _close(net, node, latest)
-    if net.nodes[node, col.BEFORE] < 0:
+def _retime(sched: LinkedSchedule, node: int, latest: int) -> bool:
+    """Retime one node; return whether it is feasible and not too late."""
+    if sched.nodes[node, col.KIND] == col.START:
+        return _retime_end(sched, node, latest)
+    if sched.nodes[node, col.BEFORE] < 0:
         return True
-    possible, end, drive = _work_out(net, node)
+    possible, end, drive = _compute_times(sched, node)
     if not possible or end > latest:
         return False
-    if net.nodes[node, col.COUNTED] and net.nodes[node, col.END] == end:
-        if net.nodes[node, col.DRIVE] != drive:
-            nets.touch(net, node)
-            net.work[0, col.DRIVING] += drive - net.nodes[node, col.DRIVE]
-            net.nodes[node, col.DRIVE] = drive
+    if sched.nodes[node, col.COUNTED] and sched.nodes[node, col.END] == end:
+        # Nothing behind it moves, so only its own driving has to be corrected.
+        if sched.nodes[node, col.DRIVE] != drive:
+            ops.log_node(sched, node)
+            sched.work[0, col.DRIVING] += drive - sched.nodes[node, col.DRIVE]
+            sched.nodes[node, col.DRIVE] = drive
         return True
-    sooner = end < net.nodes[node, col.END]
-    nets.set_times(net, node, end, drive)
-    following = net.nodes[node, col.AFTER]
-    if net.nodes[following, col.KIND] != col.UNDOCK or net.nodes[following, col.ROBOT] != net.nodes[node, col.ROBOT]:
-        _ask_next(net, following, sooner)
-    if net.nodes[node, col.KIND] != col.EXPLORE:
-        _ask_next(net, net.nodes[node, col.CARRIER_AFTER], sooner)
+    sooner = end < sched.nodes[node, col.END]
+    ops.set_times(sched, node, end, drive)
+    following = sched.nodes[node, col.AFTER]
+    # Behind the last node of a sortie comes its own undock, which does not wait for it.
+    if (
+        sched.nodes[following, col.KIND] != col.UNDOCK
+        or sched.nodes[following, col.ROBOT] != sched.nodes[node, col.ROBOT]
+    ):
+        _enqueue_next(sched, following, sooner)
+    if sched.nodes[node, col.KIND] != col.EXPLORE:
+        _enqueue_next(sched, sched.nodes[node, col.CARRIER_AFTER], sooner)
     return True
 
 
 @inlined
-def _work_out(net: Net, node: int) -> tuple[bool, int, int]:
-    """Return whether what a node does can be done after what is before it, when it ends and the driving it takes."""
-    kind, robot, place = net.nodes[node, col.KIND], net.nodes[node, col.ROBOT], net.nodes[node, col.PLACE]
-    previous = net.nodes[node, col.BEFORE]
+def _compute_times(sched: LinkedSchedule, node: int) -> tuple[bool, int, int]:
+    """Return whether a node can follow those before it, when it ends, and the driving it takes."""
+    kind, robot, place = sched.nodes[node, col.KIND], sched.nodes[node, col.ROBOT], sched.nodes[node, col.PLACE]
+    previous = sched.nodes[node, col.BEFORE]
     possible, end, drive = True, 0, 0
     if kind == col.UNDOCK:
-        possible = not net.recover or net.nodes[previous, col.KIND] == col.DOCK
-        drive = net.work[0, col.TOLL]
+        possible = not sched.recover or sched.nodes[previous, col.KIND] == col.DOCK
+        drive = sched.work[0, col.UNDOCK_COST]
     else:
-        drive = nets.leg_ms(net, robot, net.nodes[previous, col.PLACE], place)
-        possible = drive < col.FAR and not nets.is_aboard(net, previous, robot)
-        end = net.nodes[previous, col.END] + drive
+        drive = ops.leg_ms(sched, robot, sched.nodes[previous, col.PLACE], place)
+        possible = drive < col.FAR and not ops.ends_aboard(sched, previous, robot)
+        end = sched.nodes[previous, col.END] + drive
     if kind != col.EXPLORE:
-        carrier, previous = net.nodes[node, col.CARRIER], net.nodes[node, col.CARRIER_BEFORE]
-        leg = nets.leg_ms(net, carrier, net.nodes[previous, col.PLACE], place)
+        carrier, previous = sched.nodes[node, col.CARRIER], sched.nodes[node, col.CARRIER_BEFORE]
+        leg = ops.leg_ms(sched, carrier, sched.nodes[previous, col.PLACE], place)
         possible = possible and leg < col.FAR
         drive += leg
-        end = max(end, net.nodes[previous, col.END] + leg)
-        end += net.robots[robot, col.DOCKING if kind == col.DOCK else col.UNDOCKING]
+        end = max(end, sched.nodes[previous, col.END] + leg)
+        end += sched.robots[robot, col.DOCKING if kind == col.DOCK else col.UNDOCKING]
     return possible, end, drive
 
 
 @inlined
-def _ask_next(net: Net, node: int, sooner: bool) -> None:
-    if net.nodes[node, col.KIND] != col.START or net.robots[node, col.HOME] >= 0:
-        net.work[col.FORMER, net.work[0, col.QUEUED]] = _former_end(net, node)  # not read if it is asked for already
-        nets.ask(net, node, sooner)
+def _enqueue_next(sched: LinkedSchedule, node: int, sooner: bool) -> None:
+    if sched.nodes[node, col.KIND] != col.START or sched.robots[node, col.HOME] >= 0:
+        # Written beyond the end of the queue, and not read, if the node is queued already.
+        sched.work[col.FORMER, sched.work[0, col.QUEUED]] = _former_end(sched, node)
+        ops.enqueue(sched, node, sooner)
 
 
 @inlined
-def _close(net: Net, robot: int, latest: int) -> bool:
-    """Time the way home of a carrier, and see that a rover is aboard in the end if it has to be."""
-    last = net.nodes[robot, col.BEFORE]
-    if net.robots[robot, col.HOME] < 0:
-        return not net.recover or net.robots[robot, col.CAPACITY] >= 0 or net.nodes[last, col.KIND] == col.DOCK
-    leg = nets.leg_ms(net, robot, net.nodes[last, col.PLACE], net.robots[robot, col.HOME])
+def _retime_end(sched: LinkedSchedule, robot: int, latest: int) -> bool:
+    """Time a carrier's way home, or check that a sortie ends aboard where it has to; return whether it is feasible."""
+    last = sched.nodes[robot, col.BEFORE]
+    if sched.robots[robot, col.HOME] < 0:
+        return not sched.recover or sched.robots[robot, col.CAPACITY] >= 0 or sched.nodes[last, col.KIND] == col.DOCK
+    leg = ops.leg_ms(sched, robot, sched.nodes[last, col.PLACE], sched.robots[robot, col.HOME])
     if leg >= col.FAR:
         return False
-    end = 0 if net.nodes[last, col.PLACE] == net.robots[robot, col.HOME] else net.nodes[last, col.END] + leg
-    nets.set_times(net, robot, end, leg)
+    end = 0 if sched.nodes[last, col.PLACE] == sched.robots[robot, col.HOME] else sched.nodes[last, col.END] + leg
+    ops.set_times(sched, robot, end, leg)
     return end <= latest
 
 
 @inlined
-def makespan_of(net: Net) -> int:
-    """Return when the last robot is ready, all nodes being timed."""
+def makespan_of(sched: LinkedSchedule) -> int:
+    """Return when the last robot is ready; all nodes have to be timed."""
     makespan = 0
-    for node in range(len(net.nodes)):
-        if net.nodes[node, col.COUNTED]:
-            makespan = max(makespan, nets.end_of(net, node))
+    for node in range(len(sched.nodes)):
+        if sched.nodes[node, col.COUNTED]:
+            makespan = max(makespan, ops.end_of(sched, node))
     return makespan
 
 
 @inlined
-def set_due(net: Net, due: int) -> None:
-    """Change the time from which on things are late."""
-    net.work[0, col.DUE] = due
+def set_due(sched: LinkedSchedule, due: int) -> None:
+    """Change the due date."""
+    sched.work[0, col.DUE] = due
     late = 0
-    for node in range(len(net.nodes)):
-        if net.nodes[node, col.COUNTED]:
-            late += nets.lateness(net, nets.end_of(net, node))
-    net.work[0, col.LATE] = late
+    for node in range(len(sched.nodes)):
+        if sched.nodes[node, col.COUNTED]:
+            late += ops.lateness(sched, ops.end_of(sched, node))
+    sched.work[0, col.LATE] = late

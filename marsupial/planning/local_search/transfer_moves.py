@@ -1,6 +1,6 @@
-"""Changes of transfers: who docks and undocks on which carrier, where, and in which order. Compiled.
+"""Moves of transfers: on which carrier, where, and in which order rovers dock and undock. Compiled.
 
-Each says whether it made a change; most changes can't be carried out.
+Each returns whether it made a change; most changes are infeasible.
 """
 
 from __future__ import annotations
@@ -8,231 +8,237 @@ from __future__ import annotations
 from marsupial.native import inlined
 from marsupial.planning.local_search import choices
 from marsupial.planning.local_search import columns as col
-from marsupial.planning.local_search import net as nets
-from marsupial.planning.local_search.net import Net
+from marsupial.planning.local_search import linked_schedule as ops
+from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 
 
 @inlined
-def move_to(net: Net, transfer: int, place: int) -> None:
-    """Let a transfer begin or end elsewhere."""
-    nets.touch(net, transfer)
-    net.nodes[transfer, col.PLACE] = place
-    nets.ask(net, transfer)
-    nets.ask(net, net.nodes[transfer, col.AFTER])
-    nets.ask(net, net.nodes[transfer, col.CARRIER_AFTER])
+def move_to(sched: LinkedSchedule, transfer: int, place: int) -> None:
+    """Move a transfer to another place, at the same position in both its chains."""
+    ops.log_node(sched, transfer)
+    sched.nodes[transfer, col.PLACE] = place
+    ops.enqueue(sched, transfer)
+    ops.enqueue(sched, sched.nodes[transfer, col.AFTER])
+    ops.enqueue(sched, sched.nodes[transfer, col.CARRIER_AFTER])
 
 
 @inlined
-def move_meeting(net: Net) -> bool:
-    """Set down or pick up a rover at another meeting."""
-    transfer = choices.some_transfer(net, col.START)
+def move_meeting(sched: LinkedSchedule) -> bool:
+    """Move a transfer to another meeting."""
+    transfer = choices.random_transfer(sched, col.START)
     if transfer < 0:
         return False
-    rover, place = net.nodes[transfer, col.ROBOT], net.nodes[transfer, col.PLACE]
-    following = net.nodes[transfer, col.AFTER]
-    if net.nodes[transfer, col.KIND] == col.UNDOCK and net.nodes[following, col.KIND] == col.EXPLORE:
-        place = nets.door(net, col.ENTRIES, rover, net.nodes[following, col.PLACE])
-    elif nets.draw(net, 4):
-        place = nets.door(net, col.EXITS, rover, net.nodes[net.nodes[transfer, col.BEFORE], col.PLACE])
+    rover, place = sched.nodes[transfer, col.ROBOT], sched.nodes[transfer, col.PLACE]
+    following = sched.nodes[transfer, col.AFTER]
+    if sched.nodes[transfer, col.KIND] == col.UNDOCK and sched.nodes[following, col.KIND] == col.EXPLORE:
+        place = ops.near_meeting(sched, col.ENTRIES, rover, sched.nodes[following, col.PLACE])
+    elif ops.draw(sched, 4):
+        place = ops.near_meeting(sched, col.EXITS, rover, sched.nodes[sched.nodes[transfer, col.BEFORE], col.PLACE])
     else:
-        place = nets.pick(net, col.MEETINGS)
-    if place < 0 or place == net.nodes[transfer, col.PLACE]:
+        place = ops.pick(sched, col.MEETINGS)
+    if place < 0 or place == sched.nodes[transfer, col.PLACE]:
         return False
-    move_to(net, transfer, place)
+    move_to(sched, transfer, place)
     return True
 
 
 @inlined
-def reorder(net: Net) -> bool:
-    """Do something a carrier has to do at another turn: a transfer, or a target of its own."""
+def reorder(sched: LinkedSchedule) -> bool:
+    """Move a transfer, or a carrier's own target, to another position of the same route."""
     for attempt in range(2 * choices.TRIES):
-        node = choices.critical_node(net) if attempt < choices.TRIES and nets.draw(net, 2) else -1
+        node = choices.critical_node(sched) if attempt < choices.TRIES and ops.draw(sched, 2) else -1
         if node < 0:
-            node = choices.some_node(net)
-        if nets.is_transfer(net, node):
-            return _assign_again(net, node, net.nodes[node, col.CARRIER])
-        robot = net.nodes[node, col.ROBOT]
-        if net.nodes[node, col.KIND] == col.EXPLORE and nets.carries(net, robot):
-            was = net.nodes[node, col.BEFORE]
-            nets.take_out(net, node)
-            at = choices.turn_except(net, robot, -1, net.nodes[node, col.PLACE])
+            node = choices.random_node(sched)
+        if ops.is_transfer(sched, node):
+            return _reposition(sched, node, sched.nodes[node, col.CARRIER])
+        robot = sched.nodes[node, col.ROBOT]
+        if sched.nodes[node, col.KIND] == col.EXPLORE and ops.is_carrier(sched, robot):
+            was = sched.nodes[node, col.BEFORE]
+            ops.remove(sched, node)
+            at = choices.other_position(sched, robot, -1, sched.nodes[node, col.PLACE])
             if at == was:
                 return False
-            nets.insert(net, node, robot, at)
+            ops.insert(sched, node, robot, at)
             return True
     return False
 
 
 @inlined
-def _assign_again(net: Net, transfer: int, carrier: int) -> bool:
-    """Give a transfer that is in a route to a carrier, at some other turn."""
-    was = net.nodes[transfer, col.CARRIER_BEFORE]
-    nets.unassign(net, transfer)
-    at = choices.turn(net, transfer, carrier, carrier)
+def _reposition(sched: LinkedSchedule, transfer: int, carrier: int) -> bool:
+    """Move a transfer that is in a route to another position, in the route of `carrier`."""
+    was = sched.nodes[transfer, col.CARRIER_BEFORE]
+    ops.unassign(sched, transfer)
+    at = choices.transfer_position(sched, transfer, carrier, carrier)
     if at < 0 or at == was:
         return False
-    nets.assign(net, transfer, carrier, at)
+    ops.assign(sched, transfer, carrier, at)
     return True
 
 
 @inlined
-def reassign(net: Net) -> bool:
-    """Give a transfer to another carrier, mostly with one of the other kind, so that as many are aboard after."""
-    transfer = choices.some_transfer(net, col.START)
+def reassign(sched: LinkedSchedule) -> bool:
+    """Move a transfer to another carrier, mostly with one of the other kind so that later loads stay the same."""
+    transfer = choices.random_transfer(sched, col.START)
     if transfer < 0:
         return False
-    carrier = choices.other_carrier(net, transfer)
-    if carrier == net.nodes[transfer, col.CARRIER]:
+    carrier = choices.other_carrier(sched, transfer)
+    if carrier == sched.nodes[transfer, col.CARRIER]:
         return False
-    partner = _partner(net, transfer)
+    partner = _partner(sched, transfer)
     if partner < 0:
-        return _assign_again(net, transfer, carrier)
-    down, up = (partner, transfer) if net.nodes[transfer, col.KIND] == col.DOCK else (transfer, partner)
-    nets.unassign(net, down)
-    nets.unassign(net, up)
-    at = choices.turn(net, down, carrier, carrier)
+        return _reposition(sched, transfer, carrier)
+    down, up = (partner, transfer) if sched.nodes[transfer, col.KIND] == col.DOCK else (transfer, partner)
+    ops.unassign(sched, down)
+    ops.unassign(sched, up)
+    at = choices.transfer_position(sched, down, carrier, carrier)
     if at < 0:
         return False
-    nets.assign(net, down, carrier, at)
-    at = choices.turn(net, up, carrier, down if nets.head_of(net, up) == down else carrier)
+    ops.assign(sched, down, carrier, at)
+    at = choices.transfer_position(sched, up, carrier, down if ops.head_of(sched, up) == down else carrier)
     if at < 0:
         return False
-    nets.assign(net, up, carrier, at)
+    ops.assign(sched, up, carrier, at)
     return True
 
 
 @inlined
-def _partner(net: Net, transfer: int) -> int:
+def _partner(sched: LinkedSchedule, transfer: int) -> int:
     """Return a transfer of the other kind by the same carrier: of the same sortie, or the next, or sometimes -1."""
-    kind, carrier, choice = net.nodes[transfer, col.KIND], net.nodes[transfer, col.CARRIER], nets.draw(net, 8)
-    if choice == 0 or (choice < 4 and not net.recover):
+    kind, carrier, choice = sched.nodes[transfer, col.KIND], sched.nodes[transfer, col.CARRIER], ops.draw(sched, 8)
+    if choice == 0 or (choice < 4 and not sched.recover):
         return -1
     if choice < 6:
-        other = net.nodes[transfer, col.BEFORE] if kind == col.UNDOCK else nets.head_of(net, transfer)
-        if net.nodes[other, col.KIND] == col.UNDOCK + col.DOCK - kind and net.nodes[other, col.CARRIER] == carrier:
+        other = sched.nodes[transfer, col.BEFORE] if kind == col.UNDOCK else ops.head_of(sched, transfer)
+        if sched.nodes[other, col.KIND] == col.UNDOCK + col.DOCK - kind and sched.nodes[other, col.CARRIER] == carrier:
             return other
-    node = nets.after(net, transfer, carrier)
-    while node != carrier and net.nodes[node, col.KIND] != col.UNDOCK + col.DOCK - kind:
-        node = nets.after(net, node, carrier)
+    node = ops.after(sched, transfer, carrier)
+    while node != carrier and sched.nodes[node, col.KIND] != col.UNDOCK + col.DOCK - kind:
+        node = ops.after(sched, node, carrier)
     return node if node != carrier else -1
 
 
 @inlined
-def swap_tails_at(net: Net, at_one: int, at_other: int) -> bool:
-    """Let two sorties change what is behind a node of each; False if there is no use in that or it can't be."""
-    rover, head_one, head_other = net.nodes[at_one, col.ROBOT], nets.head_of(net, at_one), nets.head_of(net, at_other)
-    if rover != net.nodes[at_other, col.ROBOT] or head_one == head_other:
+def swap_tails_at(sched: LinkedSchedule, at_one: int, at_other: int) -> bool:
+    """Exchange what is behind a node each in two sorties; return whether that is possible and changes anything."""
+    rover, head_one, head_other = (
+        sched.nodes[at_one, col.ROBOT],
+        ops.head_of(sched, at_one),
+        ops.head_of(sched, at_other),
+    )
+    if rover != sched.nodes[at_other, col.ROBOT] or head_one == head_other:
         return False
-    first_one, first_other = net.nodes[at_one, col.AFTER], net.nodes[at_other, col.AFTER]
-    last_one, last_other = net.nodes[head_one, col.BEFORE], net.nodes[head_other, col.BEFORE]
+    first_one, first_other = sched.nodes[at_one, col.AFTER], sched.nodes[at_other, col.AFTER]
+    last_one, last_other = sched.nodes[head_one, col.BEFORE], sched.nodes[head_other, col.BEFORE]
     if first_one == head_one and first_other == head_other:
         return False
-    nets.append(net, at_one, head_one, rover, (first_other, last_other), first_other == head_other)
-    nets.append(net, at_other, head_other, rover, (first_one, last_one), first_one == head_one)
+    ops.append(sched, at_one, head_one, rover, (first_other, last_other), first_other == head_other)
+    ops.append(sched, at_other, head_other, rover, (first_one, last_one), first_one == head_one)
     return True
 
 
 @inlined
-def swap_tails(net: Net) -> bool:
-    """Let two sorties change what comes after some moment."""
-    at_one, other = choices.some_node(net), choices.some_node(net)
-    if nets.carries(net, net.nodes[at_one, col.ROBOT]) or nets.carries(net, net.nodes[other, col.ROBOT]):
+def swap_tails(sched: LinkedSchedule) -> bool:
+    """Exchange the tails of two sorties (2-opt*), cut at about the same time."""
+    at_one, other = choices.random_node(sched), choices.random_node(sched)
+    if ops.is_carrier(sched, sched.nodes[at_one, col.ROBOT]) or ops.is_carrier(sched, sched.nodes[other, col.ROBOT]):
         return False
-    if net.nodes[at_one, col.KIND] == col.DOCK:
+    if sched.nodes[at_one, col.KIND] == col.DOCK:
         return False
-    at_other = nets.head_of(net, other)
-    node, head = net.nodes[at_other, col.AFTER], at_other
+    at_other = ops.head_of(sched, other)
+    node, head = sched.nodes[at_other, col.AFTER], at_other
     while (
         node != head
-        and net.nodes[node, col.KIND] == col.EXPLORE
-        and net.nodes[node, col.END] <= net.nodes[at_one, col.END]
+        and sched.nodes[node, col.KIND] == col.EXPLORE
+        and sched.nodes[node, col.END] <= sched.nodes[at_one, col.END]
     ):
         at_other = node
-        node = net.nodes[node, col.AFTER]
-    if not swap_tails_at(net, at_one, at_other):
+        node = sched.nodes[node, col.AFTER]
+    if not swap_tails_at(sched, at_one, at_other):
         return False
-    drop_if_empty(net, at_one)
-    drop_if_empty(net, at_other)
+    drop_if_empty(sched, at_one)
+    drop_if_empty(sched, at_other)
     return True
 
 
 @inlined
-def _near_transfer(net: Net, transfer: int) -> int:
-    """Return another transfer of the same kind, mostly that of a target near, or -1."""
-    kind = net.nodes[transfer, col.KIND]
-    target = net.nodes[transfer, col.BEFORE if kind == col.DOCK else col.AFTER]
-    node = net.hints[net.nodes[target, col.PLACE], col.NEAR + nets.draw(net, col.NEIGHBOURS)]
-    if nets.draw(net, 4) and node >= 0 and not nets.carries(net, net.nodes[node, col.ROBOT]):
-        node = nets.head_of(net, node)
+def _near_transfer(sched: LinkedSchedule, transfer: int) -> int:
+    """Return another transfer of the same kind, mostly one that serves a target near, or -1."""
+    kind = sched.nodes[transfer, col.KIND]
+    target = sched.nodes[transfer, col.BEFORE if kind == col.DOCK else col.AFTER]
+    node = sched.hints[sched.nodes[target, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
+    if ops.draw(sched, 4) and node >= 0 and not ops.is_carrier(sched, sched.nodes[node, col.ROBOT]):
+        node = ops.head_of(sched, node)
         if kind == col.DOCK:
-            node = net.nodes[node, col.BEFORE]
-        if net.nodes[node, col.KIND] == kind:
+            node = sched.nodes[node, col.BEFORE]
+        if sched.nodes[node, col.KIND] == kind:
             return node
-    return choices.some_transfer(net, kind)
+    return choices.random_transfer(sched, kind)
 
 
 @inlined
-def swap_transfers(net: Net) -> bool:
-    """Let two transfers change turns."""
-    one = choices.some_transfer(net, col.START)
+def swap_transfers(sched: LinkedSchedule) -> bool:
+    """Exchange the positions of two transfers."""
+    one = choices.random_transfer(sched, col.START)
     if one < 0:
         return False
-    other = _near_transfer(net, one)
+    other = _near_transfer(sched, one)
     if other < 0 or one == other:
         return False
-    if net.nodes[one, col.CARRIER_BEFORE] == other:
+    # Of two neighbours, `one` has to be the first: the other's position is then known to be behind it.
+    if sched.nodes[one, col.CARRIER_BEFORE] == other:
         one, other = other, one
-    carrier, carrier_other = net.nodes[one, col.CARRIER], net.nodes[other, col.CARRIER]
-    at, at_other = net.nodes[one, col.CARRIER_BEFORE], net.nodes[other, col.CARRIER_BEFORE]
-    nets.unassign(net, one)
-    nets.unassign(net, other)
-    nets.assign(net, other, carrier, at)
-    nets.assign(net, one, carrier_other, other if at_other == one else at_other)
+    carrier, carrier_other = sched.nodes[one, col.CARRIER], sched.nodes[other, col.CARRIER]
+    at, at_other = sched.nodes[one, col.CARRIER_BEFORE], sched.nodes[other, col.CARRIER_BEFORE]
+    ops.unassign(sched, one)
+    ops.unassign(sched, other)
+    ops.assign(sched, other, carrier, at)
+    ops.assign(sched, one, carrier_other, other if at_other == one else at_other)
     return True
 
 
 @inlined
-def drop_if_empty(net: Net, head: int) -> bool:
-    """Take out the transfers of a sortie on which nothing is explored, if they are of no use; say whether they were."""
-    last = net.nodes[head, col.AFTER]
-    if net.nodes[head, col.KIND] != col.UNDOCK or net.nodes[head, col.BEFORE] != last or (net.recover and last == head):
-        return False
-    if last != head:
-        if net.nodes[last, col.KIND] != col.DOCK or (
-            net.nodes[last, col.CARRIER] != net.nodes[head, col.CARRIER] and nets.draw(net, 2)
-        ):
-            return False
-        nets.take_out(net, last)
-    nets.take_out(net, head)
-    return True
-
-
-@inlined
-def merge(net: Net) -> bool:
-    """Leave a rover where it was picked up, or let it drive on to a sortie that another would begin.
-
-    Or leave out a sortie on which nothing is explored.
-    """
-    up = choices.some_transfer(net, col.START)
-    if up < 0:
-        return False
-    if net.nodes[up, col.KIND] == col.UNDOCK:
-        return drop_if_empty(net, up)
-    rover, last = net.nodes[up, col.ROBOT], net.nodes[up, col.BEFORE]
-    nets.take_out(net, up)
-    if not net.recover and nets.draw(net, 2):
-        return True
-    down = choices.some_transfer(net, col.UNDOCK)
+def drop_if_empty(sched: LinkedSchedule, head: int) -> bool:
+    """Remove the transfers of a sortie without targets, if they are of no use; return whether they were."""
+    last = sched.nodes[head, col.AFTER]
     if (
-        down < 0
-        or net.nodes[down, col.ROBOT] != rover
-        or nets.head_of(net, last) == down
-        or net.nodes[down, col.AFTER] == down
+        sched.nodes[head, col.KIND] != col.UNDOCK
+        or sched.nodes[head, col.BEFORE] != last
+        or (sched.recover and last == head)
     ):
         return False
-    head, first, end = nets.head_of(net, last), net.nodes[down, col.AFTER], net.nodes[down, col.BEFORE]
-    nets.link(net, last, first, rover)
-    nets.link(net, end, head, rover)
-    nets.link(net, down, down, rover)
-    nets.take_out(net, down)
+    if last != head:
+        if sched.nodes[last, col.KIND] != col.DOCK or (
+            sched.nodes[last, col.CARRIER] != sched.nodes[head, col.CARRIER] and ops.draw(sched, 2)
+        ):
+            return False
+        ops.remove(sched, last)
+    ops.remove(sched, head)
+    return True
+
+
+@inlined
+def merge(sched: LinkedSchedule) -> bool:
+    """Remove a dock, or append the sortie of another undock in its place; or remove a sortie without targets."""
+    up = choices.random_transfer(sched, col.START)
+    if up < 0:
+        return False
+    if sched.nodes[up, col.KIND] == col.UNDOCK:
+        return drop_if_empty(sched, up)
+    rover, last = sched.nodes[up, col.ROBOT], sched.nodes[up, col.BEFORE]
+    ops.remove(sched, up)
+    if not sched.recover and ops.draw(sched, 2):
+        return True
+    down = choices.random_transfer(sched, col.UNDOCK)
+    if (
+        down < 0
+        or sched.nodes[down, col.ROBOT] != rover
+        or ops.head_of(sched, last) == down
+        or sched.nodes[down, col.AFTER] == down
+    ):
+        return False
+    head, first, end = ops.head_of(sched, last), sched.nodes[down, col.AFTER], sched.nodes[down, col.BEFORE]
+    ops.link(sched, last, first, rover)
+    ops.link(sched, end, head, rover)
+    ops.link(sched, down, down, rover)
+    ops.remove(sched, down)
     return True

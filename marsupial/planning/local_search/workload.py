@@ -73,7 +73,7 @@ class _Rooms:
         labels = dict.fromkeys(self.of[theirs].tolist())
         self.targets = {room: np.array([t for t in theirs if self.of[t] == room], dtype=np.int64) for room in labels}
 
-    def _doors(self, room: int) -> Ints:
+    def _meetings_in(self, room: int) -> Ints:
         return self._meetings[self.of[self._meetings] == room]
 
     def rides_ms(self, rooms: list[int]) -> float:
@@ -82,11 +82,11 @@ class _Rooms:
 
         data, rovers = self._data, self._data.members(col.ROVERS)
         hosts = data.robots[rovers, col.ABOARD]
-        begun = [self._doors(room) for room in np.unique(self.of[data.robots[rovers[hosts < 0], col.AT]])]
+        begun = [self._meetings_in(room) for room in np.unique(self.of[data.robots[rovers[hosts < 0], col.AT]])]
         beginnings = np.concatenate([data.robots[hosts[hosts >= 0], col.AT], *begun])
         alike = self.of[:, None] == self.of
         carried = floyd_warshall(np.where(alike, np.minimum(self.by_carrier, AT_ONCE_MS), self.by_carrier))
-        groups = [self._doors(room) for room in rooms]
+        groups = [self._meetings_in(room) for room in rooms]
         return _forest(_apart(carried, [beginnings], groups)[0], _apart(carried, groups, groups))
 
     def tours_ms(self, empty: list[int], visited: list[int], lone: list[int]) -> float:
@@ -96,7 +96,7 @@ class _Rooms:
         meanwhile the carrier waits, or it is visited again.
         """
         data = self._data
-        groups = [*(self._doors(room) for room in visited), *(np.array([target]) for target in lone)]
+        groups = [*(self._meetings_in(room) for room in visited), *(np.array([target]) for target in lone)]
         first = _apart(self.by_carrier, [data.robots[data.members(col.CARRIERS), col.AT]], groups)[0]
         between = _apart(self.by_carrier, groups, groups)
         total = _forest(first, between)
@@ -122,7 +122,7 @@ class _Rooms:
 
     def _sortie_ms(self, room: int) -> float:
         """Return how long the rover that explores the farthest target of a room is on its way there and to a door."""
-        back = self.by_rover[np.ix_(self.targets[room], self._doors(room))].min(axis=1, initial=np.inf)
+        back = self.by_rover[np.ix_(self.targets[room], self._meetings_in(room))].min(axis=1, initial=np.inf)
         return float((self._there_ms(room) + back).max())
 
     def _there_ms(self, room: int) -> Floats:
@@ -133,7 +133,7 @@ class _Rooms:
     def _entries(self, room: int) -> Ints:
         """Return where rovers can be first on the ground of a room."""
         starts = self._data.robots[self._data.members(col.ROVERS), col.AT]
-        return np.concatenate([self._doors(room), starts[(starts >= 0) & (self.of[starts] == room)]])
+        return np.concatenate([self._meetings_in(room), starts[(starts >= 0) & (self.of[starts] == room)]])
 
 
 def _forest(least: Floats, between: Floats) -> float:

@@ -1,14 +1,16 @@
-"""Several engines as one: the lead at once, others beside it where they are of use, the best checked plan of all.
+"""Several engines as one: a lead, others beside it where they are of use, and the best checked plan of all.
 
-With a budget in seconds they run side by side and each new incumbent (`marsupial.planning.incumbent`) is passed on as
-it comes; members that ask for the best plan of all get it at any time. It is over at the end
-of the budget, when all have ended, or when one proves that there is no plan. Once the makespan is proven optimal the
-lead goes on for as long again as it has taken, and a little more, to get targets reached sooner, from the plan of
-the member that has found it; unless the lead has ended by itself.
+With a budget in seconds they run side by side, and each new incumbent (`marsupial.planning.incumbent`) is yielded as it
+comes; members can ask for the best plan of all at any time. The search ends at the end of the budget, when all members
+have ended, or when one proves that there is no plan. Once the makespan is proven optimal, the lead goes on for as long
+again, and a little more, to reach targets sooner, from the plan of the member that found it; unless the lead has ended
+by itself.
 
-With a budget in steps they run one after the other, each beginning with the best plan so far, so that the same steps
-give the same plans.
+    lead       |-- plans -->----------------------|-- polish -->|    (makespan proven: others stop)
+    member           |-- begins after its head start, gets the incumbent -->|
+    incumbent  best checked plan of all, yielded when it gets better
 
+With a budget in steps they run one after another, each from the best plan so far: the same steps give the same plans.
 An engine that crashes, or whose plans the checker refuses, costs nothing but its share of the processor.
 """
 
@@ -27,31 +29,31 @@ from marsupial.planning.portfolio.results import Results
 from marsupial.planning.race import Clock, Event, Race
 
 GRACE_S, FIRST_PLAN_S = 0.05, 1.0
-"""How long after the end of the budget engines may still finish their step and tell their bounds, with a plan and
-without any."""
+"""Time after the end of the budget in which engines may still finish their step and report bounds, with a plan and
+without one."""
 
 POLISH_S = 0.1
-"""How long the lead goes on at least where the makespan can't get shorter."""
+"""Least time that the lead goes on after the makespan is proven optimal."""
 
 GIVEN = "the one before"
-"""Whose plan `start` is."""
+"""Name of the finder of `start`."""
 
 Latest = Callable[[], Plan | None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Member:
+class PortfolioMember:
     """An engine of a portfolio.
 
     Parameters
     ----------
     make
-        Makes it around a clock (seconds), which it has to keep its budget by unless its events can be cancelled, and
-        around something that tells the best plan of all so far at any time.
+        Makes the engine with a clock (seconds), which it has to keep its budget by unless its events can be cancelled,
+        and a function that returns the best plan of all so far.
     suits
         Whether it is of use in a situation.
     head_start_s
-        How long the lead runs alone before it; with less than twice that left it does not begin beside it.
+        The time for which the lead runs alone first; a member does not begin if less than twice that is left.
     """
 
     name: str
@@ -63,7 +65,9 @@ class Member:
 class Portfolio:
     """The engine; `clock` gives wall-clock seconds. The first of the members that suit a situation is in the lead."""
 
-    def __init__(self, info: EngineInfo, *members: Member, clock: Callable[[], float] = time.perf_counter) -> None:
+    def __init__(
+        self, info: EngineInfo, *members: PortfolioMember, clock: Callable[[], float] = time.perf_counter
+    ) -> None:
         self.info = info
         self._members = members
         self._clock = clock
@@ -93,7 +97,7 @@ class Portfolio:
         time_is_up = budget.seconds is not None and elapsed_s >= budget.seconds
         yield results.finished(elapsed_s, time_is_up=time_is_up)
 
-    def _suited(self, situation: Situation) -> tuple[Member, ...]:
+    def _suited(self, situation: Situation) -> tuple[PortfolioMember, ...]:
         return tuple(member for member in self._members if member.suits(situation))
 
     def _in_turn(
@@ -105,7 +109,7 @@ class Portfolio:
                 if engine.info.deterministic_steps:
                     for event in engine.solve(situation, budget, objective=objective, start=results.plan):
                         yield member.name, event
-            except Exception as error:
+            except Exception as error:  # a crash ends this member only
                 yield member.name, error
             if results.optimal or results.unsolvable:
                 return
@@ -123,7 +127,7 @@ class _SideBySide:
         situation: Situation,
         objective: Objective,
         results: Results,
-        members: tuple[Member, ...],
+        members: tuple[PortfolioMember, ...],
         clock: Clock,
         end: float,
     ) -> None:
@@ -134,7 +138,7 @@ class _SideBySide:
         self._race = Race(clock)
 
     def events(self) -> Generator[tuple[str, Event]]:
-        """Yield what comes of them, expecting it to be entered in the results; closing this stops them."""
+        """Yield the events of all members, for the caller to enter in the results; closing this stops them."""
         self._enter(self._lead)
         try:
             while self._goes_on():
@@ -161,17 +165,18 @@ class _SideBySide:
         return 0.0 if self._proven else GRACE_S
 
     def _polish(self) -> None:
-        """Leave only the lead, with a plan of the makespan that can't get shorter, and little time."""
+        """Stop all but the lead and give it a little more time, with a plan of the optimal makespan."""
         now = self._clock()
         self._proven, self._waiting = True, []
         self._end = min(self._end, 2 * now - self._begun + POLISH_S)
+        # From another member's plan it has to start anew; its own it goes on with.
         if not self._results.has_shortest(self._lead.name):
             self._race.stop()
             self._race = Race(self._clock)
             self._enter(self._lead)
 
     def _let_in(self) -> None:
-        """Start the members whose time has come, or all of them where none is left."""
+        """Start the members whose head start is over, or all if no other runs."""
         now = self._clock()
         for member in tuple(self._waiting):
             if now - self._begun >= member.head_start_s or not self._race.running:
@@ -183,7 +188,7 @@ class _SideBySide:
     def _due(self) -> float:
         return min([self._end + self._grace_s, *(self._begun + member.head_start_s for member in self._waiting)])
 
-    def _enter(self, member: Member) -> None:
+    def _enter(self, member: PortfolioMember) -> None:
         left = Budget(seconds=max(1e-3, self._end - self._clock()))
         start = self._results.plan
 

@@ -1,4 +1,4 @@
-"""What the members of a portfolio have come to so far: the incumbent, what is proven, who has ended."""
+"""The results of a portfolio's members so far: the incumbent, what is proven, how members ended."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from marsupial.planning.incumbent import Incumbent
 from marsupial.wording import counted
 
 _FAILURES = frozenset({Outcome.CRASHED, Outcome.KILLED, Outcome.MEMORY})
-_LAST_TO_TELL = (Outcome.UNSUPPORTED, *_FAILURES)
+_LAST_TO_REPORT = (Outcome.UNSUPPORTED, *_FAILURES)
 
 
 class Results:
@@ -32,7 +32,7 @@ class Results:
         return self._incumbent.plan
 
     def take(self, name: str, plan: Plan) -> bool:
-        """Take a plan of an engine; say whether it is the new incumbent."""
+        """Take a plan of an engine; return whether it is the new incumbent."""
         better = self._incumbent.take(plan)
         if self._incumbent.violation is not None:
             self._refused[name] += 1
@@ -62,7 +62,7 @@ class Results:
         return self.plan is not None and self.plan.makespan_ms == self.bound_ms
 
     def has_shortest(self, name: str) -> bool:
-        """Say whether the engine of that name has had a plan with the best makespan itself."""
+        """Return whether the engine of that name found a plan with the best makespan itself."""
         return self.plan is not None and self._shortest_ms.get(name) == self.plan.makespan_ms
 
     @property
@@ -71,7 +71,7 @@ class Results:
         return self.plan is None and any(end.outcome is Outcome.UNSOLVABLE for end in self._ends.values())
 
     def finished(self, elapsed_s: float, *, time_is_up: bool) -> Finished:
-        """Return the end of all of them together."""
+        """Return the joint result of all engines."""
         outcome, detail = self._without_plan(time_is_up) if self.plan is None else self._with_plan(self.plan)
         trouble = [
             f"{name} {end.outcome}{f' ({end.detail})' if end.detail else ''}"
@@ -87,6 +87,7 @@ class Results:
         )
 
     def _tenable(self) -> list[tuple[str, int]]:
+        # A bound above a checked plan's makespan is wrong, whoever claims it.
         limit = None if self.plan is None else self.plan.makespan_ms
         return [(name, bound) for name, bound in self._bounds_ms.items() if limit is None or bound <= limit]
 
@@ -102,6 +103,6 @@ class Results:
             return proof.outcome, proof.detail
         if time_is_up:
             return Outcome.TIMEOUT, "no engine had a plan in time"
-        ends = sorted(self._ends.values(), key=lambda end: end.outcome in _LAST_TO_TELL)
-        told = [end for end in ends if end.outcome not in (Outcome.OPTIMAL, Outcome.SATISFICING)]
-        return (told[0].outcome, told[0].detail or "no plan") if told else (Outcome.NO_PLAN, "no plan")
+        ends = sorted(self._ends.values(), key=lambda end: end.outcome in _LAST_TO_REPORT)
+        reports = [end for end in ends if end.outcome not in (Outcome.OPTIMAL, Outcome.SATISFICING)]
+        return (reports[0].outcome, reports[0].detail or "no plan") if reports else (Outcome.NO_PLAN, "no plan")

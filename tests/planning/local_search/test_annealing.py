@@ -14,17 +14,17 @@ from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.local_search.encoding import ProblemData, encode, events_of, plan_of
 from marsupial.planning.local_search.engine import Anytime
-from marsupial.planning.local_search.search import Annealing, can_be_carried_out
-from marsupial.planning.local_search.team import Team
+from marsupial.planning.local_search.parallel import ParallelSearches
+from marsupial.planning.local_search.search import Annealing, is_feasible
 
 
 def listed(situation: Situation) -> list[Plan]:
     return [event.plan for event in Greedy().solve(situation, Budget(steps=1)) if isinstance(event, Improved)]
 
 
-def team(situation: Situation, size: int) -> tuple[ProblemData, Team]:
+def team(situation: Situation, size: int) -> tuple[ProblemData, ParallelSearches]:
     data = encode(situation)
-    return data, Team(data, [events_of(situation, plan) for plan in listed(situation)], 0, size)
+    return data, ParallelSearches(data, [events_of(situation, plan) for plan in listed(situation)], 0, size)
 
 
 def test_a_plan_of_list_scheduling_keeps_its_score() -> None:
@@ -54,8 +54,8 @@ def test_what_can_not_be_carried_out_is_no_beginning() -> None:
     situation = one_room()
     (plan,) = listed(situation)
     events = events_of(situation, plan)
-    assert can_be_carried_out(encode(situation), events)
-    assert not can_be_carried_out(encode(situation), events[[0, 1, *range(len(events) - 1, 1, -1)]])
+    assert is_feasible(encode(situation), events)
+    assert not is_feasible(encode(situation), events[[0, 1, *range(len(events) - 1, 1, -1)]])
 
 
 def test_two_searches_find_no_less_than_the_first_of_them() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from marsupial.planning.local_search.moves import MOVES, lots
+from marsupial.planning.local_search.moves import MOVES, cumulative_rates
 
 PAGE = Path(__file__).parents[3] / "docs" / "planners.md"
 
@@ -14,7 +14,7 @@ PAGE = Path(__file__).parents[3] / "docs" / "planners.md"
 @pytest.mark.parametrize("busy", [False, True])
 def test_each_move_is_drawn_as_often_as_its_rate_says(busy: bool) -> None:
     rates = [move.busy_rate if busy else move.rate for move in MOVES]
-    assert np.diff(lots(busy=busy), prepend=0).tolist() == rates
+    assert np.diff(cumulative_rates(busy=busy), prepend=0).tolist() == rates
     assert min(rates) > 0
 
 

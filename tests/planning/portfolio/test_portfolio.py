@@ -13,7 +13,7 @@ from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.planning.portfolio.engine import GIVEN, Latest, Member, Portfolio
+from marsupial.planning.portfolio.engine import GIVEN, Latest, Portfolio, PortfolioMember
 from marsupial.planning.race import Clock
 
 INFO = EngineInfo(name="test", summary="", licence="", anytime=True, proves_optimality=True, deterministic_steps=True)
@@ -104,9 +104,9 @@ def never(clock: Clock) -> None:
 
 def member(
     name: str, *steps: Step, asked: list[tuple[Budget, Plan | None]] | None = None, alone_s: float = 0
-) -> Member:
+) -> PortfolioMember:
     calls = [] if asked is None else asked
-    return Member(name=name, make=lambda clock, latest: Fake(clock, steps, calls), head_start_s=alone_s)
+    return PortfolioMember(name=name, make=lambda clock, latest: Fake(clock, steps, calls), head_start_s=alone_s)
 
 
 class Watch:
@@ -124,7 +124,7 @@ class Watch:
 
 
 def solve(
-    *members: Member,
+    *members: PortfolioMember,
     budget: Budget = AMPLE,
     start: Plan | None = None,
     situation: Situation | None = None,
@@ -199,8 +199,8 @@ def test_plans_the_checker_refuses_are_not_passed_on_but_counted(budget: Budget)
     assert "bad: 1 plan refused" in finished.detail
 
 
-@pytest.mark.parametrize("quiet", [member("quiet", never), Member(name="quiet", make=Listening)])
-def test_engines_that_never_answer_are_stopped_at_the_end_of_the_budget(quiet: Member) -> None:
+@pytest.mark.parametrize("quiet", [member("quiet", never), PortfolioMember(name="quiet", make=Listening)])
+def test_engines_that_never_answer_are_stopped_at_the_end_of_the_budget(quiet: PortfolioMember) -> None:
     for quick_leads in (True, False):
         watch = Watch()
         quick = member("quick", found(late(7)), DONE, watch.leap)
@@ -209,8 +209,8 @@ def test_engines_that_never_answer_are_stopped_at_the_end_of_the_budget(quiet: M
         assert finished.outcome is Outcome.SATISFICING
 
 
-@pytest.mark.parametrize("quiet", [member("quiet", never), Member(name="quiet", make=Listening)])
-def test_without_a_plan_at_the_end_of_the_budget_the_time_was_too_short(quiet: Member) -> None:
+@pytest.mark.parametrize("quiet", [member("quiet", never), PortfolioMember(name="quiet", make=Listening)])
+def test_without_a_plan_at_the_end_of_the_budget_the_time_was_too_short(quiet: PortfolioMember) -> None:
     plans, finished = solve(quiet, budget=SHORT)
     assert plans == []
     assert finished.outcome is Outcome.TIMEOUT
@@ -330,13 +330,13 @@ def test_members_can_ask_for_the_best_plan_of_all_at_any_time(budget: Budget) ->
         told.append(latest())
         return Fake(clock, (found(late(4)), lambda clock: told.append(latest()), DONE), [])
 
-    solve(Member(name="a", make=asking), budget=budget)
+    solve(PortfolioMember(name="a", make=asking), budget=budget)
     assert told == [None, late(4)]
 
 
 def test_an_engine_that_does_not_suit_is_not_asked() -> None:
     asked: list[tuple[Budget, Plan | None]] = []
-    small = Member(
+    small = PortfolioMember(
         name="small",
         make=lambda clock, latest: Fake(clock, (DONE,), asked),
         suits=lambda situation: len(situation.targets) < 2,
@@ -346,8 +346,8 @@ def test_an_engine_that_does_not_suit_is_not_asked() -> None:
     assert asked == []
 
 
-@pytest.mark.parametrize("quiet", [member("quiet", never), Member(name="quiet", make=Listening)])
-def test_closing_early_stops_every_engine(quiet: Member) -> None:
+@pytest.mark.parametrize("quiet", [member("quiet", never), PortfolioMember(name="quiet", make=Listening)])
+def test_closing_early_stops_every_engine(quiet: PortfolioMember) -> None:
     events = Portfolio(INFO, member("lead", found(late()), never), quiet).solve(one_hall(), AMPLE)
     assert isinstance(next(iter(events)), Improved)
     assert len(threads()) == 2
@@ -357,11 +357,11 @@ def test_closing_early_stops_every_engine(quiet: Member) -> None:
 
 def test_engines_with_a_clock_of_their_own_kind_take_part() -> None:
     situation = many_rooms(2, 2, 8, 4)
-    plans, finished = solve(Member(name="greedy", make=greedy), budget=AMPLE, situation=situation)
+    plans, finished = solve(PortfolioMember(name="greedy", make=greedy), budget=AMPLE, situation=situation)
     assert plans
     assert finished.outcome is Outcome.SATISFICING
-    _, finished = solve(Member(name="greedy", make=greedy), budget=AMPLE, situation=out_of_reach())
+    _, finished = solve(PortfolioMember(name="greedy", make=greedy), budget=AMPLE, situation=out_of_reach())
     assert finished.outcome is Outcome.UNSOLVABLE
-    plans, _ = solve(Member(name="greedy", make=greedy), situation=situation_of([], {}, {}, {}))
+    plans, _ = solve(PortfolioMember(name="greedy", make=greedy), situation=situation_of([], {}, {}, {}))
     assert plans == [Plan(actions=())]
-    assert solve(Member(name="greedy", make=greedy), situation=one_room())[0]
+    assert solve(PortfolioMember(name="greedy", make=greedy), situation=one_room())[0]

@@ -1,7 +1,7 @@
-"""Several searches as one, side by side in threads: compiled code does not hold the interpreter's lock.
+"""Several searches side by side in threads: compiled code does not hold the interpreter's lock.
 
-They take their steps together, so that the same steps give the same plans, and the last runs of all begin at the best
-list that any has found.
+They take their steps together, so that the same steps give the same plans. The last run of each begins with the best
+list that any of them has found.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from marsupial.planning.local_search.encoding import ProblemData
 from marsupial.planning.local_search.search import Annealing
 
 
-class Team:
-    """That many searches; see `Annealing` for the rest."""
+class ParallelSearches:
+    """A number of searches in threads; for the other parameters see `Annealing`."""
 
     def __init__(
         self, data: ProblemData, beginnings: list[Ints32], bound_ms: int, size: int, objective: Objective = MAKESPAN
@@ -43,13 +43,13 @@ class Team:
             search.expect(steps)
 
     def begin_round(self, steps: float) -> None:
-        """Begin anew, from the best list so far, for about that many steps."""
+        """Restart with the best list so far for about that many steps."""
         events = self.events
         for search in self._searches:
             search.begin_round(events, steps)
 
     def step(self, used: float, steps: int) -> None:
-        """Let each search take that many steps; `used` is the share of the budget used so far, from 0 to 1."""
+        """Take that many steps with each search; `used` is the used share of the budget, from 0 to 1."""
         if self._searches[0].is_last_run(used):
             events = self.events
             for search in self._searches:

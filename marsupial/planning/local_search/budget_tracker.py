@@ -1,6 +1,6 @@
-"""How much of a budget is used, in seconds or in steps, and when it is time to report a better plan.
+"""The used share of a budget in seconds or in steps, and when to report a better plan.
 
-A budget in steps is used in rounds whose lengths do not depend on it: how hot a search is follows from where it is in a
+A budget in steps is used in rounds whose lengths do not depend on it; the temperature follows from the share of the
 round. So a search of few steps is the beginning of one of more steps, and more steps never give a worse plan.
 """
 
@@ -14,20 +14,20 @@ from marsupial.model.plan import EPSILON_MS
 from marsupial.model.planning import Budget
 
 POLISH_STEPS, POLISH_S = 50, 0.1
-"""Effort still made where the makespan can't get shorter."""
+"""Effort after the makespan is proven optimal, for the other parts of the value."""
 
 FIRST_ROUND = 8
-"""How many steps the first round has; each later one has as many as all before it."""
+"""Steps of the first round; each later one has as many as all before it."""
 
 PAUSE_STEPS, PAUSE_S = 10, 0.02
-"""Least effort between two plans; in seconds, only unless the plan gets a hundredth better: the caller may wait."""
+"""Least effort between two reports. With a budget in seconds, a plan shorter by 1 % is reported at once."""
 
-TURN_S, TURN_SHARE = 0.01, 0.05
-"""How long the clock is not looked at, at most, and as a share of the budget."""
+SLICE_S, SLICE_SHARE = 0.01, 0.05
+"""Longest time between two looks at the clock, in seconds and as a share of the budget."""
 
 
-class Pace:
-    """The use of a budget.
+class BudgetTracker:
+    """Tracks how much of a budget is used.
 
     Parameters
     ----------
@@ -47,15 +47,15 @@ class Pace:
     ) -> None:
         self.bound_ms = bound_ms
         self.steps = 1
-        """How many steps to take before the next question."""
+        """Steps to take in the current slice."""
         self._clock, self._begun = clock, begun
         self._timed = budget.seconds is not None
         self._end = float(budget.steps or 0) if budget.seconds is None else budget.seconds
         self._enough = enough if self._timed else math.inf
-        self._turn = min(TURN_S, TURN_SHARE * self._end)
+        self._slice = min(SLICE_S, SLICE_SHARE * self._end)
         self._at_bound = False
-        self._turns = self._done = self._taken = 0
-        self._spent = self._told = self._first = 0.0
+        self._slices = self._done = self._taken = 0
+        self._spent = self._reported_at = self._first = 0.0
         self._round_begun, self._round_steps = 0, FIRST_ROUND
 
     @property
@@ -67,47 +67,47 @@ class Pace:
 
     @property
     def has_begun(self) -> bool:
-        """Whether one turn has been taken, or two: the first is short, and threads begin in it."""
-        return 1 <= self._turns <= 2
+        """Whether one slice has been taken, or two: the first is short, and threads begin in it."""
+        return 1 <= self._slices <= 2
 
     @property
     def expected(self) -> float:
-        """How many steps a budget in seconds suffices for, judged by those done, or how many the round has."""
+        """The steps that a budget in seconds will suffice for at the pace so far, or those of the round."""
         if not self._timed:
             return self._round_steps
         return min(self._enough, (self._end - self._first) / max(1e-6, self._now() - self._first) * self._done)
 
     @property
-    def begins_round(self) -> bool:
-        """Whether a round but the first begins with this turn."""
+    def starts_round(self) -> bool:
+        """Whether a round but the first begins with this slice."""
         return not self._timed and 0 < self._round_begun == self._spent
 
     def goes_on(self, score: Value) -> bool:
-        """Note that a turn of `steps` begins and say whether it may; the first one always may."""
+        """Begin a slice of `steps`; return whether it is within the budget. The first one always is."""
         self._spent = self._now()
-        if not self._turns:
+        if not self._slices:
             self._first = self._spent
         if not self._at_bound and score[0] - EPSILON_MS <= self.bound_ms:
             self._at_bound = True
             self._end = min(self._end, 2 * self._spent + (POLISH_S if self._timed else POLISH_STEPS))
-        goes_on = not self._turns or (self._spent < self._end and self._done < self._enough)
-        if self._timed and self._turns:
+        goes_on = not self._slices or (self._spent < self._end and self._done < self._enough)
+        if self._timed and self._slices:
             per_step = (self._spent - self._first) / self._done
-            steps = min(min(self._turn, self._end - self._spent) / max(1e-6, per_step), self._enough - self._done)
+            steps = min(min(self._slice, self._end - self._spent) / max(1e-6, per_step), self._enough - self._done)
             self.steps = max(1, int(steps))
         if not self._timed and self._done == self._round_begun + self._round_steps:
             self._round_begun, self._round_steps = self._done, self._done
-        self._turns += 1
+        self._slices += 1
         self._taken = self._done
         self._done += self.steps
         return goes_on
 
-    def is_due(self, score: Value, told: Value) -> bool:
-        """Say whether to report a better plan now, and if so note it."""
+    def should_report(self, score: Value, reported: Value) -> bool:
+        """Return whether to report a better plan now; if so, remember when."""
         pause = PAUSE_S if self._timed else PAUSE_STEPS
-        due = self._spent - self._told >= pause or (self._timed and score[0] < 0.99 * told[0])
+        due = self._spent - self._reported_at >= pause or (self._timed and score[0] < 0.99 * reported[0])
         if due:
-            self._told = self._spent
+            self._reported_at = self._spent
         return due
 
     def _now(self) -> float:
