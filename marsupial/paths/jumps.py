@@ -1,9 +1,38 @@
-"""Distances between cells by jumps from corner to corner, on ground that is kept in bits.
+"""Shortest distances by jump point search on a grid that is kept in bits.
 
-Of all shortest ways between two cells one turns only where it passes a corner of something closed, but for one turn
-after diagonal steps. So a search need not settle every cell: it runs along rows, columns and diagonals, 64 cells of a
-row or column in a few instructions, and goes on from the corners it passes. What turns are left out, and why that costs
-nothing, is said at `marsupial.paths.kernels.flood`.
+Theory of operation
+-------------------
+A breadth-first search settles every cell. A jump point search settles only corners: some shortest way between two
+cells changes direction only where it passes the corner of something closed, plus once after diagonal steps. So the
+search runs in straight lines and stores a cell only where such a change may happen:
+
+    . . . . . . .
+    S-+-+-+-+-C .       From S the search scans its row. At C a side opens that was closed one cell before (#):
+    # # # # # | .       C is a corner, stored with the direction of arrival. The cells between S and C are
+    # # # # # v .       not stored, stride from goals, which get their distance in passing.
+
+`_expand_corner` continues from a corner ahead and to the sides that opened. Each direction is one call of `_jump`:
+
+- straight: `_scan` runs along a row or column to the next corner or closed cell. A line is an array of 64-bit words
+  with a bit per open cell, and rows and columns are stored separately, so that both are contiguous. With `here` the
+  word of the line, and `a`, `b` those of the lines on both sides, one expression finds where a scan upwards ends:
+
+      ends = ~here | a & ~(a << 1) | b & ~(b << 1)
+             closed  open beside now, but closed one cell before
+
+  and the lowest set bit of `ends` is the end: 64 cells in a few instructions.
+- diagonal: `_jump` steps cell by cell and scans both straight directions from each cell.
+
+Corners wait in buckets of width 1 by distance: a bucket queue replaces the heap. Within a bucket the order does not
+matter, since no step is shorter than 1. A corner that was reached more cheaply meanwhile is skipped when its turn
+comes. The search ends once every goal has a distance below the current bucket's upper end.
+
+Nothing is cleared between searches: each search has a number, and a cell's distance is valid only if `found` holds
+that number. If the entries run out, `_search` returns False and `Jumps.costs` repeats it with a larger array.
+
+`marsupial.paths.kernels` says which turns are pruned and why that costs nothing. `PathSearch` (fields.py) chooses
+between this search and the flood: on ragged ground with a corner at every cell, jumping is the slower one.
+`Distances` (distances.py) calls it only for the pairs whose distance may have changed.
 
 References
 ----------
@@ -28,28 +57,28 @@ from marsupial.native import inlined, native, outlined
 from marsupial.paths.kernels import TOLERANCE
 
 FRAME = 64
-"""How many closed cells there are before the first one of a row or column of bits; some are after the last one."""
+"""Closed cells before the first cell of a row or column of bits. The last word always ends with closed ones too."""
 
 _ONE, _NONE, _ALL = np.uint64(1), np.uint64(0), np.uint64(0xFFFFFFFFFFFFFFFF)
 _SHIFT, _LAST = np.uint64(6), np.uint64(63)
 
 _EAST, _SOUTH, _WEST, _NORTH = 0, 2, 4, 6
-"""Directions: digits of steps, as everywhere (`marsupial.paths.routes`)."""
+"""Directions are step digits (`marsupial.paths.routes`): even ones straight, odd ones diagonal."""
 
 
 class _OpenBits(NamedTuple):
-    """What is open, as bits: cell (x, y) is bit x + `FRAME` of line y + 1 of the rows, and so for columns.
+    """The open cells as bits: cell (x, y) is bit x + `FRAME` of row line y + 1, bit y + `FRAME` of column line x + 1.
 
     Attributes
     ----------
     rows, columns
-        Whether a cell is open.
+        Set for open cells.
     row_goals, column_goals
-        Whether its distance is asked for.
+        Set for cells whose distance is wanted.
     width
-        Of the map.
+        Width of the map in cells.
     diagonal
-        The length of a diagonal step.
+        Length of a diagonal step.
     """
 
     rows: Words
@@ -61,33 +90,37 @@ class _OpenBits(NamedTuple):
 
 
 class _OpenLine(NamedTuple):
-    """A row or column of the ground: what is open, what is a goal, and its number.
+    """One row or column of the map, with all lines of its kind.
 
     Attributes
     ----------
-    first, apart
-        The row-major index of its first cell, and how far apart those of its cells are.
+    bits, goals
+        The lines of open cells and of goals.
+    number
+        Number of this line; the arrays have one closed line before the first.
+    first, stride
+        Row-major index of its first cell, and the difference between those of neighbouring cells.
     """
 
     bits: Words
     goals: Words
     number: int
     first: int
-    apart: int
+    stride: int
 
 
 class _JumpSearch(NamedTuple):
-    """What a search knows of each cell, row-major, and the corners it has to go on from, in buckets of width 1.
+    """Distances per cell, row-major, and the bucket queue of corners.
 
     Attributes
     ----------
     cost, found, arrived
-        The distance of a cell, which holds if `found` is the number of this search; the bits of the directions in
-        which a corner was arrived at by such a way.
+        Distance of a cell, valid if `found` is the number of this search; bit set of the directions in which a corner
+        was reached at that distance.
     heads
-        (buckets,): a ring, longer than any jump; the last entry of each bucket, and one more.
-    next, cell, turn, length
-        The entries: the one before it in its bucket, and one more; a corner, how it is arrived at, how far it is.
+        (buckets,): the last entry of each bucket, plus 1; 0 for none. A ring longer than any jump.
+    next, cell, direction, length
+        The entries: the previous one of the same bucket, plus 1; the corner, direction of arrival and distance.
     counts
         (4,): see `_SEARCHES`.
     """
@@ -98,17 +131,17 @@ class _JumpSearch(NamedTuple):
     heads: Ints32
     next: Ints32
     cell: Ints32
-    turn: Bytes
+    direction: Bytes
     length: Floats
     counts: Ints
 
 
 _SEARCHES, _ENTRIES, _WAITING, _STEPS = range(4)
-"""In `_JumpSearch.counts`: the number of this search, of its entries, of those not done, and of its diagonal steps."""
+"""Places in `_JumpSearch.counts`: number of this search, entries, entries not yet expanded, diagonal steps."""
 
 
 class JumpMemory:
-    """What searches on masks of one shape (height, width) take down in turn; several `Jumps` may share it."""
+    """Working memory for masks of one shape (height, width); several `Jumps` may share it, used one at a time."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         height, width = shape
@@ -124,16 +157,16 @@ class JumpMemory:
 
 
 class Jumps:
-    """Searches on one mask, which may change between calls. Not for use by two threads at once.
+    """Searches on one mask, which may change between calls. Not thread-safe.
 
     Parameters
     ----------
     shape
-        Of the mask, (height, width).
+        Shape of the mask, (height, width).
     diagonal
-        The length of a diagonal step, 1 to sqrt 2.
+        Length of a diagonal step, 1 to sqrt 2.
     memory
-        Shared with others, none of which is used at the same time; None for its own.
+        Working memory to share with others that are never used at the same time; None to allocate its own.
     """
 
     def __init__(self, shape: tuple[int, int], diagonal: float, memory: JumpMemory | None = None) -> None:
@@ -151,11 +184,11 @@ class Jumps:
 
     @property
     def steps(self) -> int:
-        """How many diagonal steps the last search took, which is what its time goes with."""
+        """Number of diagonal steps of the last search, to which its time is proportional."""
         return int(self._memory.state.counts[_STEPS])
 
     def load(self, passable: Mask) -> Ints | None:
-        """Take over which cells are open now; return those newly so, row-major, or None if any is closed again."""
+        """Copy the mask; return the cells opened since the last copy, row-major, or None if any was closed."""
         width = self._ground.width
         lines = self._ground.rows[1:-1].view(np.uint8)[:, FRAME // 8 : FRAME // 8 + (width + 7) // 8]
         bits = np.packbits(passable, axis=1, bitorder="little")
@@ -170,12 +203,12 @@ class Jumps:
         return None if before[which, bit].any() else cells.astype(np.int64)
 
     def open(self, cells: Ints) -> None:
-        """Take in that these cells (n,), closed until now, are open."""
+        """Open these cells (n,), which were closed."""
         _flip(self._ground.columns, cells, self._ground.width, False)
         _flip(self._ground.rows, cells, self._ground.width, True)
 
     def costs(self, source: int, wanted: Ints) -> Floats:
-        """Return the distances (n,) of n open cells from an open one, all row-major; inf where there is no way."""
+        """Return the distances (n,) of n open cells from an open one, all row-major; inf where there is no route."""
         memory = self._memory
         while not _search(self._ground, memory.state, source, wanted):
             memory.state = memory.state._replace(**_entries(4 * len(memory.state.cell)))
@@ -184,12 +217,12 @@ class Jumps:
 
 
 def _entries(count: int) -> dict[str, Any]:
-    kinds: dict[str, npt.DTypeLike] = {"next": np.int32, "cell": np.int32, "turn": np.uint8, "length": np.float64}
+    kinds: dict[str, npt.DTypeLike] = {"next": np.int32, "cell": np.int32, "direction": np.uint8, "length": np.float64}
     return {name: np.empty(count, dtype=kind) for name, kind in kinds.items()}
 
 
-def _counting(count: Callable[[Any, Any], Any]) -> Any:
-    """Return a function of a word that isn't 0, by the processor's instruction for it."""
+def _bit_instruction(count: Callable[[Any, Any], Any]) -> Any:
+    """Return a compiled function of a non-zero word that uses the processor's bit-counting instruction."""
 
     def typed(context: Any, word: Any) -> Any:
         return types.uint64(types.uint64), lambda context, builder, signature, words: count(builder, words[0])
@@ -197,8 +230,8 @@ def _counting(count: Callable[[Any, Any], Any]) -> Any:
     return intrinsic(typed)
 
 
-_lowest = _counting(lambda builder, word: builder.cttz(word, ir.Constant(ir.IntType(1), 1)))
-_highest = _counting(
+_lowest = _bit_instruction(lambda builder, word: builder.cttz(word, ir.Constant(ir.IntType(1), 1)))
+_highest = _bit_instruction(
     lambda builder, word: builder.xor(
         builder.ctlz(word, ir.Constant(ir.IntType(1), 1)), ir.Constant(ir.IntType(64), 63)
     )
@@ -216,14 +249,14 @@ def _flip(lines: Words, cells: Ints, width: int, rows: bool) -> None:
 
 @native
 def _search(ground: _OpenBits, state: _JumpSearch, source: int, wanted: Ints) -> bool:
-    """Find the distances of cells from a source; say whether there was room for all entries."""
-    state.counts[_SEARCHES] += 1
+    """Search from a source until all wanted cells are settled; return whether the entries sufficed."""
+    state.counts[_SEARCHES] += 1  # invalidates all distances of the search before
     state.counts[_ENTRIES] = state.counts[_WAITING] = state.counts[_STEPS] = 0
     for bucket in range(len(state.heads)):
         state.heads[bucket] = 0
     for goal in wanted:
         _mark(ground, goal, True)
-    room = _spread(ground, state, source, wanted)
+    room = _settle(ground, state, source, wanted)
     for goal in wanted:
         _mark(ground, goal, False)
     return room
@@ -246,13 +279,14 @@ def _set(lines: Words, line: int, at: int, on: bool) -> None:
 
 
 @inlined
-def _spread(ground: _OpenBits, state: _JumpSearch, source: int, wanted: Ints) -> bool:
+def _settle(ground: _OpenBits, state: _JumpSearch, source: int, wanted: Ints) -> bool:
     x, y = source % ground.width, source // ground.width
-    _enter(state, source, 0.0)
-    for turn in range(8):
-        _go(ground, state, x, y, turn, 0.0)
+    _lower(state, source, 0.0)
+    for direction in range(8):
+        _jump(ground, state, x, y, direction, 0.0)
     level, left = 0, len(wanted)
     while state.counts[_WAITING] > 0:
+        # goals are checked from the end; each is passed over once, so this costs little per bucket
         while left > 0 and _known(state, wanted[left - 1]) < level + 1.0:
             left -= 1
         if left == 0:
@@ -261,13 +295,18 @@ def _spread(ground: _OpenBits, state: _JumpSearch, source: int, wanted: Ints) ->
         entry = state.heads[bucket]
         state.heads[bucket] = 0
         while entry > 0:
+            # one corner adds at most this many: two scans from each cell of two diagonals, and a few straight ones
             if state.counts[_ENTRIES] + 64 + 4 * (len(ground.rows) + len(ground.columns)) > len(state.cell):
                 return False
-            cell, length, turn = _number(state.cell[entry - 1]), state.length[entry - 1], state.turn[entry - 1]
+            cell, length, direction = (
+                _number(state.cell[entry - 1]),
+                state.length[entry - 1],
+                state.direction[entry - 1],
+            )
             entry = state.next[entry - 1]
             state.counts[_WAITING] -= 1
-            if length <= _known(state, cell) + TOLERANCE:
-                _turn(ground, state, cell, _number(turn), length)
+            if length <= _known(state, cell) + TOLERANCE:  # else a shorter way was found since
+                _expand_corner(ground, state, cell, _number(direction), length)
         level += 1
     return True
 
@@ -283,8 +322,8 @@ def _known(state: _JumpSearch, cell: int) -> float:
 
 
 @inlined
-def _enter(state: _JumpSearch, cell: int, length: float) -> bool:
-    """Enter the distance of a cell unless it is known to be as short; say whether it was entered."""
+def _lower(state: _JumpSearch, cell: int, length: float) -> bool:
+    """Lower the distance of a cell; return whether it was lowered."""
     shorter = length < _known(state, cell) - TOLERANCE
     if shorter:
         state.cost[cell], state.found[cell], state.arrived[cell] = length, state.counts[_SEARCHES], 0
@@ -292,14 +331,14 @@ def _enter(state: _JumpSearch, cell: int, length: float) -> bool:
 
 
 @inlined
-def _note(state: _JumpSearch, cell: int, turn: int, length: float) -> None:
-    """Note a corner to go on from, unless it was arrived at in the same direction or by a shorter way."""
-    bit = np.uint8(1 << turn)
-    if not _enter(state, cell, length) and (length > state.cost[cell] + TOLERANCE or state.arrived[cell] & bit):
+def _push(state: _JumpSearch, cell: int, direction: int, length: float) -> None:
+    """Queue a corner, unless it was reached by a shorter way or as cheaply in the same direction."""
+    bit = np.uint8(1 << direction)
+    if not _lower(state, cell, length) and (length > state.cost[cell] + TOLERANCE or state.arrived[cell] & bit):
         return
     state.arrived[cell] |= bit
     entry, bucket = state.counts[_ENTRIES], int(length) & (len(state.heads) - 1)
-    state.cell[entry], state.turn[entry], state.length[entry] = cell, turn, length
+    state.cell[entry], state.direction[entry], state.length[entry] = cell, direction, length
     state.next[entry] = state.heads[bucket]
     state.heads[bucket] = entry + 1
     state.counts[_ENTRIES] += 1
@@ -307,26 +346,26 @@ def _note(state: _JumpSearch, cell: int, turn: int, length: float) -> None:
 
 
 @inlined
-def _turn(ground: _OpenBits, state: _JumpSearch, cell: int, turn: int, length: float) -> None:
-    """Go on from a corner that was arrived at in a straight line: ahead, and to the sides that have opened there."""
+def _expand_corner(ground: _OpenBits, state: _JumpSearch, cell: int, direction: int, length: float) -> None:
+    """Continue from a corner reached in a straight line: ahead, and to the sides that opened there."""
     x, y = cell % ground.width, cell // ground.width
-    _go(ground, state, x, y, turn, length)
+    _jump(ground, state, x, y, direction, length)
     for side in range(-1, 2, 2):
-        across = turn + 2 * side & 7
+        across = direction + 2 * side & 7
         u, v = x + _dx(across), y + _dy(across)
-        if _open(ground, u, v) and not _open(ground, u - _dx(turn), v - _dy(turn)):
-            _go(ground, state, x, y, across, length)
-            _go(ground, state, x, y, turn + side & 7, length)
+        if _open(ground, u, v) and not _open(ground, u - _dx(direction), v - _dy(direction)):
+            _jump(ground, state, x, y, across, length)
+            _jump(ground, state, x, y, direction + side & 7, length)
 
 
 @inlined
-def _dx(turn: int) -> int:
-    return 0 if turn & 3 == 2 else (-1 if 2 < turn < 6 else 1)
+def _dx(direction: int) -> int:
+    return 0 if direction & 3 == 2 else (-1 if 2 < direction < 6 else 1)
 
 
 @inlined
-def _dy(turn: int) -> int:
-    return 0 if turn & 3 == 0 else (1 if turn < 4 else -1)
+def _dy(direction: int) -> int:
+    return 0 if direction & 3 == 0 else (1 if direction < 4 else -1)
 
 
 @inlined
@@ -341,74 +380,72 @@ def _is_set(lines: Words, line: int, at: int) -> bool:
 
 
 @outlined
-def _go(ground: _OpenBits, state: _JumpSearch, x: int, y: int, turn: int, length: float) -> None:
-    """Go from a cell, which is `length` away, in a direction as far as one can, noting goals and corners."""
-    if not turn & 1:
-        _run(ground, state, x, y, turn, length)
+def _jump(ground: _OpenBits, state: _JumpSearch, x: int, y: int, direction: int, length: float) -> None:
+    """Jump from a cell at distance `length` in a direction until the way is blocked; store goals and corners."""
+    if not direction & 1:
+        _scan(ground, state, x, y, direction, length)
         return
-    dx, dy = _dx(turn), _dy(turn)
+    dx, dy = _dx(direction), _dy(direction)
     while _open(ground, x + dx, y) and _open(ground, x, y + dy) and _open(ground, x + dx, y + dy):
         x, y, length = x + dx, y + dy, length + ground.diagonal
         state.counts[_STEPS] += 1
         cell = y * ground.width + x
         if length > min(_known(state, cell), _known(state, cell - dx) + 1.0) + TOLERANCE:
-            return  # no shortest way goes on from here; so goes half of the steps in a building
-        _enter(state, cell, length)
-        _run(ground, state, x, y, _EAST if dx > 0 else _WEST, length)
-        _run(ground, state, x, y, _SOUTH if dy > 0 else _NORTH, length)
+            return  # dominated: no shortest way continues here. In a building that saves half of the steps.
+        _lower(state, cell, length)
+        _scan(ground, state, x, y, _EAST if dx > 0 else _WEST, length)
+        _scan(ground, state, x, y, _SOUTH if dy > 0 else _NORTH, length)
 
 
 @inlined
-def _run(ground: _OpenBits, state: _JumpSearch, x: int, y: int, turn: int, length: float) -> None:
-    """Go along a row or column up to the next corner or what is closed."""
-    if turn & _SOUTH:
+def _scan(ground: _OpenBits, state: _JumpSearch, x: int, y: int, direction: int, length: float) -> None:
+    """Scan a row or column to the next corner or closed cell."""
+    if direction & _SOUTH:
         line, at = _OpenLine(ground.columns, ground.column_goals, x, x, ground.width), y
     else:
         line, at = _OpenLine(ground.rows, ground.row_goals, y, y * ground.width, 1), x
-    if turn < _WEST:
-        _rise(line, state, at, turn, length)
+    if direction < _WEST:
+        _scan_up(line, state, at, direction, length)
     else:
-        _fall(line, state, at, turn, length)
+        _scan_down(line, state, at, direction, length)
 
 
 @inlined
-def _rise(line: _OpenLine, state: _JumpSearch, at: int, turn: int, length: float) -> None:
-    """Go from bit `at` of a line upwards.
-
-    One can turn to a side where it is open there and closed one cell before.
-    """
-    lines, goals, number, first, apart = line
+def _scan_up(line: _OpenLine, state: _JumpSearch, at: int, direction: int, length: float) -> None:
+    """Scan a line from bit `at` upwards, see the theory of operation above."""
+    lines, goals, number, first, stride = line
     start = np.uint64(at + FRAME)
     word, ahead = start >> _SHIFT, _ALL << (start & _LAST) << _ONE
+    # the bits that `a << 1` and `b << 1` shift in: the last cells of the words before
     left, right = lines[number, word - _ONE] >> _LAST, lines[number + 2, word - _ONE] >> _LAST
     while True:
         here, a, b = lines[number + 1, word], lines[number, word], lines[number + 2, word]
         ends = (~here | a & ~(a << _ONE | left) | b & ~(b << _ONE | right)) & ahead
         passed = goals[number + 1, word] & ahead & here
         if ends:
-            passed &= ends ^ ends - _ONE  # those up to the end
+            passed &= ends ^ ends - _ONE  # keep the bits up to the lowest set one of `ends`, included
         while passed:
             cell = _number(word << _SHIFT | _lowest(passed)) - FRAME
-            _enter(state, first + apart * cell, length + (cell - at))
+            _lower(state, first + stride * cell, length + (cell - at))
             passed &= passed - _ONE
         if ends:
             end = _lowest(ends)
-            if here >> end & _ONE:
+            if here >> end & _ONE:  # else the line is closed there: no corner
                 cell = _number(word << _SHIFT | end) - FRAME
-                _note(state, first + apart * cell, turn, length + (cell - at))
+                _push(state, first + stride * cell, direction, length + (cell - at))
             return
         left, right, ahead = a >> _LAST, b >> _LAST, _ALL
         word += _ONE
 
 
 @inlined
-def _fall(line: _OpenLine, state: _JumpSearch, at: int, turn: int, length: float) -> None:
-    """Go downwards, as `_rise` goes upwards."""
-    lines, goals, number, first, apart = line
+def _scan_down(line: _OpenLine, state: _JumpSearch, at: int, direction: int, length: float) -> None:
+    """Scan a line downwards: the mirror image of `_scan_up`."""
+    lines, goals, number, first, stride = line
     start = np.uint64(at + FRAME)
     word, ahead = start >> _SHIFT, ~(_ALL << (start & _LAST))
     left, right = _NONE, _NONE
-    if word + _ONE < np.uint64(lines.shape[1]):
+    if word + _ONE < np.uint64(lines.shape[1]):  # after the last word everything is closed
         left, right = lines[number, word + _ONE] << _LAST, lines[number + 2, word + _ONE] << _LAST
     while True:
         here, a, b = lines[number + 1, word], lines[number, word], lines[number + 2, word]
@@ -418,12 +455,12 @@ def _fall(line: _OpenLine, state: _JumpSearch, at: int, turn: int, length: float
         while passed:
             bit = _highest(passed)
             cell = _number(word << _SHIFT | bit) - FRAME
-            _enter(state, first + apart * cell, length + (at - cell))
+            _lower(state, first + stride * cell, length + (at - cell))
             passed ^= _ONE << bit
         if ends:
             if here >> end & _ONE:
                 cell = _number(word << _SHIFT | end) - FRAME
-                _note(state, first + apart * cell, turn, length + (at - cell))
+                _push(state, first + stride * cell, direction, length + (at - cell))
             return
         left, right, ahead = a << _LAST, b << _LAST, _ALL
         word -= _ONE
