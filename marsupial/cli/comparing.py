@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from marsupial.bench.compare.cells import ComparisonOutcome
-from marsupial.bench.compare.conduct import conduct
+from marsupial.bench.compare.conduct import MissionRunner, conduct
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
 from marsupial.bench.compare.pairs import FOLDER, pair_pages, replays_in
 from marsupial.bench.compare.plan import Comparison
@@ -14,7 +14,6 @@ from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import CRASHED, ERROR
-from marsupial.bench.compare.runner import Runner
 from marsupial.bench.compare.tables import BETTER, headline_table
 from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
@@ -31,7 +30,7 @@ from marsupial.strategies.registry import check_suits
 from marsupial.strategies.registry import strategy as made
 
 
-def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> Runner:
+def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> MissionRunner:
     """Return the runner with so many processes on this machine, one per core unless said otherwise, or on a cluster."""
     if ray is not None:
         if workers is not None:

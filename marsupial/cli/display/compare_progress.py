@@ -13,7 +13,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 
 from marsupial.bench.compare.conduct import Watch
-from marsupial.bench.compare.rows import Row
+from marsupial.bench.compare.rows import MissionRow
 from marsupial.cli.display.messages import Volume, say, volume
 from marsupial.wording import clock, counted
 
@@ -44,7 +44,7 @@ class Lines:
         self._told = self._begun
         self._before = 0
 
-    def watch(self, row: Row | None, done: int, total: int) -> None:
+    def watch(self, row: MissionRow | None, done: int, total: int) -> None:
         """Take in that a mission is done."""
         if row is None:
             self._begun = self._told = self._now()
