@@ -1,4 +1,4 @@
-"""The work of `marsupial compare` and `marsupial reproduce`: missions and documents."""
+"""The work of `marsupial compare` and `marsupial reproduce`: run missions, write documents."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from marsupial.bench.compare.rows import CRASHED, ERROR
 from marsupial.bench.compare.tables import BETTER, headline_table
 from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
+from marsupial.cli.display.outputs import make_folder, writing
 from marsupial.cli.display.tables import print_table
-from marsupial.cli.interrupt import Interrupted
-from marsupial.cli.outputs import make_folder, writing
+from marsupial.cli.process.interrupt import Interrupted
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
 from marsupial.formats.files import replace_file
@@ -31,7 +31,7 @@ from marsupial.strategies.registry import strategy as made
 
 
 def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> MissionRunner:
-    """Return the runner with so many processes on this machine, one per core unless said otherwise, or on a cluster."""
+    """Return the runner: processes on this machine, by default one per core, or a Ray cluster."""
     if ray is not None:
         if workers is not None:
             raise UsageError("--workers can't be combined with --ray: a Ray cluster uses all its processors")
@@ -42,7 +42,7 @@ def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> Mis
 
 
 def check_teams(comparison: Comparison) -> None:
-    """Raise a `ScenarioError` if a contender is not made for the team of one of the scenarios."""
+    """Raise a `ScenarioError` if a contender can't lead the team of one of the scenarios."""
     for contender in comparison.contenders:
         if contender.strategy == CLAIRVOYANT:
             continue
@@ -52,12 +52,12 @@ def check_teams(comparison: Comparison) -> None:
 
 
 def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: str | None, retry_failed: bool) -> None:
-    """Carry out what is left of a comparison, with progress on stderr, and write its documents.
+    """Run the remaining missions of a comparison, with progress on stderr, and write its documents.
 
     Raises
     ------
     UsageError
-        If the folder or the Ray cluster at the address `ray` can't be used, or `workers` are asked for beside it.
+        If the folder or the Ray cluster can't be used, or `workers` and `ray` are both given.
     """
     check_teams(comparison)
     runner = _runner(comparison, workers, ray)
@@ -82,7 +82,7 @@ def _outcome(out: Path) -> ComparisonOutcome:
 
 
 def _write_pairs(comparison: Comparison, out: Path) -> None:
-    """Write the replays of the best and worst pairs, those of former ones taken away."""
+    """Write the replays of the best and worst pairs, and remove those of former ones."""
     outcome = _outcome(out)
     with writing(out):
         (out / FOLDER).mkdir(exist_ok=True)
@@ -94,7 +94,7 @@ def _write_pairs(comparison: Comparison, out: Path) -> None:
 
 
 def report(out: Path) -> None:
-    """Write the documents of the comparison in a folder, as far as it is done, and print the main table."""
+    """Write the documents of the comparison in a folder, complete or not, and print the main table."""
     outcome = _outcome(out)
     say("writing tables and figures ...")
     with writing(out):
@@ -103,7 +103,7 @@ def report(out: Path) -> None:
         for name, data in documents(outcome, experiment(str(outcome.header.get("paper"))), replays_in(out, outcome)):
             replace_file(out / name, data)
             stale.discard(out / name)
-        for file in stale:  # of what the folder held before it grew, and can't be true of what it holds now
+        for file in stale:  # from before the comparison grew: out of date now
             file.unlink()
     table = headline_table(outcome)
     print_table(table.heads, [[cell.text for cell in row] for row in table.rows], right=range(1, len(table.heads)))
