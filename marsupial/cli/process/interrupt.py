@@ -16,7 +16,7 @@ from marsupial.cli.display.messages import say
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
-ENDING = "ending the mission; interrupt again to stop at once"
+ENDING = "ending the mission; interrupt once more to stop at once"
 
 Handler = Callable[[int, FrameType | None], object]
 
