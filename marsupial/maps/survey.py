@@ -20,7 +20,7 @@ last question, so their cost goes with the newly revealed cells, not with the si
     points in use -----> find_meetings     where carriers set rovers down and pick them up
                            |
                            v
-                         Survey            poses of all places, and the Situation: travel times between them
+                         Survey            poses of all places, and the Situation: travel times between them (travel.py)
 
 Updates rely on one property: known cells never change, the map only grows. So an area only grows from cells that
 opened, a frontier cell only ceases to be one, and a distance only falls. A `Feed` carries new cells to any number of
@@ -50,12 +50,12 @@ from marsupial.maps.growth import GrowingReach
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
+from marsupial.maps.travel import AllGround, Poses, SharedLengths, travel_times, ways_by_type
 from marsupial.maps.unseen import UnseenPart
-from marsupial.model.feed import Feed
 from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell, code_table
+from marsupial.model.grid import Cell
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
-from marsupial.model.robots import RobotType, Role, Routes
+from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Goal
 from marsupial.model.situation import (
     UNREACHABLE,
@@ -68,12 +68,8 @@ from marsupial.model.situation import (
 )
 from marsupial.model.unseen import Unseen
 from marsupial.model.world import RobotReport
-from marsupial.paths.fields import PathSearch, SearchMemory
+from marsupial.paths.fields import SearchMemory
 from marsupial.paths.routes import travel_table_ms
-from marsupial.paths.ways import Ways, ways_of
-
-Poses = Mapping[str, Mapping[str, Cell]]
-"""The cell of each place, per robot type that can use it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,8 +144,8 @@ class Surveyor:
         self._ways = ways_by_type(territory, self._memory)
 
     @cached_property
-    def _all_ground(self) -> _AllGround:
-        return _AllGround(self._territory, self._memory)
+    def _all_ground(self) -> AllGround:
+        return AllGround(self._territory, self._memory)
 
     @cached_property
     def _unseen(self) -> UnseenPart:
@@ -330,7 +326,7 @@ class Surveyor:
         tables = {}
         for ways in dict.fromkeys(self._ways.values()):
             kinds = [self._territory.kinds[name] for name, its in self._ways.items() if its is ways]
-            between = ways.matrix if len(kinds) == 1 else _SharedLengths(ways, kinds, names, poses).matrix
+            between = ways.matrix if len(kinds) == 1 else SharedLengths(ways, kinds, names, poses).matrix
             for kind in kinds:
                 tables[kind.name] = travel_times(kind, names, poses, between, metres, headings)
         return tables
@@ -354,80 +350,9 @@ class Surveyor:
         return direct
 
 
-class _AllGround:
-    """The known ground that any robot type can drive on."""
-
-    def __init__(self, territory: Territory, memory: SearchMemory) -> None:
-        self._codes = territory.grid.cells
-        self._drivable = code_table(frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values())))
-        self._revealed, self._opened = territory.revealed.reader(), Feed()
-        self._search = PathSearch(self._drivable[self._codes], opened=self._opened, memory=memory)
-
-    def search(self) -> PathSearch:
-        """Return a search on the present ground."""
-        revealed = self._revealed.cells()
-        opened = revealed[self._drivable[self._codes.ravel()[revealed]]]
-        self._search.passable.ravel()[opened] = True
-        self._opened.add(opened)
-        return self._search
-
-
-class _SharedLengths:
-    """Route lengths between the cells of several robot types that share their routes, from one search."""
-
-    def __init__(self, ways: Ways, kinds: Sequence[RobotType], names: Sequence[str], poses: Poses) -> None:
-        cells = dict.fromkeys(poses[name][kind.name] for kind in kinds for name in names if kind.name in poses[name])
-        self._place = {cell: i for i, cell in enumerate(cells)}
-        self._table = ways.matrix(list(cells))
-
-    def matrix(self, cells: Sequence[Cell], _headings: Sequence[int | None] | None = None) -> Floats:
-        at = [self._place[cell] for cell in cells]
-        found: Floats = self._table[np.ix_(at, at)]
-        return found
-
-
 def placed(robots: Iterable[RobotReport]) -> tuple[PlacedRobot, ...]:
     """Return the positions of the robots that are not lost."""
     return tuple(PlacedRobot(name=r.name, type=r.type, cell=r.cell, carrier=r.carrier) for r in robots if not r.lost)
-
-
-def ways_by_type(territory: Territory, memory: SearchMemory) -> dict[str, Ways]:
-    """Return the route search of each robot type, shared by types whose shortest routes are the same."""
-    found: dict[str, Ways] = {}
-    shared: dict[tuple[int, float], Ways] = {}
-    for name, kind in territory.kinds.items():
-        footprint = territory.footprints[name]
-        own = ways_of(kind, footprint.standable, territory.grid.resolution_m, footprint.opened, memory)
-        if kind.routes is Routes.SHORTEST:
-            own = shared.setdefault((id(footprint), kind.diagonal), own)
-        found[name] = own
-    return found
-
-
-def travel_times(
-    kind: RobotType,
-    names: Sequence[str],
-    poses: Poses,
-    lengths_between: Callable[[Sequence[Cell], Sequence[int | None]], Floats],
-    resolution_m: float,
-    headings: Mapping[str, int | None] | None = None,
-) -> TravelTable:
-    """Return the travel times (ms) of a robot type between places.
-
-    Parameters
-    ----------
-    lengths_between
-        Returns the lengths (k, k) in cells between k cells, given the cells and the headings there.
-    headings
-        Heading of the robot that stands at a place, if one does.
-    """
-    rows = [i for i, name in enumerate(names) if kind.name in poses[name]]
-    table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
-    if rows:
-        cells = [poses[names[i]][kind.name] for i in rows]
-        lengths = lengths_between(cells, [(headings or {}).get(names[i]) for i in rows])
-        table[np.ix_(rows, rows)] = travel_table_ms(lengths, resolution_m, kind.speed_mps)
-    return table
 
 
 def planning_type(kind: RobotType) -> PlanningType:
