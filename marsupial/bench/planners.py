@@ -164,6 +164,7 @@ def improved(known: Best | None, situation: Situation, runs: Iterable[EngineRun]
     for done in runs:
         if done.plan is not None:
             known = with_plan(known, situation, done.plan, done.engine)
+    # bounds after plans: a plan of this round may refute one
     for done in runs:
         if known is not None and done.finished is not None and done.finished.lower_bound_ms is not None:
             known = with_bound(known, done.finished.lower_bound_ms, done.engine)
@@ -177,6 +178,7 @@ def run(
     situation = instance.situation()
     came, finished, wall_s = _answers(contender.make(budget_s), situation, budget_s, clock)
     timely = [(at, plan) for at, plan in came if at <= deadline_s(budget_s)]
+    # checked here, after the run, so that checking costs the engine no time
     incumbent = Incumbent(situation, partial=True)
     better = [(at, plan) for at, plan in timely if incumbent.take(plan)]
     whole = [(at, plan) for at, plan in better if len(plan.explored) == len(situation.targets)]

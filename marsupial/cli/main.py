@@ -101,6 +101,7 @@ app.add_typer(serve, name="serve")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program and return its exit code; `arguments` are those of the process if None."""
     open_closed()
+    # tests call `main` several times in a process
     set_volume(Volume.NORMAL)
     try:
         code = _run(arguments)

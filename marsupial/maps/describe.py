@@ -123,6 +123,7 @@ def describe(
     team
         Robots whose start cells are checked.
     """
+    # one pass over the map instead of one per class
     counts = np.bincount(grid.cells.ravel(), minlength=256)
     names = {terrain.code: terrain.name for terrain in grid.terrains}
     shares = {code: _share(grid, names.get(code, f"code {code}"), code, int(counts[code])) for code in range(255)}

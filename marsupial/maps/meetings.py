@@ -75,6 +75,7 @@ def find_meetings(
         # two pairs of types may meet at the same two cells, but names are unique
         suffix = f"_{number + 1}" if len(reach.docking) > 1 else ""
         pair = _Pair(territory, reach, carrier, rover, suffix, targets, robots)
+        # points in use and of earlier pairs come first: they may serve a border already
         points += pair.on_borders(points)
         points += pair.at_robots(points)
         connects |= pair.connections(points)
@@ -121,6 +122,7 @@ class _Pair:
         seeds += [robot.cell for robot in self._robots if robot.type == self._rover and robot.cell is not None]
         queue = np.empty(rover_only.size if seeds else 0, dtype=np.int32)
         for seed in seeds:
+            # a robot or target may stand at the door itself, just outside the area that it is for
             around = Window.around(seed, seed, 0 if rover_only[seed.y, seed.x] else 1, rover_only.shape)
             for index in around.on_map(np.flatnonzero(rover_only[around.cut]), self._width).tolist():
                 if not self._areas.flat[index]:
@@ -200,6 +202,7 @@ class _Pair:
     def _within_reach(self, carrier_cell: Cell) -> list[MapMeeting]:
         """Return the point where a carrier standing there sets a rover down, if there is room."""
         x, y = carrier_cell
+        # the nearest cell is the carrier's own, as docking robots may share a cell
         if self._dock[y, x] and self._territory.see_through[y, x]:
             return [self._named(carrier_cell, carrier_cell)]
         carrier, rover = self._territory.kinds[self._carrier], self._territory.kinds[self._rover]

@@ -124,6 +124,7 @@ class ComparisonOutcome:
         """Return a contender against the base (or another one) on a case, over the seeds both completed."""
         pairs = self.pairs(case, contender, measure, base)
         differences = [measure.better * (ours - theirs) for _, ours, theirs in pairs]
+        # the share of the mean, in which long missions weigh more, and the mean of shares answer different questions
         level = fmean(theirs for _, _, theirs in pairs) if pairs else 0.0
         return Pairing(
             case=case,
@@ -163,6 +164,7 @@ class ComparisonOutcome:
 
     def _values(self, case: Case, contender: Contender, measure: Metric) -> dict[int, float]:
         """Return a metric by seed, of complete missions only."""
+        # sorted by seed: rows of a comparison that is running are in the order in which missions finished
         rows = self._cells.get((MissionRow, case, contender), ())
         values = ((row.trial.seed, getattr(row, measure.column)) for row in rows if row.complete)
         return {seed: value for seed, value in sorted(values) if value is not None}

@@ -48,7 +48,7 @@ class TrialQueue:
 
     def take(self) -> Trial | None:
         """Return the next mission to start, None if there is none."""
-        try:
+        try:  # asking for the length first would race with other threads
             trial = self._trials.popleft()
         except IndexError:
             return None

@@ -77,6 +77,7 @@ def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -
         if (path / HEADER).exists():
             there = read_header(path)
             head.demand_part(there, header, str(path / HEADER))
+            # the versions with which the folder was begun
             header = {**header, "made_with": there["made_with"]}
         elif any((path / name).exists() for name in FILES):
             raise UsageError(f"{path}: has rows but no {HEADER}: choose another --out")
@@ -88,6 +89,7 @@ def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -
             files = [stack.enter_context((path / name).open("a", encoding="utf-8", newline="")) for name in FILES]
 
             def add(result: Result) -> None:
+                # FILES ends with the rows: a killed process leaves records without a row, never the reverse
                 for file, lines, record in zip(
                     files, FILES.values(), (result.curve, result.timing, result.row), strict=True
                 ):
@@ -120,6 +122,7 @@ def _read(path: Path, lines: Format[Record]) -> tuple[Record, ...]:
         text = path.read_bytes().decode("utf-8", errors="replace")
     except FileNotFoundError:
         return ()
+    # a killed process may have cut off the last line
     whole = text[: text.rfind("\n") + 1].splitlines(keepends=True)
     if whole and whole[0] != lines.head:
         raise InputError("line 1: these are not the columns of this marsupial", source=str(path))

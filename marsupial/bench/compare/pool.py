@@ -39,6 +39,7 @@ class LocalPool:
         InternalError
             If a worker ends before its first message.
         """
+        # workers are forked from a process that has imported everything already
         processes.warm_up(wait=False, preload=(worker,))
         size = min(self._size, len(trials))
         shift = _Shift(self._job, trials)
@@ -72,7 +73,7 @@ class _Shift:
                 with closing(processes.run(self._job)) as run:
                     self._runs.append(run)
                     self._feed(run)
-        except BaseException as error:
+        except BaseException as error:  # raised again in the thread that reads the results
             self.results.put(error)
 
     def stop(self) -> None:
@@ -90,13 +91,14 @@ class _Shift:
                 return
             if isinstance(event.value, Result):
                 self.results.put(event.value)
+            # the first event is the worker's READY, each later one a result: either way it is idle now
             trial = self._waiting.take()
             if trial is None or self._stopped:
                 return
             run.send(trial)
 
     def _lose(self, trial: Trial | None, how: str) -> None:
-        if trial is None:
+        if trial is None:  # died before the first mission: a new worker would die too
             raise InternalError(f"a worker could not be started: {how}")
         result = self._waiting.lost(trial, how)
         if result is not None:

@@ -66,12 +66,14 @@ class RayPool:
             except ModuleNotFoundError as error:  # Ray Client hands on what the head lacks
                 raise self._refusal("not the same is installed there", error) from error
             finally:
+                # also when the caller stops early: tasks would go on without anyone to take their results
                 with suppress(ConnectionError):
                     for _, reference in running.values():
                         ray.cancel(reference, force=True)
 
     def _starter(self, ray: Any) -> Callable[[Trial], Any]:
         """Return a function that starts a mission and returns the reference to its result."""
+        # pickled here, so that the object store holds bytes and a worker unpacks them once (`ray_task._unpacked`)
         task = ray.remote(num_cpus=1, max_retries=0)(self._work)
         store = [ray.put(pickle.dumps(dict(self._comparison.scenarios)))]
         terms = Terms(make=make(), token=not self._cluster.here)

@@ -106,7 +106,9 @@ class _FloorDrawing:
     def situation(self) -> Situation:
         floor = self._floor
         meetings = [point for room in range(floor.rooms) for point in self._doors(room)]
+        # the order of draws is part of the suite: any other order would make other floors
         own = max(1, floor.targets // OWN_TARGETS)
+        # the first targets go to one room each, so that no room is empty
         targets = [self._inside(i % floor.rooms if i < floor.rooms else self._below(floor.rooms))
                    for i in range(floor.targets - own)]  # fmt: skip
         targets += [self._in_corridor() for _ in range(own)]
@@ -201,6 +203,7 @@ class _FloorDrawing:
         return table
 
     def _along(self, p: Point, q: Point, out: Sequence[tuple[int, int]], into: Sequence[tuple[int, int]]) -> int:
+        # on one corridor directly, else by the best pair of crossings
         if (p.x == q.x and p.x in self._xs) or (p.y == q.y and p.y in self._ys):
             return abs(p.x - q.x) + abs(p.y - q.y)
         return min(

@@ -177,6 +177,7 @@ class _Moving(Observer):
         if self._picture is not None and began_s >= self._next_s:
             self._live.update(self._frame(self._picture), refresh=True)
             ended_s = time.monotonic()
+            # a slow picture is followed by a long pause, so that drawing never dominates
             self._next_s = ended_s + max(FRAME_EVERY_S, (ended_s - began_s) / FRAME_SHARE)
 
     def _frame(self, picture: Picture) -> Group:

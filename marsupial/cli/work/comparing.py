@@ -63,6 +63,7 @@ def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: st
     runner = _runner(comparison, workers, ray)
     make_folder(out)
     scenario = next(iter(comparison.scenarios.values()))
+    # otherwise every worker would compile the same code at the same time
     for contender in comparison.contenders:
         prepare_mission(scenario, contender.strategy, contender.planner, say)()  # compiled here, loaded by the workers
     drop = (ERROR, CRASHED) if retry_failed else ()

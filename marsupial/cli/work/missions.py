@@ -70,7 +70,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     check_strategy(request.strategy)
     budget = budget_of(request.budget_s, request.steps)
     _warn_of_ignored(request)
-    planner = _planner(request, budget)
+    planner = _planner(request, budget)  # before the map is read: a wrong name is reported at once
     with Alive(lambda: "reading the map ..."):
         loaded = load_scenario(request.source, request.carriers, request.rovers)
         warnings = [] if again else loaded.warnings()

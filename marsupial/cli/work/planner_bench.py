@@ -83,6 +83,7 @@ def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) 
         if json is not None:
             write_file(json, json_text.dumps([row.values() for row in rows_of(rounds)], indent=1) + "\n")
         _store(rounds[-1], best)
+        # another process may have improved the file meanwhile: merge before writing
         if update is not None:
             _merge(best, update)
             write_file(update, write_best(best))

@@ -82,6 +82,7 @@ class Orientation(_SensingRule):
         limit = self.share * robot.kind.sensor_range_m / view.grid.resolution_m
         last = 0
         for k, follower in pairwise(range(len(listed))):
+            # a gap in the list means that a wall or another frontier lies between
             jump = max(abs(x[follower] - x[k]), abs(y[follower] - y[k])) > 1
             if jump or np.hypot(x[follower] - x[0], y[follower] - y[0]) >= limit:
                 break
@@ -109,6 +110,7 @@ def clockwise(view: FrontierView, robot: Explorer, cells: Ints) -> Ints:
     x, y = view.xy(cells)
     dx, dy = x - robot.cell.x, y - robot.cell.y
     left = np.pi / 2 + (robot.heading or 0) * FULL_TURN / 8
+    # rounded, so that cells in one direction have equal angles; 360 degrees wrap to 0 afterwards
     behind_left = np.round(np.mod(left - np.arctan2(dy, dx), FULL_TURN), ANGLE_DIGITS)
     behind_left[behind_left >= round(FULL_TURN, ANGLE_DIGITS)] = 0.0
     return cells[np.lexsort((cells, -np.hypot(dx, dy), behind_left))]

@@ -48,6 +48,7 @@ class Sheng(Bidders):
         """Return the bids (n,) for the frontier cells."""
         width = view.grid.width
         left = view.grid.cells == UNKNOWN
+        # what others see or will see from their goals counts for nobody else
         for other in others:
             around = _around(other, view.grid)
             aim = [view.cell(cell) for cell in aims]

@@ -107,11 +107,11 @@ def assignment(costs: Floats) -> Ints:
     if not costs.size:
         return np.full(rows, -1, dtype=np.int64)
     finite = np.isfinite(costs)
-    more = 1.0 + rows * costs[finite].max(
-        initial=0.0
-    )  # more than any two assignments differ by: as many as possible first
+    # more than any two assignments of finite costs differ by: a copy of a column is used only if nothing else is left
+    more = 1.0 + rows * costs[finite].max(initial=0.0)
     copies = -(-rows // columns)
     layered = np.concatenate([costs + more * copy for copy in range(copies)], axis=1)
+    # the solver needs finite costs: forbidden assignments cost more than all others together
     layered[~np.isfinite(layered)] = more * rows * (copies + 1)
     found = least_assignment(layered)[1] % columns
     return np.where(finite[np.arange(rows), found], found, -1).astype(np.int64)

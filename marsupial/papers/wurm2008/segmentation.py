@@ -100,9 +100,11 @@ def segment(grid: Grid, terrains: frozenset[int], frontier: Ints | None = None) 
     graph = voronoi_graph(space)
     cuts = _narrow(graph, space.clearance)
     sources, pieces = _sources(graph, cuts, space, drivable)
+    # piece by cell; cells that no source reaches have source -1, which picks the appended -1
     source = _nearest(drivable.ravel(), drivable.shape[1], sources)
     piece = np.append(pieces, -1)[source]
     links = np.concatenate([_links(graph, cuts), _bridges(graph, cuts, piece, drivable.shape[1])])
+    # a narrow point is critical only if its far side, seen from the junction, leads to a frontier
     critical = np.ones(len(cuts.place), dtype=np.bool_)
     if frontier is not None:
         component = _components(graph, cuts, links)
@@ -111,6 +113,7 @@ def segment(grid: Grid, terrains: frozenset[int], frontier: Ints | None = None) 
         leads[component[reached[reached >= 0]]] = True
         before, after = leads[component[_beside(graph, cuts)]].T
         critical = (cuts.from_start & after) | (cuts.from_end & before)
+    # dismissed points separate nothing: join the pieces on both sides
     component = _components(graph, cuts, np.concatenate([links, _beside(graph, cuts)[~critical]]))
     found, count = _labels(drivable, sources, source, component[pieces])
     labels = np.zeros(grid.cells.shape, dtype=np.int32)
@@ -182,6 +185,7 @@ def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
     borders = _borders(piece, room, whole, width)
     pairs, lengths = np.unique(borders, axis=0, return_counts=True)
     bridges = []
+    # as in Kruskal's algorithm: longest borders first, skipping parts that are joined already
     for a, b in pairs[np.argsort(-lengths, kind="stable")].tolist():
         if whole[a] != whole[b]:
             whole[whole == whole[b]] = whole[a]
@@ -241,6 +245,7 @@ def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> 
     last = first.copy()
     for edge in range(len(ends)):
         begin, end = bounds[edge], bounds[edge + 1]
+        # `extreme` is the highest clearance while it rises, the lowest after a fall by the factor RISE
         falls = False
         extreme = at_nodes[ends[edge, 0]]
         left = right = begin
@@ -254,7 +259,7 @@ def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> 
                 extreme, left, right = value, place, place
             elif value == extreme:
                 right = place
-            elif value > RISE * extreme:
+            elif value > RISE * extreme:  # it has risen again: the minimum in between is a narrow point
                 last[edge] = (left + right) // 2
                 if first[edge] < 0:
                     first[edge] = last[edge]

@@ -85,6 +85,7 @@ class Blocks:
         cells = grid.cells[window.cut]
         drivable = code_table(terrains)[cells]
         blocked = cut.cells_in((cells != UNKNOWN) & ~drivable, window, outside=True) > 0
+        # a block with any obstacle is a wall: at this size walls of a single cell must not vanish
         wall = blocked & ~_clutter(blocked, CLUTTER_M / block_m)
         ground = 2 * cut.cells_in(drivable, window, outside=False) >= scale * scale
         known = (blocked | ground) & ~wall
@@ -187,6 +188,7 @@ def voronoi_graph(space: Blocks) -> VoronoiGraph:
 
     skeleton: Mask = skeletonize(space.open) & space.known
     clearance, width = space.clearance.ravel(), space.known.shape[1]
+    # pruning turns junctions into inner blocks, which makes longer branches: repeat until none is insignificant
     while True:
         graph = _traced(skeleton)
         pruned = _insignificant(graph.nodes, graph.degrees, graph.ends, graph.bounds, graph.inner, clearance, width)
@@ -273,6 +275,7 @@ def _follow(work: _Tracing, start: int, edges: int) -> int:
         if not _linked(work, start, turn):
             continue
         before, block = start, start + work.around[turn]
+        # traced from the other end; a link of two nodes without inner blocks is traced from the lower one only
         if work.node[block] == -2 or (work.node[block] >= 0 and block <= start):
             continue
         while work.node[block] == -1:

@@ -96,7 +96,7 @@ class WholeFrontiers(OnArrival):
                 if robot.type != name or robot.cell is None:
                     continue
                 ways = self._surveyor.lengths(name, robot.cell, frontier.viewpoints, robot.heading)
-                if robot.free_at_ms <= now_ms:
+                if robot.free_at_ms <= now_ms:  # standing there already has revealed nothing more
                     ways[ways == 0] = np.inf
                 np.minimum(soonest_s[name], ways / self._territory.kinds[name].speed_mps, out=soonest_s[name])
         targets = self._surveyor.finder.find_whole(frontiers, soonest_s)

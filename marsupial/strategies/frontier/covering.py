@@ -80,6 +80,7 @@ class Covering:
     def choose(self, view: FrontierView) -> Mapping[str, int]:
         """Return the next cell of each robot's tour, or the nearest frontier cells if no robot has any left."""
         guess = view.grid.cells.copy()
+        # any terrain that a robot can drive on will do; the lowest code, to be reproducible
         guess[guess == UNKNOWN] = min(frozenset[int]().union(*(robot.kind.terrains for robot in view.robots)))
         ways = self._tours = self._usable(guess)
         if ways is None or not _follow(ways, view) or self._is_overtaken(ways, view, guess):
@@ -124,8 +125,10 @@ class Covering:
         kinds = {robot.kind.name: robot.kind for robot in view.robots}
         seen = np.flatnonzero(view.grid.cells != UNKNOWN)
         ground = Ground(replace(view.grid, cells=guess), tuple(kinds.values()), placed, seen)
+        # tours start at the robots' cells, which need distances too
         for robot in view.robots:
             ground.add_sites(robot.kind.name, [robot.cell])
+        # the number of searches seeds each one
         if self._tours is None:
             outline = best_outline(ground, self._effort(FIRST_SHARE), self._searches)
         else:

@@ -102,6 +102,7 @@ class FrontierPace(OnArrival):
     ) -> None:
         super().__init__(world, kinds, homes, goal)
         self._rule = rule
+        # seeded by the starts: missions with the same starts are the same
         starts = [value for robot in world.robots() if robot.cell is not None for value in robot.cell]
         self._rng = np.random.default_rng(starts)
         self._goals: dict[str, int] = {}
@@ -150,6 +151,7 @@ class FrontierPace(OnArrival):
             if robot.name not in chosen:
                 continue
             stop = self._next_stop(view, robot, chosen[robot.name])
+            # an action that ends where the robot stands would reveal nothing, and be planned for ever
             if stop is None or (stop == robot.cell and robot.name in standing):
                 continue
             name = f"t_{stop.x}_{stop.y}"
