@@ -15,7 +15,7 @@ from marsupial.errors import UsageError
 bench = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Compare planners on a fixed suite; in a checkout, time marsupial.\n\nExample: marsupial bench planners",
+    help="Compare planners on a fixed suite; time marsupial.\n\nExample: marsupial bench planners",
 )
 
 
