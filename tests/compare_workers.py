@@ -8,7 +8,7 @@ from collections.abc import Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, prepared
-from marsupial.bench.compare.rows import Curve, Result, Row, Timing
+from marsupial.bench.compare.rows import Curve, MissionRow, Result, Timing
 from marsupial.bench.compare.trial import READY, Terms
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.planning import Budget
@@ -30,8 +30,8 @@ def invented(trial: Trial, status: str = "complete") -> Result:
     """Return a result as a mission could have: the heuristic takes 10 s longer, and each seed one more."""
     time_s = 100.0 / trial.case.carriers + trial.seed + 10.0 * (trial.contender == HEURISTIC)
     if status != "complete":
-        return Result(row=Row(trial=trial, status=status, reason="no luck"))
-    row = Row(
+        return Result(row=MissionRow(trial=trial, status=status, reason="no luck"))
+    row = MissionRow(
         trial=trial,
         status=status,
         reason="done, and well",

@@ -14,7 +14,7 @@ from benchmarks.fuzz.examples import ROOT, deploy
 from marsupial.bench.compare import header
 from marsupial.bench.compare.folder import FILES, read_curves, read_rows, read_timings
 from marsupial.bench.suite.best import read_best, write_best
-from marsupial.cli.contenders import contenders, numbers
+from marsupial.cli.work.compare_arguments import contenders, numbers
 from marsupial.errors import InvalidPlanError, MarsupialError
 from marsupial.formats.loglines import log_lines
 from marsupial.formats.mapfiles.images import grey_of, size_of

@@ -105,7 +105,7 @@ class PathsBench:
 
 
 @dataclass(frozen=True, slots=True)
-class _Job:
+class _SearchJob:
     """What ours and each reference does, and all they should agree on."""
 
     name: str
@@ -114,7 +114,7 @@ class _Job:
 
 
 @dataclass(frozen=True, slots=True)
-class _Ground:
+class _TimedGround:
     """One map, and what references made of it beforehand."""
 
     map: str
@@ -145,8 +145,8 @@ def bench_paths(
                 built = timed(partial(grid_graph, passable), 1)
                 graph, builds[name, size] = built.result, built.cpu_s
             chosen = _connected_cells(passable, cells, seed)
-            ground = _Ground(name, passable, chosen, _plain_searches(library, passable), graph)
-            rows += [row for job in _jobs(ground) for row in _rows(ground, job, repeats)]
+            ground = _TimedGround(name, passable, chosen, _plain_searches(library, passable), graph)
+            rows += [row for job in _search_jobs(ground) for row in _rows(ground, job, repeats)]
             if size <= ENERGY_MOST:
                 energy.append(_energy_row(ground, repeats))
     return PathsBench(
@@ -204,7 +204,7 @@ def _connected_cells(passable: Mask, count: int, seed: int) -> list[Cell]:
     return [Cell(int(x[i]), int(y[i])) for i in chosen]
 
 
-def _jobs(ground: _Ground) -> Iterator[_Job]:
+def _search_jobs(ground: _TimedGround) -> Iterator[_SearchJob]:
     search, cells = PathSearch(ground.passable), ground.cells
     nodes = [cell.y * ground.passable.shape[1] + cell.x for cell in cells]
 
@@ -219,7 +219,7 @@ def _jobs(ground: _Ground) -> Iterator[_Job]:
         route = search.route(cells[0], cells[1])
         return np.array([np.inf if route is None else route_length(route)])
 
-    yield _Job(
+    yield _SearchJob(
         "field",
         lambda: search.field(cells[0]),
         {
@@ -227,12 +227,12 @@ def _jobs(ground: _Ground) -> Iterator[_Job]:
             **by_scipy(nodes[:1], lambda it: it.reshape(ground.passable.shape), SCIPY_MOST),
         },
     )
-    yield _Job(
+    yield _SearchJob(
         f"matrix K = {len(cells)}",
         lambda: PathSearch(ground.passable).matrix(cells),  # a search remembers its last one
         {**by_plain(lambda plain: plain.matrix(cells)), **by_scipy(nodes, lambda it: it[:, nodes], SCIPY_MATRIX_MOST)},
     )
-    yield _Job(
+    yield _SearchJob(
         "corner to corner",
         length_of_route,
         {
@@ -242,7 +242,7 @@ def _jobs(ground: _Ground) -> Iterator[_Job]:
     )
 
 
-def _rows(ground: _Ground, job: _Job, repeats: int) -> Iterator[PathsRow]:
+def _rows(ground: _TimedGround, job: _SearchJob, repeats: int) -> Iterator[PathsRow]:
     ours = timed(job.ours, repeats, warm=True)
     for name, theirs in job.references.items():
         reference = timed(theirs, repeats)
@@ -257,7 +257,7 @@ def _rows(ground: _Ground, job: _Job, repeats: int) -> Iterator[PathsRow]:
         )
 
 
-def _energy_row(ground: _Ground, repeats: int) -> EnergyRow:
+def _energy_row(ground: _TimedGround, repeats: int) -> EnergyRow:
     energies, lengths = EnergySearch(ground.passable, MotionCosts()), PathSearch(ground.passable)
     return EnergyRow(
         map=ground.map,

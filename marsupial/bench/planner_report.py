@@ -1,4 +1,4 @@
-"""What the bench of planners shows: a row per run, as text by instance, in a summary, and as values for JSON."""
+"""The report of the planner bench: a row per run, as text by instance and in a summary, or as JSON values."""
 
 from __future__ import annotations
 
@@ -13,52 +13,52 @@ from marsupial.bench.suite.catalogue import VERSION
 from marsupial.model.planning import Outcome
 
 SMALL_ROBOTS = 24
-"""The summary shows teams up to this size apart from bigger ones."""
+"""The summary separates teams up to this size from larger ones."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunRow:
-    """A run beside the best plan known once all runs of its round are done."""
+    """A run and the best plan known after its round."""
 
     round: Round
     run: EngineRun
 
     @property
     def best_ms(self) -> int | None:
-        """Best makespan known, or None."""
+        """Best known makespan, or None."""
         return None if self.round.best is None else self.round.best.makespan_ms
 
     @property
     def ratio(self) -> float | None:
-        """Makespan by the best known; None without a plan."""
+        """Makespan divided by the best known one; None without a plan."""
         if self.run.makespan_ms is None or self.best_ms is None:
             return None
         return self.run.makespan_ms / self.best_ms if self.best_ms else 1.0
 
     @property
     def first_s(self) -> float | None:
-        """When the first plan came."""
+        """Arrival time of the first plan."""
         return self.run.arrivals[0].elapsed_s if self.run.arrivals else None
 
     @property
     def close_s(self) -> float | None:
-        """When the first plan came that is close to the best known."""
+        """Arrival time of the first plan close to the best known one."""
         return None if self.best_ms is None else self.run.within_s(CLOSE * self.best_ms)
 
     @property
     def refuted(self) -> bool:
-        """Whether the engine claims a bound that a plan known refutes."""
+        """Whether a known plan refutes the engine's bound."""
         bound_ms = self.run.bound_ms
         return bound_ms is not None and self.best_ms is not None and bound_ms > self.best_ms
 
     @property
     def proven(self) -> bool:
-        """Whether the engine's plan is as short as its bound."""
+        """Whether the engine's plan is as short as its bound, which nothing refutes."""
         return self.run.makespan_ms is not None and self.run.bound_ms == self.run.makespan_ms and not self.refuted
 
     @property
     def gap(self) -> float | None:
-        """How much shorter a plan could be by the engine's own bound, as a share of its makespan."""
+        """Gap between makespan and the engine's own bound, as a share of the makespan."""
         bound_ms, makespan_ms = self.run.bound_ms, self.run.makespan_ms
         return None if bound_ms is None or not makespan_ms else max(0.0, 1 - bound_ms / makespan_ms)
 
@@ -71,12 +71,12 @@ class RunRow:
 
     @property
     def over_s(self) -> float:
-        """How long the engine went on after the end of its budget."""
+        """Seconds that the engine ran beyond its budget."""
         return max(0.0, self.run.wall_s - self.run.budget_s)
 
     @property
     def outcome(self) -> str:
-        """How the engine says it ended, and what is wrong with that."""
+        """How the engine ended, with what is wrong about its result."""
         run = self.run
         words = "stopped" if run.finished is None else str(run.finished.outcome)
         if self.refuted:
@@ -92,7 +92,7 @@ class RunRow:
         return words
 
     def values(self) -> dict[str, Any]:
-        """Return everything as one flat mapping for JSON; times in s, makespans in ms."""
+        """Return the row as a flat mapping for JSON; times in s, makespans in ms."""
         instance, run = self.round.instance, self.run
         return {
             "suite": VERSION,
@@ -126,14 +126,14 @@ class RunRow:
 
 
 def rows_of(rounds: Iterable[Round]) -> tuple[RunRow, ...]:
-    """Return the rows of all rounds, by engine and then by budget."""
+    """Return the rows of all rounds, each round sorted by engine and budget."""
     return tuple(
         RunRow(one, run) for one in rounds for run in sorted(one.runs, key=lambda run: (run.engine, run.budget_s))
     )
 
 
 def table(rows: Sequence[RunRow], absent: Sequence[BenchEngine]) -> str:
-    """Write rows by instance, a summary, and which engines are missing."""
+    """Return rows by instance, a summary, and the engines that are missing, as text."""
     budgets = sorted({row.run.budget_s for row in rows})
     lines = [
         f"planner suite version {VERSION}; a plan counts that comes by its deadline",
@@ -152,7 +152,7 @@ def table(rows: Sequence[RunRow], absent: Sequence[BenchEngine]) -> str:
 
 
 def progress_line(run: EngineRun) -> str:
-    """Say in a line what came of a run."""
+    """Return the result of a run as a line."""
     what = "no plan" if run.makespan_ms is None else f"{run.makespan_ms / 1000:.3f} s"
     return f"{run.instance}: {run.engine}, {run.budget_s:g} s: {what}"
 

@@ -1,7 +1,7 @@
-"""Every planner on every instance of the suite, within the same budgets, in this process and warmed up.
+"""Run every planner on every instance of the suite with the same budgets, in this process and warmed up.
 
-The bench keeps its own clock, counts a plan only if it comes by the deadline and our checker accepts it, and checks it
-after the run, so that checking costs the engine no time. Ratios are to the best plan known, be it one of the run.
+The bench uses its own clock. It counts a plan only if it arrives by the deadline and our checker accepts it, and checks
+after the run, so that checking takes no time from the engine. Ratios are to the best known plan, including this run's.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ IN_PARTS = " in parts"
 WARM_UP = ("pressure-1x1-3", "in-flight-3x2-12")
 WARM_UP_S, WARM_UP_OVER_S, WARM_UPS = 0.5, 0.25, 6
 CLOSE = 1.01
-"""Ratio to the best that counts as close to it."""
+"""Greatest ratio to the best makespan that counts as close."""
 
 GRACE_S, GRACE_SHARE = 0.01, 0.02
-"""A plan counts that comes this long after the end of the budget: one on its way, and the noise of the machine."""
+"""Tolerance after the budget, in seconds and as a share of it: plans in transit, and noise of the machine."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BenchEngine:
-    """An engine in the bench; `missing` is why it can't be used here. `make` takes the budget in seconds."""
+    """An engine in the bench. `make` takes the budget in seconds; `missing` is the reason if it can't be used here."""
 
     name: str
     make: Callable[[float], Engine]
@@ -42,7 +42,7 @@ class BenchEngine:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arrival:
-    """A plan for all targets that came in time and was the incumbent: seconds since the engine was asked, makespan."""
+    """A plan for all targets that arrived in time and became the incumbent; the time is since the engine was asked."""
 
     elapsed_s: float
     makespan_ms: int
@@ -55,15 +55,15 @@ class EngineRun:
     Parameters
     ----------
     arrivals, plan
-        The incumbents that came in time, each better than the last, and the last one.
+        The incumbents that arrived in time, each better than the one before, and the last one.
     served
-        Most targets explored by a plan, be it one for a part of the targets only.
+        Most targets explored by any plan, partial plans included.
     refused, late
-        Plans that the checker refused, and accepted or not plans that came too late.
+        Numbers of plans that the checker refused, and that arrived too late.
     finished
-        None where the engine had to be stopped.
+        None if the engine had to be stopped.
     wall_s
-        Until the engine was done or stopped.
+        Time until the engine finished or was stopped.
     """
 
     instance: str
@@ -79,12 +79,12 @@ class EngineRun:
 
     @property
     def makespan_ms(self) -> int | None:
-        """Of the best plan, or None."""
+        """Makespan of the best plan, or None."""
         return None if self.plan is None else self.plan.makespan_ms
 
     @property
     def bound_ms(self) -> int | None:
-        """No plan is shorter, says the engine; None where it says nothing or says it too late."""
+        """The engine's lower bound of the makespan; None if it gave none in time."""
         if self.finished is None or self.wall_s > deadline_s(self.budget_s):
             return None
         if self.finished.outcome is Outcome.OPTIMAL and self.finished.lower_bound_ms is None:
@@ -92,13 +92,13 @@ class EngineRun:
         return self.finished.lower_bound_ms
 
     def within_s(self, limit_ms: float) -> float | None:
-        """Return when the first plan came that takes no longer than `limit_ms`."""
+        """Return the arrival time of the first plan with a makespan of at most `limit_ms`."""
         return next((arrival.elapsed_s for arrival in self.arrivals if arrival.makespan_ms <= limit_ms), None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Round:
-    """All runs on one instance, and the best that is known after them; None if no plan was ever found."""
+    """All runs on one instance, and the best plan known after them, if any."""
 
     instance: Instance
     best: Best | None
@@ -106,17 +106,17 @@ class Round:
 
 
 def deadline_s(budget_s: float) -> float:
-    """Return until when plans count."""
+    """Return the time by which plans must arrive to count."""
     return budget_s + GRACE_S + GRACE_SHARE * budget_s
 
 
 def contenders(names: Iterable[str] = ()) -> tuple[BenchEngine, ...]:
-    """Return the engines of these names, or all: as they are, and in parts where missions use them so.
+    """Return the named engines, or all: each alone, and in parts if missions use it so.
 
     Raises
     ------
     UsageError
-        If there is none of a name.
+        If a name is unknown.
     """
     everyone = [*ENGINES, *(name + IN_PARTS for name in PART_SIZES)]
     return tuple(_contender(name) for name in names or sorted(everyone))
@@ -132,7 +132,7 @@ def _contender(name: str) -> BenchEngine:
 
 
 def warm_up(contender: BenchEngine, clock: Callable[[], float] = time.perf_counter) -> None:
-    """Let an engine compile and import what it needs: on small instances, until it keeps a budget or never will."""
+    """Run an engine on small instances until it has compiled and imported everything and keeps its budget."""
     for name in WARM_UP:
         for _ in range(WARM_UPS):
             if run(INSTANCES[name], contender, WARM_UP_S, clock).wall_s <= WARM_UP_S + WARM_UP_OVER_S:
@@ -146,9 +146,9 @@ def play(
     known: Best | None,
     tell: Callable[[EngineRun], None],
 ) -> Round:
-    """Return the runs of every engine within every budget; each is told as it is done.
+    """Run every engine with every budget, calling `tell` after each run.
 
-    What is known only gets better: shorter plans, and higher bounds of engines that name one.
+    The best known plan only improves: by shorter plans and by higher bounds.
     """
     runs = []
     for budget_s in budgets_s:
@@ -159,11 +159,12 @@ def play(
 
 
 def improved(known: Best | None, situation: Situation, runs: Iterable[EngineRun]) -> Best | None:
-    """Return the best plan and bound known after these runs."""
+    """Return the best known plan and bound after these runs."""
     runs = tuple(runs)
     for done in runs:
         if done.plan is not None:
             known = with_plan(known, situation, done.plan, done.engine)
+    # bounds after plans: a plan of this round may refute one
     for done in runs:
         if known is not None and done.finished is not None and done.finished.lower_bound_ms is not None:
             known = with_bound(known, done.finished.lower_bound_ms, done.engine)
@@ -173,10 +174,11 @@ def improved(known: Best | None, situation: Situation, runs: Iterable[EngineRun]
 def run(
     instance: Instance, contender: BenchEngine, budget_s: float, clock: Callable[[], float] = time.perf_counter
 ) -> EngineRun:
-    """Ask an engine for plans until the deadline, then check those that came in time; `clock` gives seconds."""
+    """Ask an engine for plans until the deadline, then check those that arrived in time; `clock` returns seconds."""
     situation = instance.situation()
     came, finished, wall_s = _answers(contender.make(budget_s), situation, budget_s, clock)
     timely = [(at, plan) for at, plan in came if at <= deadline_s(budget_s)]
+    # checked here, after the run, so that checking costs the engine no time
     incumbent = Incumbent(situation, partial=True)
     better = [(at, plan) for at, plan in timely if incumbent.take(plan)]
     whole = [(at, plan) for at, plan in better if len(plan.explored) == len(situation.targets)]
@@ -197,7 +199,7 @@ def run(
 def _answers(
     asked: Engine, situation: Situation, budget_s: float, clock: Callable[[], float]
 ) -> tuple[list[tuple[float, Plan]], Finished | None, float]:
-    """Return an engine's plans, each with the seconds until it came, how it ended, and the seconds it took."""
+    """Return an engine's plans with their arrival times, how it ended, and how many seconds it ran."""
     came: list[tuple[float, Plan]] = []
     finished: Finished | None = None
     begun = clock()
@@ -211,6 +213,6 @@ def _answers(
                     came.append((now, event.plan))
                 if now > deadline_s(budget_s):
                     break
-    except Exception as error:  # a broken engine is a result: the bench goes on to the next
+    except Exception as error:  # a crash is a result too: the bench continues
         finished = Finished(outcome=Outcome.CRASHED, detail=f"{type(error).__name__}: {error}")
     return came, finished, clock() - begun

@@ -1,7 +1,10 @@
 """The program `marsupial`: its commands, and how it ends.
 
-Commands import what they need when they run, so that `marsupial --help` is quick. Whatever they raise is turned here
-into one line per problem on stderr and an exit code (`marsupial.cli.exit_codes`); bad input never shows a traceback.
+Packages: `commands` has a module per command, which reads arguments and prints; `options` what commands share of
+arguments; `work` what the larger commands do; `display` output on stdout and stderr; `process` exit codes and signals.
+
+Commands import what they need when they run, so that `marsupial --help` is quick. Here exceptions become one line per
+problem on stderr and an exit code (`marsupial.cli.process.exit_codes`); bad input never shows a traceback.
 """
 
 from __future__ import annotations
@@ -34,10 +37,10 @@ from marsupial.cli.commands.store import store
 from marsupial.cli.commands.strategies import strategies
 from marsupial.cli.commands.validate import validate
 from marsupial.cli.display.messages import Volume, complain, set_volume
-from marsupial.cli.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT
-from marsupial.cli.interrupt import Interrupted, interruptible
-from marsupial.cli.late_help import LateHelp
-from marsupial.cli.streams import fault_of, open_closed, settled
+from marsupial.cli.options.late_help import LateHelp
+from marsupial.cli.process.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT
+from marsupial.cli.process.interrupt import Interrupted, interruptible
+from marsupial.cli.process.streams import fault_of, open_closed, settled
 from marsupial.errors import InternalError, MarsupialError, UsageError
 from marsupial.formats.files import reason
 
@@ -98,6 +101,7 @@ app.add_typer(serve, name="serve")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program and return its exit code; `arguments` are those of the process if None."""
     open_closed()
+    # tests call `main` several times in a process
     set_volume(Volume.NORMAL)
     try:
         code = _run(arguments)
@@ -121,13 +125,13 @@ def _run(arguments: Sequence[str] | None) -> int:
     except MarsupialError as error:
         if not isinstance(error, InternalError):
             return _refuse(error)
-        return _confess(error, settings.debug)
+        return _report_bug(error, settings.debug)
     except OSError as error:
         if error.errno not in DISK_FULL and fault_of(sys.stdout) is None:
-            return _confess(error, settings.debug)
+            return _report_bug(error, settings.debug)
         return _refuse(UsageError(f"can't write: {reason(error)}"))  # help, as typer prints it; a temporary file
     except Exception as error:
-        return _confess(error, settings.debug)
+        return _report_bug(error, settings.debug)
     return DONE
 
 
@@ -137,8 +141,8 @@ def _refuse(error: MarsupialError) -> int:
     return next(ERROR_CODES[kind] for kind in type(error).__mro__ if kind in ERROR_CODES)
 
 
-def _confess(error: Exception, debug: bool) -> int:
-    """Report a bug of ours: shortly, with the traceback where it can be looked at."""
+def _report_bug(error: Exception, debug: bool) -> int:
+    """Report a bug of marsupial in a line, with the traceback in a file."""
     text = "".join(traceback.format_exception(error))
     line = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
     kept = None if debug else _keep(text)
@@ -150,7 +154,7 @@ def _confess(error: Exception, debug: bool) -> int:
 
 
 def _keep(text: str) -> str | None:
-    """Write the text to a file of its own and return its name, or None where no folder can be written to."""
+    """Write the text to a new temporary file and return its name; None if no folder is writable."""
     try:
         with tempfile.NamedTemporaryFile(prefix="marsupial-", suffix=".txt", delete=False) as file:
             file.write(text.encode(errors="backslashreplace"))

@@ -1,7 +1,7 @@
 """Close a map whose outside is free, so that robots do not explore beyond its walls.
 
-The inside is taken to be the convex hull of all obstacles: ground outside it becomes unknown, and the free cells along
-the hull become obstacles. A yard between two wings of a building lies in the hull and stays.
+The inside is the convex hull of all obstacles: cells outside it become unknown, and free cells along the hull become
+obstacles. A yard between two wings of a building lies in the hull and stays free.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def closed(grid: Grid) -> Grid:
     Raises
     ------
     MapError
-        If there are no obstacles, or all of them in a line: they enclose nothing.
+        If there are no obstacles or all are in one line: they enclose nothing.
     """
     from scipy import ndimage
     from skimage.morphology import convex_hull_image

@@ -1,9 +1,8 @@
-"""What a robot's body would touch one cell further on, and so knows without seeing it.
+"""The cells that a robot's body would touch one cell further on, and so knows without seeing them.
 
-Standing next to the unknown settles what is there: whether the robot can go on or not. It feels its way from cell to
-cell, as far as one cell beyond its footprint and up to obstacles: not through a wall, nor through a closed corner, two
-obstacles that touch at theirs. What is behind one can't be touched, and a robot that knew it all the same would leave a
-frontier there that nobody can get to.
+A robot next to an unknown cell learns whether it can go on. Contact spreads from cell to neighbouring cell, up to one
+cell beyond the footprint, and ends at obstacles: it passes neither walls nor closed corners (two obstacles that touch
+at a corner). If it did, the robot would reveal cells behind them and leave a frontier there that no robot can reach.
 """
 
 from __future__ import annotations
@@ -18,21 +17,21 @@ from marsupial.native import native
 
 
 class Contact:
-    """What robots of one type touch."""
+    """Finds the cells that robots of one type touch."""
 
     def __init__(self, kind: RobotType, resolution_m: float) -> None:
-        # a hair more than one cell, so that no cell is left out that a footprint further on holds
+        # slightly more than one cell, so that rounding leaves out no cell of the footprint one cell further
         self._offsets = disc(kind.radius_m / resolution_m + 1.0 + 1e-6)
         self._beside = _beside(self._offsets)
 
     def touched(self, truth: CellArray, cell: Cell) -> Ints:
-        """Return what is touched from `cell`, itself included, as row-major indices into the map (height, width)."""
+        """Return the cells touched from `cell`, itself included, as row-major indices of the map (height, width)."""
         touched: Ints = _touched(truth, cell.x, cell.y, self._offsets, self._beside)
         return touched
 
 
 def _beside(offsets: Ints) -> Ints:
-    """Return the places (n, 4) in `offsets` (n, 2) of the cells beside each, -1 where one is none of them."""
+    """Return the positions (n, 4) in `offsets` (n, 2) of the four neighbours of each, -1 for those outside."""
     place = {(int(dx), int(dy)): i for i, (dx, dy) in enumerate(offsets)}
     steps = ((1, 0), (-1, 0), (0, 1), (0, -1))
     beside = [[place.get((dx + u, dy + v), -1) for u, v in steps] for dx, dy in place]
@@ -41,7 +40,7 @@ def _beside(offsets: Ints) -> Ints:
 
 @native
 def _touched(truth: CellArray, x: int, y: int, offsets: Ints, beside: Ints) -> Ints:
-    """Return the cells round (x, y) that are touched; see `Contact.touched` and `_beside`."""
+    """Return the cells touched from (x, y), by breadth-first search; see `Contact.touched` and `_beside`."""
     height, width = truth.shape
     new = np.ones(len(offsets), dtype=np.bool_)
     queue, out = np.empty((2, len(offsets)), dtype=np.int64)

@@ -1,8 +1,8 @@
-"""What is on a map, in numbers, and what about it looks wrong.
+"""A map in numbers, with warnings about what looks wrong.
 
-The commonest trouble with maps is that they say something else than their owner thinks: unknown space that reads as
-free, a hole in a wall that lets the outside in, metres that are really millimetres. The description holds the shares
-of every class, the free space that is connected to the border, the reach of each robot type, and warnings in words.
+Most trouble with maps is a wrong interpretation: unknown space that reads as free, a gap in a wall that connects inside
+and outside, millimetres taken for metres. The description holds the share of every class, the free space connected to
+the border, the reach of each robot type, and warnings as sentences.
 """
 
 from __future__ import annotations
@@ -24,16 +24,15 @@ USUAL_RESOLUTION_M = (0.005, 1.0)
 USUAL_EXTENT_M = 5000.0
 
 NOTABLE_GAIN = 0.05
-"""Specks are told if robots could get to so much more ground without them, as a share of what they get to now."""
-
+"""Warn of specks that keep robots out of this much ground, as a share of what they reach."""
 
 NOISY_GAIN = 1.0
-"""The same for specks of obstacle: many are legs of furniture, so only what halves the ground looks like noise."""
+"""The same for specks of obstacle: many are legs of furniture, so only those that halve the ground look like noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TerrainShare:
-    """One terrain class on a map (or obstacle, or unknown): `share` is of all cells, 0 to 1."""
+    """One terrain class of a map (or obstacle, or unknown); `share` is that of all cells, 0 to 1."""
 
     name: str
     code: int
@@ -49,11 +48,11 @@ class TypeReach:
     Parameters
     ----------
     area_m2
-        Of the largest connected part.
+        Area of the largest connected part.
     parts
-        How many connected parts there are.
+        Number of connected parts.
     at_border
-        Whether a robot that drives about in the largest part gets to the map's border.
+        Whether a robot in the largest part can reach the map's border.
     """
 
     type: str
@@ -65,28 +64,28 @@ class TypeReach:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapDescription:
-    """What is on a map.
+    """The contents of a map.
 
     Parameters
     ----------
     format
-        What the file was read as; empty for a grid that comes from no file.
+        Format of the file; empty for a grid that comes from no file.
     width, height
         Size in cells.
     width_m, height_m
         Size in metres.
     free
-        The classes that occur and are no obstacle.
+        The free classes that occur.
     occupied, unknown
-        The obstacles and the unknown cells.
+        Obstacles and unknown cells.
     border_cells
         Free cells on the map's border.
     border_area_m2
         Free area connected to them.
     reach
-        One entry for each robot type asked about.
+        One entry per requested robot type.
     legend
-        What became of every symbol in the file.
+        Interpretation of every symbol of the file.
     warnings
         Sentences, the file's own first.
     """
@@ -116,14 +115,15 @@ def describe(
     Parameters
     ----------
     grid
-        The map; that of `reading`, or what was made of it (terrain mask).
+        The map: that of `reading`, possibly changed since (terrain mask).
     reading
-        How the file was understood; None for a grid that comes from no file.
+        Interpretation of the file; None for a grid that comes from no file.
     kinds
-        Where there are none, the default types say whether there is a leak.
+        If empty, the default types decide whether there is a leak.
     team
-        The robots whose starts are looked at.
+        Robots whose start cells are checked.
     """
+    # one pass over the map instead of one per class
     counts = np.bincount(grid.cells.ravel(), minlength=256)
     names = {terrain.code: terrain.name for terrain in grid.terrains}
     shares = {code: _share(grid, names.get(code, f"code {code}"), code, int(counts[code])) for code in range(255)}
@@ -183,7 +183,7 @@ def _free(grid: Grid) -> Mask:
 
 
 def _leak(grid: Grid) -> tuple[int, int]:
-    """Return the number of free cells on the border, and of all free cells connected to them."""
+    """Return the number of free cells on the border, and that of all free cells connected to them."""
     free = _free(grid)
     inside = np.zeros(grid.cells.shape, dtype=np.bool_)
     inside[1:-1, 1:-1] = True
@@ -215,7 +215,7 @@ def _reaches(grid: Grid, kinds: Sequence[RobotType]) -> tuple[tuple[TypeReach, .
 
 
 def _at_border(places: Mask, kind: RobotType, resolution_m: float) -> bool:
-    """Say whether a robot on one of these places, all of it on the map, covers a cell of the border."""
+    """Return whether a robot at one of these places, entirely on the map, covers a border cell."""
     span = int(disc(kind.radius_m / resolution_m).max())
     inside = places[span : len(places) - span, span : places.shape[1] - span]
     return bool(inside.size) and bool(inside[[0, -1]].any() or inside[:, [0, -1]].any())
@@ -237,9 +237,9 @@ def _content_warnings(
 def _leak_warnings(
     grid: Grid, border: int, leaking: int, reach: Sequence[TypeReach], reading: MapReading | None
 ) -> list[str]:
-    """Warn if robots can drive to the border, and not only to a single cell of it, behind which nothing is.
+    """Warn if robots can drive to more than one cell of the border.
 
-    On scanned maps single pixels of walls are free, and connect inside and outside where no robot gets through.
+    On scanned maps single wall pixels are free and connect inside and outside, but no robot passes there.
     """
     if border < 2 or not any(entry.at_border for entry in reach) or (reading is not None and reading.walled):
         return []
@@ -302,14 +302,14 @@ def _noise_warnings(grid: Grid, kinds: Sequence[RobotType], reach: tuple[TypeRea
 
 
 def cells_below(kind: RobotType, grid: Grid) -> int:
-    """Return how many cells the footprint of a robot type covers: specks of fewer are smaller than the robot."""
+    """Return the number of cells of a type's footprint: specks of fewer cells are smaller than the robot."""
     return len(disc(kind.radius_m / grid.resolution_m))
 
 
 def _speck_warnings(
     grid: Grid, kinds: Sequence[RobotType], reach: tuple[TypeReach, ...], footprints: list[Footprint]
 ) -> list[str]:
-    """Warn if specks smaller than a carrier keep it out of ground; the carriers' footprints get to know them."""
+    """Warn if specks smaller than a carrier keep it out of ground; reveals them to the carriers' footprints."""
     carriers = [i for i, kind in enumerate(kinds) if kind.role is Role.CARRIER and reach[i].parts]
     if not carriers or not (grid.cells == UNKNOWN).any():
         return []

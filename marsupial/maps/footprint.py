@@ -1,11 +1,13 @@
 """Where a robot type may stand on a map that is being revealed.
 
-A disc of the type's radius round the centre of a cell must touch no cell that is an obstacle, unknown or of a
-terrain the type can't drive on; it touches a cell when it holds the cell's centre (the rule of costmaps). For every
-cell the cells under the disc that bar it now are counted (`standable` where zero), and it is known whether any does
-so for ever (`possible` where there is none: it might stand there once the unknown turns out to be drivable).
-Revealing a cell changes what is under one disc only, so the cost goes with what is new and not with the size of the
-map; and it does so row by row of the disc, which a processor does many cells at a time.
+A disc of the type's radius around the centre of a cell must touch no obstacle, no unknown cell and no terrain that the
+type can't drive on. It touches a cell if it contains the cell's centre, as in costmaps. Two things are kept per cell:
+
+- a count of the cells under the disc that bar it now: unknown or not drivable. It is `standable` at zero.
+- whether one bars it for ever: not drivable. If none does it is `possible`: all unknown cells may yet be drivable.
+
+Revealing a cell updates the disc around it only, so the cost goes with the new cells, not with the size of the map. It
+is updated row by row, which the compiler vectorises.
 """
 
 from __future__ import annotations
@@ -21,13 +23,13 @@ from marsupial.model.robots import RobotType
 from marsupial.native import native
 
 AT_ONCE = 1 << 20
-"""About how many cells of a known map are taken in at once: all of a large one would fill hundreds of megabytes."""
+"""Approximate number of cells of a known map to reveal at once: all of a large one would fill hundreds of megabytes."""
 
 
 def disc(radius_cells: float) -> Ints:
-    """Return the offsets (n, 2) as (dx, dy) of the cells whose centre an open disc round a cell's centre holds.
+    """Return the offsets (n, 2) as (dx, dy) of the cells whose centres an open disc around a cell's centre contains.
 
-    The cell itself is always among them.
+    The cell itself is always included.
     """
     reach = int(radius_cells + 1)
     span = np.arange(-reach, reach + 1)
@@ -37,7 +39,7 @@ def disc(radius_cells: float) -> Ints:
 
 
 def fits(grid: Grid, kind: RobotType, *cells: Cell) -> bool:
-    """Say whether a robot of that type may stand on each of these cells, without looking at the rest of the map."""
+    """Return whether a robot of a type may stand on all of these cells, without reading the rest of the map."""
     offsets = disc(kind.radius_m / grid.resolution_m)
     at = np.array(cells, dtype=np.int64).reshape(-1, 1, 2) + offsets
     x, y = at[..., 0].ravel(), at[..., 1].ravel()
@@ -46,21 +48,21 @@ def fits(grid: Grid, kind: RobotType, *cells: Cell) -> bool:
 
 
 class Footprint:
-    """The cells one robot type may stand on, kept up to date as cells are revealed.
+    """The cells one robot type may stand on, updated as cells are revealed.
 
     Attributes
     ----------
     offsets
-        (n, 2): those of the cells under the disc, see `disc`.
+        (n, 2): offsets of the cells under the disc, see `disc`.
     standable, possible
-        Live boolean masks (height, width): may stand there now; might still turn out so.
+        Live boolean masks (height, width): may stand there; may turn out so.
     opened
-        Hands on the cells (row-major) that become standable.
+        Feed of the cells (row-major) that become standable.
     """
 
     def __init__(self, shape: tuple[int, int], kind: RobotType, resolution_m: float) -> None:
         self.offsets = disc(kind.radius_m / resolution_m)
-        # the half widths of the rows of the disc, the one through its centre in the middle
+        # half widths of the disc's rows, the one through its centre in the middle
         self._rows = np.bincount(self.offsets[:, 1] - self.offsets[:, 1].min()) // 2
         self._drivable = code_table(kind.terrains)
         self.standable: Mask = np.zeros(shape, dtype=np.bool_)
@@ -68,31 +70,31 @@ class Footprint:
         reach = len(self._rows) // 2
         self.possible[reach : max(reach, shape[0] - reach), reach : max(reach, shape[1] - reach)] = True
         self.opened = Feed()
-        # as many as the map has cells: two bytes do unless a disc has a radius of more than 144 cells
+        # one count per cell: two bytes suffice unless the radius exceeds 144 cells
         counts = np.uint16 if len(self.offsets) < 1 << 16 else np.int32
         self._barred = np.full(shape, len(self.offsets), dtype=counts)
 
     def reveal(self, indices: Ints, cells: CellArray) -> None:
-        """Take in cells that were unknown until now.
+        """Update the masks for cells that were unknown until now.
 
         Parameters
         ----------
         indices
-            Row-major indices, each revealed once and for all.
+            Row-major indices; each cell is revealed once.
         cells
-            The known map (height, width) with their codes already in it.
+            The known map (height, width), which already has their codes.
         """
         opens = self._drivable[cells.ravel()[indices]]
         _close(indices[~opens], self._rows, self.possible)
         drivable = indices[opens]
-        opened = np.empty(self._most_under(drivable, cells.shape), dtype=np.int64)
+        opened = np.empty(self._most_covered(drivable, cells.shape), dtype=np.int64)
         count = _open(drivable, self._rows, self._barred, opened)
         opened = opened[:count].copy()
         self.standable.ravel()[opened] = True
         self.opened.add(opened)
 
-    def _most_under(self, cells: Ints, shape: tuple[int, ...]) -> int:
-        """Return a number of cells that discs round `cells` do not go beyond: those in all rows they touch at most."""
+    def _most_covered(self, cells: Ints, shape: tuple[int, ...]) -> int:
+        """Return an upper bound of the number of cells under discs around `cells`, which limits the buffer."""
         if not len(cells):
             return 0
         height, width = shape
@@ -101,14 +103,14 @@ class Footprint:
 
 
 def known_parts(grid: Grid) -> Iterator[Ints]:
-    """Yield all known cells (row-major indices, ascending), some rows at a time."""
+    """Yield all known cells (row-major indices, ascending), a few rows at a time."""
     rows = max(1, AT_ONCE // grid.width)
     for first in range(0, grid.height, rows):
         yield np.flatnonzero(grid.cells[first : first + rows] != UNKNOWN) + first * grid.width
 
 
 def footprint_of(grid: Grid, kind: RobotType) -> Footprint:
-    """Return the cells where a robot of type `kind` may stand, ready to be told of what is unknown yet."""
+    """Return the footprint of a type on a map; cells still unknown may be revealed later."""
     footprint = Footprint(grid.cells.shape, kind, grid.resolution_m)
     for cells in known_parts(grid):
         footprint.reveal(cells, grid.cells)
@@ -122,16 +124,16 @@ def standable(grid: Grid, kind: RobotType) -> Mask:
 
 @native
 def _open(indices: Ints, rows: Ints, barred: Counts | Ints32, opened: Ints) -> int:
-    """Count that cells bar none any more; enter in `opened` what nothing bars now and return how many that are.
+    """Lower the counts around drivable cells; write the cells that nothing bars now to `opened`, return their number.
 
     Parameters
     ----------
     indices
         (n,), row-major.
     rows
-        (2 reach + 1,): the half width of each row of the disc.
+        (2 reach + 1,): half width of each row of the disc.
     barred
-        (height, width): how many cells under the disc bar each cell.
+        (height, width): number of cells under the disc that bar each cell.
     """
     height, width = barred.shape
     reach = len(rows) // 2
@@ -141,7 +143,7 @@ def _open(indices: Ints, rows: Ints, barred: Counts | Ints32, opened: Ints) -> i
         for v in range(max(0, y - reach), min(height, y + reach + 1)):
             half = rows[v - y + reach]
             row = barred[v, max(0, x - half) : x + half + 1]
-            least = row[0]
+            least = row[0]  # few rows have a zero: a loop without a branch finds out whether this one has
             for i in range(len(row)):
                 row[i] -= 1
                 least = min(least, row[i])
@@ -155,7 +157,7 @@ def _open(indices: Ints, rows: Ints, barred: Counts | Ints32, opened: Ints) -> i
 
 @native
 def _close(indices: Ints, rows: Ints, possible: Mask) -> None:
-    """Enter in `possible` (height, width) that cells bar what is under the disc round them."""
+    """Clear `possible` (height, width) under the discs around cells that are not drivable."""
     height, width = possible.shape
     reach = len(rows) // 2
     for index in indices:

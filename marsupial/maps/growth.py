@@ -1,7 +1,7 @@
-"""What the team can reach, kept up to date while the map grows.
+"""What the team can reach, updated while the map grows.
 
-The cost is that of what is new: known ground is never taken back, so areas only grow from the cells that have become
-passable. They are recomputed when a robot is lost. When a rover has gone aboard, what only it could reach is given up.
+Known cells never change, so areas only grow, from newly passable cells, and an update costs what is new. A lost robot
+resets everything. When a rover goes aboard, the area that only it could reach is given up.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _NONE: Ints = np.empty(0, dtype=np.int64)
 
 
 def reach_of(territory: Territory, robots: Sequence[PlacedRobot]) -> Reach:
-    """Return what the team can reach from where it is, on the map as it is."""
+    """Return what the team can reach on the present map."""
     return GrowingReach(territory).reach(robots)
 
 
@@ -34,7 +34,7 @@ class GrowingReach:
     Parameters
     ----------
     territory
-        Kept up to date by its owner.
+        Updated by its owner.
     """
 
     def __init__(self, territory: Territory) -> None:
@@ -47,9 +47,9 @@ class GrowingReach:
         self._cleared = territory.cleared.reader()
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Reach:
-        """Return what the team can reach; the masks are live and change with the next answer.
+        """Return what the team can reach; the masks are live and change with the next call.
 
-        What is fresh in it is so since the answer before.
+        Its `fresh` cells are new since the last call.
         """
         names = frozenset(robot.name for robot in robots)
         if names != self._names:
@@ -104,7 +104,7 @@ class GrowingReach:
 
 
 class _Area:
-    """The cells connected to some starts among those where a type may stand."""
+    """The cells where a type may stand that are connected to some starts."""
 
     def __init__(self, allowed: Mask) -> None:
         self._allowed = allowed
@@ -113,13 +113,13 @@ class _Area:
         self.empty = True
 
     def give_up(self, start: int, landings: Sequence[Mask]) -> None:
-        """Take the part round a former start out of the area, unless one of the landings is in it."""
+        """Remove the part around a former start from the area, unless a landing is in it."""
         if self.cells.flat[start] and not any(cells.flat[start] for cells in landings):
             kept = np.logical_or.reduce([np.zeros_like(self.cells), *landings])
             _give_up(self.cells, kept, start, self._queue)
 
     def grow(self, starts: Ints, opened: Ints) -> Ints:
-        """Take in starts and cells that have become allowed; return the cells that are new to the area."""
+        """Add starts and newly allowed cells; return the cells new to the area."""
         count = _grow(self._allowed, starts, opened, self.cells, self._queue)
         self.empty = self.empty and count == 0
         return self._queue[:count].astype(np.int64)
@@ -137,7 +137,7 @@ class _Dock:
         self.docking = Docking(cells=np.zeros_like(self._standable), carrier_at=self._nearest.origins)
 
     def grow(self, carrier_cells: Ints, seen: Ints, opened: Ints) -> Ints:
-        """Take in cells carriers newly reach, cells to see through, cells to stand on; return new docking cells."""
+        """Add newly reached carrier cells, see-through cells and standable cells; return new docking cells."""
         changed = np.concatenate([self._nearest.add(carrier_cells, seen), opened])
         cells = self.docking.cells.ravel()
         fresh = changed[(self._nearest.origins(changed) >= 0) & self._standable.ravel()[changed] & ~cells[changed]]
@@ -147,7 +147,7 @@ class _Dock:
 
 @native
 def _give_up(out: Mask, kept: Mask, start: int, queue: Ints32) -> None:
-    """Take what is connected to a cell out of the area `out`, unless one of `kept` is among it.
+    """Remove what is connected to a cell from the area `out`, unless a cell of `kept` is in it.
 
     The masks are (height, width); `queue` has room for all cells.
     """
@@ -173,10 +173,9 @@ def _give_up(out: Mask, kept: Mask, start: int, queue: Ints32) -> None:
 
 @native
 def _grow(allowed: Mask, starts: Ints, opened: Ints, out: Mask, queue: Ints32) -> int:
-    """Add to the area `out` what is connected to starts, or has been opened beside it; see `_Area.grow`.
+    """Grow the area `out` from starts and from opened cells beside it; see `_Area.grow`.
 
-    The masks are (height, width), the others row-major indices; `queue` receives the new cells, whose number is
-    returned.
+    The masks are (height, width), the others row-major indices; write the new cells to `queue` and return their number.
     """
     height, width = allowed.shape
     tail = 0

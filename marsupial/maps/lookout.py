@@ -1,4 +1,4 @@
-"""The growing map of a mission as policies of replanning watch it: when to look at it, and whether anything is left."""
+"""The growing map of a mission as replanning policies watch it: when to survey it, and whether anything is left."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from marsupial.model.scenario import Goal
 from marsupial.model.world import News, World
 
 LOOK_MS = 1000
-"""Least simulated time between two looks at what newly seen cells mean."""
+"""Least simulated time between two surveys because of newly seen cells."""
 
 
 class Lookout:
-    """What the policies of replanning have in common that know no more than what robots have seen.
+    """Base of the replanning policies that know only what the robots have seen.
 
     Attributes
     ----------
     exploration_ms
-        Since when there has been nothing left to explore, or None.
+        Time since which nothing has been left to explore, or None.
     """
 
     explored = "no reachable target is left"
@@ -45,14 +45,14 @@ class Lookout:
         self._coming: dict[str, list[Ints]] = {}
 
     def _analysis(self) -> tuple[Territory, Surveyor]:
-        """Return the analysis of the map as it is, from nothing."""
+        """Return a new analysis of the present map."""
         territory = Territory(self._world.grid, tuple(self._kinds.values()))
         return territory, Surveyor(territory, self._homes, self._goal, self._looks)
 
     def _current(self) -> tuple[Territory, Surveyor]:
-        """Return the analysis, which grows with the map; where known cells have changed it is made anew when needed.
+        """Return the analysis, updated by what was revealed; a new one if known cells changed.
 
-        What each robot has seen since the last time is taken in at once: robots see a few cells more at every step.
+        Revealed cells are collected per robot until they are needed: one update costs less than one per step.
         """
         if self._analysed is None:
             self._analysed = self._analysis()
@@ -71,21 +71,21 @@ class Lookout:
         return self._current()[1]
 
     def route(self, kind: str, start: Cell, goal: Cell, heading: int | None = None) -> tuple[Cell, ...] | None:
-        """Return the way of a robot type over the known map (`Surveyor.route`)."""
+        """Return the route of a robot type over the known map (`Surveyor.route`)."""
         return self._surveyor.route(kind, start, goal, heading)
 
     @property
     def wake_ms(self) -> int | None:
-        """When what was seen since the last look is to be looked at."""
+        """When to survey what was seen since the last time; None if nothing was."""
         return self._looked_ms + LOOK_MS if self._fresh else None
 
     @property
     def _due(self) -> bool:
-        """Whether what was seen since the last look is to be looked at now."""
+        """Whether it is time to survey what was seen since the last time."""
         return self._fresh and self._world.now_ms >= self._looked_ms + LOOK_MS
 
     def update(self, news: News) -> None:
-        """Note which cells were revealed; discard the analysis of a map whose known cells have changed."""
+        """Note revealed cells; discard the analysis if known cells or the frame changed."""
         if news.moved is not None:
             self._move(news.moved)
         if news.moved is not None or news.changed:
@@ -96,21 +96,21 @@ class Lookout:
             self._fresh = True
 
     def _move(self, shift: FrameShift) -> None:
-        """Call all cells that are remembered as they are called now that the frame has grown."""
+        """Re-index stored cells after the frame grew."""
         self._homes = shift.cells(self._homes)
         self._looks = self._looks.moved(shift)
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
-        """Return the targets that are left, and the frontiers that are none."""
+        """Return the remaining targets, and the frontiers that are no targets."""
         targets = () if status is Status.COMPLETE else self._surveyor.targets(self._world.robots())
         return self._surveyor.remaining(targets, reason)
 
     def _looked(self, *, fresh: bool = False) -> None:
-        """Remember when the map was looked at; `fresh`: there already is more to see."""
+        """Note the time of a survey; `fresh` if more has been seen since."""
         self._fresh, self._looked_ms = fresh, self._world.now_ms
 
     def _note_explored(self, *, left: bool) -> None:
-        """Remember when the last target was gone, unless another one turns up."""
+        """Note since when no target has been left."""
         if left:
             self.exploration_ms = None
         elif self.exploration_ms is None:
@@ -118,6 +118,6 @@ class Lookout:
 
 
 def setbacks_in(news: News) -> Triggers:
-    """Return who failed and who was lost."""
-    told = {Cause.FAILED: news.failed, Cause.LOST: news.lost}
-    return tuple(Trigger(cause, tuple(name for name, _ in who)) for cause, who in told.items() if who)
+    """Return the triggers for robots that failed or were lost."""
+    setbacks = {Cause.FAILED: news.failed, Cause.LOST: news.lost}
+    return tuple(Trigger(cause, tuple(name for name, _ in who)) for cause, who in setbacks.items() if who)

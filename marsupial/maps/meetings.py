@@ -1,10 +1,15 @@
 """Meeting points: where a carrier can set down or pick up a rover.
 
-The rover-only area is what rovers reach and cannot dock in. Its border towards the cells where docking is possible
-is cut into stretches: every door gives one, a long border several. Only areas that matter now (with a target that no
-carrier can explore, or a rover on the ground) get meeting points; so do the places where a rover on the ground could
-be picked up at once and where a carrier could set one down at once. Points in use are kept from one replanning to
-the next, so that plans and names do not flap.
+    d d d d # r r r r       d: docking cells, that a rover can reach close enough to a carrier
+    d d d M r r t r r       r: the rover-only area, that rovers reach but cannot dock in; t: a target there
+    d d d d # r r r r       M: the meeting point, in the middle of the border between both
+
+The border is cut into stretches: a door gives one point, a long border several. Meeting points are made only
+
+- for rover-only areas that matter now: with a target that no carrier can explore, or a rover on the ground;
+- where a rover on the ground can be picked up, or a carrier can set one down, without driving.
+
+Points in use are kept from one planning to the next, so that plans and names are stable.
 
 References
 ----------
@@ -31,17 +36,17 @@ from marsupial.native import native
 from marsupial.paths.fields import PathSearch
 
 STRETCH_M = 6.0
-"""Length of border, in metres, that one meeting point serves."""
+"""Length of border in metres that one meeting point serves."""
 
-_SAME_DOOR_CELLS = 3.0
-"""A point this near to a stretch of border serves it: borders move a little as the map grows."""
+_KEPT_POINT_CELLS = 3.0
+"""A kept point at most this far from a stretch of border serves it: borders move a little as the map grows."""
 
 _NO_AREA = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Meetings:
-    """The meeting points, and per point the targets of the rover-only areas it gives access to."""
+    """The meeting points, and per point the targets of the rover-only areas that it gives access to."""
 
     points: tuple[MapMeeting, ...]
     connects: Mapping[str, frozenset[str]]
@@ -59,7 +64,7 @@ def find_meetings(
     Parameters
     ----------
     keep
-        Points in use: kept as they are while both poses are still good.
+        Points in use, kept unchanged while both poses are reachable.
     """
     robots = tuple(robots)
     points = [point for point in keep if _still_good(point, reach)]
@@ -67,11 +72,12 @@ def find_meetings(
     for number, (carrier, rover) in enumerate(sorted(reach.docking)):
         if not any(robot.type == rover for robot in robots):
             continue
-        # two pairs of types may meet at the same two cells
+        # two pairs of types may meet at the same two cells, but names are unique
         suffix = f"_{number + 1}" if len(reach.docking) > 1 else ""
         pair = _Pair(territory, reach, carrier, rover, suffix, targets, robots)
+        # points in use and of earlier pairs come first: they may serve a border already
         points += pair.on_borders(points)
-        points += pair.on_the_spot(points)
+        points += pair.at_robots(points)
         connects |= pair.connections(points)
     return Meetings(points=tuple(points), connects=connects)
 
@@ -86,7 +92,7 @@ def _still_good(point: MapMeeting, reach: Reach) -> bool:
 
 
 class _Pair:
-    """Meeting points of one carrier type with one rover type; only the areas that matter are looked at."""
+    """The meeting points of one carrier type with one rover type."""
 
     def __init__(
         self,
@@ -111,11 +117,12 @@ class _Pair:
         self._enter_areas(rover_only)
 
     def _enter_areas(self, rover_only: Mask) -> None:
-        """Find the areas with a target that no carrier can explore, or with a rover on the ground, or next to one."""
+        """Find the rover-only areas that matter: at a rover on the ground or a target that no carrier can explore."""
         seeds = [target.viewpoints[self._rover] for target in self._rover_only()]
         seeds += [robot.cell for robot in self._robots if robot.type == self._rover and robot.cell is not None]
         queue = np.empty(rover_only.size if seeds else 0, dtype=np.int32)
         for seed in seeds:
+            # a robot or target may stand at the door itself, just outside the area that it is for
             around = Window.around(seed, seed, 0 if rover_only[seed.y, seed.x] else 1, rover_only.shape)
             for index in around.on_map(np.flatnonzero(rover_only[around.cut]), self._width).tolist():
                 if not self._areas.flat[index]:
@@ -124,21 +131,21 @@ class _Pair:
                     self._cells_of[area] = queue[: spread(rover_only, self._areas, area, queue, 1)].astype(np.int64)
 
     def on_borders(self, points: Sequence[MapMeeting]) -> list[MapMeeting]:
-        """Return a point for each stretch of border of the rover-only areas that matter."""
+        """Return a point for each stretch of border that no given point serves."""
         stretch = STRETCH_M / self._territory.grid.resolution_m
         served = [(self._index(p.rover_cell), self._areas_near(p.rover_cell)) for p in points if self._fits(p)]
         found: list[MapMeeting] = []
         for area, border in self._borders():
             for cells in groups(border, self._dock.shape):
                 here = [index for index, areas in served if area in areas or area == _NO_AREA]
-                taken = [index for index in here if _apart(index, cells, self._width) <= _SAME_DOOR_CELLS]
+                taken = [index for index in here if _apart(index, cells, self._width) <= _KEPT_POINT_CELLS]
                 for index in _spread(cells, taken, stretch, self._width):
                     found.append(self._point(index))
                     served.append((index, self._areas_near(found[-1].rover_cell)))
         return found
 
-    def on_the_spot(self, points: Sequence[MapMeeting]) -> list[MapMeeting]:
-        """Return points where rovers on the ground stand now, and where loaded carriers do."""
+    def at_robots(self, points: Sequence[MapMeeting]) -> list[MapMeeting]:
+        """Return points at the positions of rovers on the ground and of loaded carriers."""
         spots: list[MapMeeting] = []
         for robot in self._robots:
             if robot.cell is None:
@@ -152,7 +159,7 @@ class _Pair:
         return list({spot.name: spot for spot in spots if spot.name not in names}.values())
 
     def connections(self, points: Sequence[MapMeeting]) -> dict[str, frozenset[str]]:
-        """Return per point of this pair the rover-only targets in the areas that it borders on."""
+        """Return the rover-only targets that each point of this pair gives access to."""
         cells = {target.name: target.viewpoints[self._rover] for target in self._rover_only()}
         areas_of = {name: self._areas_near(cell) for name, cell in cells.items()}
         reach = STRETCH_M / self._territory.grid.resolution_m
@@ -166,10 +173,10 @@ class _Pair:
         return served
 
     def _borders(self) -> Iterator[tuple[int, Ints]]:
-        """Yield the border of each rover-only area that matters: the cells beside it where docking is possible.
+        """Yield each area that matters with its border: the docking cells beside it.
 
-        Areas come in the order of their first cells. Last, as those of `_NO_AREA`, come the cells of the targets that
-        are at no area but where docking is possible.
+        Areas are in the order of their first cells. Last, as `_NO_AREA`, come the docking cells with a target that
+        borders on no area.
         """
         for area, cells in sorted(self._cells_of.items(), key=lambda item: int(item[1].min())):
             yield area, np.unique(_beside(cells, self._dock))
@@ -185,7 +192,7 @@ class _Pair:
         return any(self._rover in target.viewpoints for target in self._targets)
 
     def _areas_near(self, cell: Cell) -> set[int]:
-        """Return the areas that matter at a cell or, for a cell where docking is possible, next to it."""
+        """Return the areas that matter at a cell or, for a docking cell, next to it."""
         here = int(self._areas[cell.y, cell.x])
         if here:
             return {here}
@@ -193,8 +200,9 @@ class _Pair:
         return set(window.ravel().tolist()) - {_NO_AREA}
 
     def _within_reach(self, carrier_cell: Cell) -> list[MapMeeting]:
-        """Return the point where a carrier standing there sets a rover down, if there is room for one."""
+        """Return the point where a carrier standing there sets a rover down, if there is room."""
         x, y = carrier_cell
+        # the nearest cell is the carrier's own, as docking robots may share a cell
         if self._dock[y, x] and self._territory.see_through[y, x]:
             return [self._named(carrier_cell, carrier_cell)]
         carrier, rover = self._territory.kinds[self._carrier], self._territory.kinds[self._rover]
@@ -236,9 +244,9 @@ def _apart(index: int, cells: Ints, width: int) -> float:
 
 
 def _spread(cells: Ints, taken: Sequence[int], stretch: float, width: int) -> list[int]:
-    """Choose cells of a border so that each of its cells has a chosen or taken one within half a stretch.
+    """Choose cells of a border so that each of its cells is within half a stretch of a chosen or taken one.
 
-    The first choice is the middle of what is not yet served.
+    Greedily, the middle of what is not served yet.
     """
 
     def near(index: int, others: Ints) -> Mask:
@@ -258,7 +266,7 @@ def _spread(cells: Ints, taken: Sequence[int], stretch: float, width: int) -> li
 
 @native
 def _beside(cells: Ints, dock: Mask) -> Ints:
-    """Return the docking cells (height, width) beside these, by row-major index; once for each cell beside."""
+    """Return the docking cells beside these (row-major), with repetitions."""
     height, width = dock.shape
     found = np.empty(4 * len(cells), dtype=np.int64)
     count = 0

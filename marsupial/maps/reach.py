@@ -1,7 +1,7 @@
-"""Where a robot type can get to.
+"""Connected areas of a map.
 
-A diagonal step needs both shared orthogonal neighbours, so the areas that are connected for a robot are the
-four-connected parts of the cells it may stand on.
+A diagonal step needs both shared orthogonal neighbours, so the areas connected for a robot are the four-connected parts
+of the cells it may stand on.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ __all__ = ["groups", "largest_reach", "parts", "standable"]
 
 
 def parts(mask: Mask) -> tuple[Ints32, int]:
-    """Return the labels (height, width) of the connected parts of `mask`, and how many there are.
+    """Return the labels (height, width) of the connected parts of `mask`, and their number.
 
-    They count from 1 in the order of the parts' first cells.
+    Labels count from 1 in the order of the parts' first cells.
     """
     labels = np.zeros(mask.shape, dtype=np.int32)
     return labels, _label(mask, labels, np.empty(mask.size, dtype=np.int32))
@@ -46,7 +46,7 @@ def groups(cells: Ints, shape: tuple[int, int]) -> list[Ints]:
 
 @native
 def middle(cells: Ints, width: int) -> int:
-    """Return the cell nearest to the centre of gravity of some cells (the first of several)."""
+    """Return the cell nearest to the centroid of some cells, the first if several are."""
     x = y = 0
     for index in cells:
         x += index % width
@@ -60,7 +60,7 @@ def middle(cells: Ints, width: int) -> int:
 
 
 def largest_reach(grid: Grid, kind: RobotType) -> Mask:
-    """Return the mask of the largest connected area where a robot of type `kind` may stand (maybe empty)."""
+    """Return the mask of the largest connected area where a robot of type `kind` may stand (possibly empty)."""
     labels, count = parts(standable(grid, kind))
     if count == 0:
         return np.zeros(grid.cells.shape, dtype=np.bool_)
@@ -71,10 +71,7 @@ def largest_reach(grid: Grid, kind: RobotType) -> Mask:
 
 @native
 def _group(cells: Ints, height: int, width: int, found: Ints, ends: Ints) -> int:
-    """Enter the groups of `cells`, ascending, see `groups`, one after the other; return how many there are.
-
-    `ends` receives the group's ends.
-    """
+    """Write the groups of ascending `cells` one after the other, and their ends; return their number."""
     left = np.ones(cells.size, dtype=np.bool_)
     head = tail = count = 0
     for k in range(cells.size):
@@ -100,7 +97,7 @@ def _group(cells: Ints, height: int, width: int, found: Ints, ends: Ints) -> int
 
 @inlined
 def _position(cells: Ints, cell: int) -> int:
-    """Return where a cell is among ascending ones, or would be; numba's `searchsorted` takes long to load."""
+    """Return the insertion point of a cell in ascending ones; numba's `searchsorted` takes long to compile."""
     low, high = 0, cells.size
     while low < high:
         middle = (low + high) // 2
@@ -113,7 +110,7 @@ def _position(cells: Ints, cell: int) -> int:
 
 @native
 def _label(mask: Mask, labels: Ints32, queue: Ints32) -> int:
-    """Enter labels (height, width) as `parts` returns them; return how many parts there are."""
+    """Write the labels of `parts`; return the number of parts."""
     height, width = mask.shape
     count = 0
     for y in range(height):
@@ -128,9 +125,9 @@ def _label(mask: Mask, labels: Ints32, queue: Ints32) -> int:
 
 @native
 def spread(mask: Mask, marks: Mask | Ints32, mark: int, queue: Ints32, tail: int) -> int:
-    """Mark all cells connected within `mask` to those in `queue`, which are marked; return the queue's new length.
+    """Mark all cells connected within `mask` to the marked ones in `queue`; return the queue's new length.
 
-    Compiled. `mask` and `marks` (height, width); `queue` holds row-major indices up to `tail` and has room for all.
+    `mask` and `marks` (height, width); `queue` holds row-major indices up to `tail` and has room for all.
     """
     height, width = mask.shape
     head = 0

@@ -1,9 +1,15 @@
 """What can be seen from a cell: the exact field of view on a grid.
 
-A cell is visible when some ray from the centre of the observer's cell touches it without crossing an opaque cell
-before. Each octant is swept row by row with the list of slope intervals that are still open; opaque cells close
-theirs. Opaque cells that are hit are visible themselves. Two opaque cells that touch at a corner let nothing
-through, as robots can't pass there either.
+A cell is visible if some ray from the centre of the observer's cell touches it before crossing an opaque cell. Opaque
+cells that are hit are visible themselves. Two opaque cells that touch at a corner let nothing through, as robots can't
+pass there either.
+
+Each of eight octants is swept row by row away from the observer, with the list of slope intervals that are still open.
+An opaque cell closes its part of an interval, and may split it in two:
+
+    row k        [---------------]      an open interval of slopes
+                 . . . # # . . . .      an opaque cell closes the slopes that it covers
+    row k + 1    [----]   [------]      two intervals are left
 """
 
 from __future__ import annotations
@@ -43,23 +49,23 @@ def hopeful_codes(grid: Grid) -> CellArray:
 
 
 class _View(NamedTuple):
-    """What a sweep looks at and works in.
+    """The input and buffers of a sweep.
 
     Attributes
     ----------
     codes, width
-        Of the cells, row-major, and how many there are in a row.
+        Terrain codes of the cells, row-major, and cells per row.
     opaque
         (256,): non-zero for terrain codes that block sight.
     slopes
         (8, 2): the lowest and highest slope that is looked along in each octant.
     intervals
-        (4, n): lower and upper slopes of those open in a row, and in the next one.
+        (4, n): lower and upper slopes of the open intervals of a row, and of the next one.
     stamps
-        (rows, columns): the number of the last sweep that each cell was seen in, of a window as large as can be seen.
-        On a large map a sweep stays in a processor's cache so.
+        (rows, columns): number of the last sweep that saw each cell, for a window of the sensor range only: small
+        enough to stay in the processor's cache.
     seen
-        (cells,): receives the cells of a sweep.
+        (cells,): output.
     """
 
     codes: Bytes
@@ -77,7 +83,7 @@ class Sight:
     Parameters
     ----------
     cells
-        uint8 (height, width), contiguous, read at each call: it may change in between.
+        uint8 (height, width), contiguous; may change between calls.
     opaque
         uint8 table of 256: non-zero for terrain codes that block sight.
     """
@@ -97,9 +103,9 @@ class Sight:
         self._stamp = 0
 
     def visible(self, cell: Cell, range_cells: float) -> Ints:
-        """Return the row-major indices of the cells visible from `cell` with their centre within the range.
+        """Return the row-major indices of the cells visible from `cell` whose centres are within the range.
 
-        The result is a view that the next call overwrites.
+        The next call overwrites the result.
         """
         self._begin(range_cells, 1)
         seen: Ints = self._view.seen[: _sweep(self._view, cell.x, cell.y, range_cells, self._stamp)]
@@ -156,11 +162,11 @@ def _first_to_see(view: _View, stands: Ints, wanted: Flags, window: Ints, reach:
 
 @native
 def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
-    """Enter what is seen from a cell within `reach` cells in `view.seen`; return how many cells that is."""
+    """Write the cells seen from a cell within `reach` cells to `view.seen`; return their number."""
     codes, width, opaque, slopes, intervals, window, seen = view
     height = codes.size // width
     here = y * width + x
-    # the window begins so far to the left and below as one can see, or at the edge of the map
+    # the window starts at the sensor range to the left and below, or at the edge of the map
     stamps, across = window.ravel(), window.shape[1]
     middle = min(y, int(reach)) * across + min(x, int(reach))
     stamps[middle] = stamp
@@ -182,11 +188,11 @@ def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
             near, far = k - 0.5, k + 0.5
             m = 0
             for i in range(n):
-                # what is out of range at this slope is so in all rows to come
+                # a slope that is out of range here stays so in all rows to come
                 start, end = low[i], min(high[i], (ranging + 0.5) / near)
                 j = int(start * near + 0.5)
                 if j <= beside and (j + 0.5) / near <= start + 1e-9:
-                    j += 1  # it is only touched
+                    j += 1  # the ray touches only its corner
                 last = int(end * far + 0.5) + 1
                 while (last - 0.5) / far >= end - 1e-9:
                     last -= 1

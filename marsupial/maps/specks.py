@@ -1,7 +1,7 @@
-"""Specks: small groups of unknown or obstacle cells in the midst of free ground, of which laser maps have hundreds.
+"""Specks: small groups of unknown or obstacle cells surrounded by free cells. Laser maps have hundreds.
 
-Each bars the way as walls do and so keeps robots away by their radius. Grey ones are where no beam ever ended; black
-ones are noise, or legs of furniture: only somebody who knows the place can tell.
+Like walls, each keeps robots away by their radius. Unknown ones are cells where no beam ended; obstacles are noise or
+legs of furniture, which only someone who knows the place can tell.
 """
 
 from __future__ import annotations
@@ -16,29 +16,29 @@ from marsupial.arrays import Ints
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid
 
 TOUCHING = np.ones((3, 3), dtype=np.bool_)
-"""Cells of one group touch, corners included."""
+"""Neighbours of a cell, corners included."""
 
 
 class Specks(NamedTuple):
-    """The cells (n,) of some specks, row-major indices in ascending order, and the number of each one's speck."""
+    """The cells (n,) of some specks, ascending row-major indices, and the number (n,) of each cell's speck."""
 
     cells: Ints
     groups: Ints
 
     @property
     def number(self) -> int:
-        """How many specks they are."""
+        """Number of specks."""
         return len(np.unique(self.groups))
 
     def smaller(self, cells: int) -> Specks:
-        """Return the specks of fewer cells than that."""
+        """Return the specks of fewer than `cells` cells."""
         few = np.bincount(self.groups)[self.groups] < cells
         return Specks(self.cells[few], self.groups[few])
 
 
 def find_specks(grid: Grid, code: int = UNKNOWN) -> Specks:
-    """Return all groups of unknown cells (or obstacles), of whatever size, with nothing but free cells round them."""
-    from scipy import ndimage  # takes a quarter of a second, and maps without unknown cells do not need it
+    """Return all groups of unknown (or obstacle) cells, of any size, surrounded by free cells only."""
+    from scipy import ndimage  # its import takes a quarter of a second, and maps without unknown cells do not need it
 
     marked = grid.cells == code
     others = ((grid.cells == OBSTACLE) | (grid.cells == UNKNOWN)) & ~marked
@@ -53,7 +53,7 @@ def find_specks(grid: Grid, code: int = UNKNOWN) -> Specks:
 
 
 def painted(grid: Grid, specks: Specks) -> CellArray:
-    """Return the map's cells (height, width) with each row of a speck painted as the free cell to the left of it."""
+    """Return the map's cells (height, width) with each row of a speck replaced by the free cell to its left."""
     cells = grid.cells.copy()
     first = np.diff(specks.cells, prepend=-1) != 1
     left = specks.cells[first] - 1
@@ -62,7 +62,7 @@ def painted(grid: Grid, specks: Specks) -> CellArray:
 
 
 def without_specks(grid: Grid, largest: int, codes: Sequence[int] = (UNKNOWN, OBSTACLE)) -> tuple[Grid, int]:
-    """Return the map without specks of fewer cells than `largest`, and how many those were."""
+    """Return the map without specks of fewer than `largest` cells, and their number."""
     number = 0
     for code in codes:
         small = find_specks(grid, code).smaller(largest)

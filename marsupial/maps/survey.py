@@ -1,7 +1,39 @@
-"""From the map and the robots to a situation: what the planners are asked, and what its places mean on the map.
+"""From the known map and the robots to a planning problem, the `Situation`.
 
-A survey finds targets and meeting points on the map known so far, gives every place a cell per robot type, and
-fills the travel times from the path costs between those cells.
+Theory of operation
+-------------------
+Each stage derives its result from the one before. Down to the frontiers, stages are updated by what is new since the
+last question, so their cost goes with the newly revealed cells, not with the size of the map:
+
+    cells revealed ----> Territory         what each type may stand on (Footprint), what one can see through
+                           | feeds: revealed, cleared, opened
+                           v
+    robots' poses -----> GrowingReach      what each type can get to; where pairs of types can dock
+                           | Reach
+                           v
+                         TargetFinder.frontiers    cells at the unknown, each with a viewpoint, per type
+                           | Frontier
+                           v
+                         TargetFinder.find         frontier cells in clusters, one target each
+                           | Target                (only when targets are asked for, once per look)
+                           v
+    points in use -----> find_meetings     where carriers set rovers down and pick them up
+                           |
+                           v
+                         Survey            poses of all places, and the Situation: travel times between them (travel.py)
+
+Updates rely on one property: known cells never change, the map only grows. So an area only grows from cells that
+opened, a frontier cell only ceases to be one, and a distance only falls. A `Feed` carries new cells to any number of
+readers, each of which takes them when it is asked. What breaks the property starts anew: another team resets
+`GrowingReach`, and a map whose known cells changed, or whose frame grew, gets a new `Surveyor` (lookout.py).
+
+`_look` runs the stages down to the frontiers, unless neither map nor robots changed since. That answers "is anything
+left to explore?", the question asked most. Targets, meeting points and travel times are computed anew for each
+planning, with two memories: fields of view (views.py) and distances between places (`marsupial.paths.distances`) are
+kept and searched again only if revealed cells may have changed them.
+
+A place is a name (`t_...` target, `m_...` meeting point, `s_...` a robot's position, `h_...` a carrier's home) with a
+cell per robot type that can use it. A planner sees names and travel times only; `Survey` keeps what the names mean.
 """
 
 from __future__ import annotations
@@ -19,12 +51,12 @@ from marsupial.maps.landings import Landings, Looks
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
+from marsupial.maps.travel import AllGround, Poses, SharedLengths, travel_times, ways_by_type
 from marsupial.maps.unseen import UnseenPart
-from marsupial.model.feed import Feed
 from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell, code_table
+from marsupial.model.grid import Cell
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
-from marsupial.model.robots import RobotType, Role, Routes
+from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Goal
 from marsupial.model.situation import (
     UNREACHABLE,
@@ -37,17 +69,13 @@ from marsupial.model.situation import (
 )
 from marsupial.model.unseen import Unseen
 from marsupial.model.world import RobotReport
-from marsupial.paths.fields import PathSearch, SearchMemory
+from marsupial.paths.fields import SearchMemory
 from marsupial.paths.routes import travel_table_ms
-from marsupial.paths.ways import Ways, ways_of
-
-Poses = Mapping[str, Mapping[str, Cell]]
-"""Cell of each place, per robot type that has one there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Survey:
-    """A situation and what it means on the map.
+    """A situation and its meaning on the map.
 
     Parameters
     ----------
@@ -66,7 +94,7 @@ class Survey:
     unseen: Callable[[], Unseen]
 
     def moved(self, shift: FrameShift) -> Survey:
-        """Return what is looked up of a plan's survey after planning, as it is called in a frame that has grown."""
+        """Return the survey with the targets, meetings and poses re-indexed for a frame that grew."""
         return replace(
             self,
             targets=tuple(target.moved(shift) for target in self.targets),
@@ -76,7 +104,7 @@ class Survey:
 
 
 def moved_meeting(point: MapMeeting, shift: FrameShift) -> MapMeeting:
-    """Return a meeting point as it is called in a frame that has grown."""
+    """Return a meeting point re-indexed for a frame that grew."""
     return replace(
         point,
         name=shift.place(point.name),
@@ -86,23 +114,23 @@ def moved_meeting(point: MapMeeting, shift: FrameShift) -> MapMeeting:
 
 
 class Surveyor:
-    """Makes surveys of one growing map.
+    """Surveys one growing map.
 
     Parameters
     ----------
     territory
-        Kept up to date by the mission.
+        Updated by the mission.
     homes
-        The cell each carrier has to come home to, by carrier; other robots' cells are of no account.
+        Home cell of each carrier, by name; those of other robots are ignored.
     goal
-        What the mission asks for once no target is left.
+        What remains to be done once no target is left.
     looks
         What robots have looked for already; None for nothing.
 
     Attributes
     ----------
     finder
-        Finds the targets.
+        The search for targets.
     """
 
     def __init__(self, territory: Territory, homes: Mapping[str, Cell], goal: Goal, looks: Looks | None = None) -> None:
@@ -120,8 +148,8 @@ class Surveyor:
         self._ways = ways_by_type(territory, self._memory)
 
     @cached_property
-    def _all_ground(self) -> _AllGround:
-        return _AllGround(self._territory, self._memory)
+    def _all_ground(self) -> AllGround:
+        return AllGround(self._territory, self._memory)
 
     @cached_property
     def _landings(self) -> Landings:
@@ -132,30 +160,30 @@ class Surveyor:
         return UnseenPart(self._territory)
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
-        """Return the targets there are now."""
+        """Return the present targets."""
         frontiers = self.frontiers(robots)
         if self._targets is None or self._targets[0] is not frontiers:
             self._targets = frontiers, self.finder.find(frontiers)
         return self._targets[1]
 
     def anything_left(self, robots: Sequence[RobotReport]) -> bool:
-        """Say whether there is a target now; it takes less than to find them all."""
+        """Return whether there is a target; cheaper than finding them all."""
         return any(len(frontier.cells) for frontier in self.frontiers(robots).values())
 
     def remaining(self, targets: Sequence[Target], reason: str) -> tuple[Remaining, ...]:
-        """Return every frontier that is left: `targets` with `reason`, the others with why they are none.
+        """Return all remaining frontiers: `targets` with `reason`, the others with why they are no targets.
 
-        They are those of the last look: `targets` or `survey`.
+        The state is that of the last call of `targets` or `survey`.
         """
         left = tuple(Remaining(cell=t.cell, frontier_cells=len(t.cells), reason=reason) for t in targets)
         return left + self.finder.refused(targets, self._reach)
 
     def route(self, kind: str, start: Cell, goal: Cell, heading: int | None = None) -> tuple[Cell, ...] | None:
-        """Return the way that a robot of a type takes over the known map, facing `heading` at first."""
+        """Return the route of a robot type over the known map, from an initial heading."""
         return self._ways[kind].route(start, goal, heading)
 
     def frontiers(self, robots: Sequence[RobotReport]) -> Mapping[str, Frontier]:
-        """Return what each robot type can explore now, by name."""
+        """Return what each robot type can explore, by name."""
         where = placed(robots)
         self._look(where)
         if any(len(frontier.cells) for frontier in self._frontiers.values()):
@@ -164,7 +192,7 @@ class Surveyor:
         return self._landings.frontiers(self._reach.by_type, rovers)
 
     def lengths(self, kind: str, start: Cell, cells: Ints, heading: int | None = None) -> Floats:
-        """Return the lengths (n,) in cells of a robot type's ways to n cells (row-major), inf where there is none."""
+        """Return the lengths (n,) in cells of a robot type's routes to n cells (row-major), inf for none."""
         width = self._territory.grid.width
         return self._ways[kind].lengths(start, np.stack([cells % width, cells // width], axis=1), heading)
 
@@ -178,10 +206,18 @@ class Surveyor:
         returning: bool = False,
         docking: bool = True,
     ) -> Survey:
-        """Return the situation of `robots`; lost ones are left out. `targets` stand for those there are, if given.
+        """Return the survey of the robots that are not lost.
 
-        If the team is `returning`, what the mission asks for at its end is asked for, whatever is left to explore.
-        Without `docking` there are no meeting points.
+        Parameters
+        ----------
+        keep
+            Meeting points in use, see `find_meetings`.
+        targets
+            Used instead of all present targets.
+        returning
+            Ask for the mission's final goal, even if something is left to explore.
+        docking
+            Whether to find meeting points.
         """
         active = tuple(robot for robot in robots if not robot.lost)
         where = placed(active)
@@ -246,7 +282,7 @@ class Surveyor:
         return poses
 
     def _meeting_poses(self, point: MapMeeting, reach: Reach) -> Mapping[str, Cell]:
-        """Return the poses at a meeting point of all types that can use it, not only those it was made for."""
+        """Return the poses at a meeting point of all types that can use it, not only of those it was made for."""
         poses: dict[str, Cell] = {}
         for kind in self._territory.kinds.values():
             cell = point.carrier_cell if kind.role is Role.CARRIER else point.rover_cell
@@ -255,12 +291,12 @@ class Surveyor:
         return poses
 
     def _close_enough(self, kind: RobotType, point: MapMeeting) -> bool:
-        """Say whether robots of that type can dock with all others at a meeting point."""
+        """Return whether robots of a type can dock with all types of the other role at a meeting point."""
         if kind.name in (point.carrier_type, point.rover_type):
             return True
         apart = math.dist(point.carrier_cell, point.rover_cell)
         others = (other for other in self._territory.kinds.values() if other.role is not kind.role)
-        # how far apart they may be does not depend on which of them carries
+        # the docking range is symmetric, so the order of carrier and rover does not matter
         return all(apart <= dock_range_cells(kind, other, self._territory.grid.resolution_m) for other in others)
 
     def _situation(
@@ -297,18 +333,18 @@ class Surveyor:
     def _travel_ms(
         self, names: Sequence[str], poses: Poses, headings: Mapping[str, int | None]
     ) -> Mapping[str, TravelTable]:
-        """Return the travel times of each robot type between places; types that share their ways share the search."""
+        """Return each robot type's travel times between places; types with the same routes share a search."""
         metres = self._territory.grid.resolution_m
         tables = {}
         for ways in dict.fromkeys(self._ways.values()):
             kinds = [self._territory.kinds[name] for name, its in self._ways.items() if its is ways]
-            between = ways.matrix if len(kinds) == 1 else _Shared(ways, kinds, names, poses).matrix
+            between = ways.matrix if len(kinds) == 1 else SharedLengths(ways, kinds, names, poses).matrix
             for kind in kinds:
                 tables[kind.name] = travel_times(kind, names, poses, between, metres, headings)
         return tables
 
     def _direct(self, situation: Situation, poses: Poses) -> Mapping[str, Mapping[str, int]]:
-        """Return the carriers' travel times to all targets over all ground that any type can drive on."""
+        """Return the carriers' travel times to all targets as if they could drive wherever some type can."""
         search = self._all_ground.search()
         cells = [next(iter(poses[target.name].values())) for target in situation.targets]
         direct: dict[str, Mapping[str, int]] = {}
@@ -326,84 +362,13 @@ class Surveyor:
         return direct
 
 
-class _AllGround:
-    """All ground that any robot type can drive on, as far as it is known."""
-
-    def __init__(self, territory: Territory, memory: SearchMemory) -> None:
-        self._codes = territory.grid.cells
-        self._drivable = code_table(frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values())))
-        self._revealed, self._opened = territory.revealed.reader(), Feed()
-        self._search = PathSearch(self._drivable[self._codes], opened=self._opened, memory=memory)
-
-    def search(self) -> PathSearch:
-        """Return what searches on it as it is now."""
-        revealed = self._revealed.cells()
-        opened = revealed[self._drivable[self._codes.ravel()[revealed]]]
-        self._search.passable.ravel()[opened] = True
-        self._opened.add(opened)
-        return self._search
-
-
-class _Shared:
-    """The lengths of ways between all the cells of several robot types, for which whoever drives is all the same."""
-
-    def __init__(self, ways: Ways, kinds: Sequence[RobotType], names: Sequence[str], poses: Poses) -> None:
-        cells = dict.fromkeys(poses[name][kind.name] for kind in kinds for name in names if kind.name in poses[name])
-        self._place = {cell: i for i, cell in enumerate(cells)}
-        self._table = ways.matrix(list(cells))
-
-    def matrix(self, cells: Sequence[Cell], _headings: Sequence[int | None] | None = None) -> Floats:
-        at = [self._place[cell] for cell in cells]
-        found: Floats = self._table[np.ix_(at, at)]
-        return found
-
-
 def placed(robots: Iterable[RobotReport]) -> tuple[PlacedRobot, ...]:
-    """Return the poses of the robots that are not lost."""
+    """Return the positions of the robots that are not lost."""
     return tuple(PlacedRobot(name=r.name, type=r.type, cell=r.cell, carrier=r.carrier) for r in robots if not r.lost)
 
 
-def ways_by_type(territory: Territory, memory: SearchMemory) -> dict[str, Ways]:
-    """Return what finds the ways of each robot type, one for all whose shortest ways are the same."""
-    found: dict[str, Ways] = {}
-    shared: dict[tuple[int, float], Ways] = {}
-    for name, kind in territory.kinds.items():
-        footprint = territory.footprints[name]
-        own = ways_of(kind, footprint.standable, territory.grid.resolution_m, footprint.opened, memory)
-        if kind.routes is Routes.SHORTEST:
-            own = shared.setdefault((id(footprint), kind.diagonal), own)
-        found[name] = own
-    return found
-
-
-def travel_times(
-    kind: RobotType,
-    names: Sequence[str],
-    poses: Poses,
-    lengths_between: Callable[[Sequence[Cell], Sequence[int | None]], Floats],
-    resolution_m: float,
-    headings: Mapping[str, int | None] | None = None,
-) -> TravelTable:
-    """Return the travel times (ms) of a robot type between places.
-
-    Parameters
-    ----------
-    lengths_between
-        Returns the lengths in cells from each of k cells to each (k, k), by cells and headings there.
-    headings
-        Which way the robot faces that stands at a place, where one does.
-    """
-    rows = [i for i, name in enumerate(names) if kind.name in poses[name]]
-    table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
-    if rows:
-        cells = [poses[names[i]][kind.name] for i in rows]
-        lengths = lengths_between(cells, [(headings or {}).get(names[i]) for i in rows])
-        table[np.ix_(rows, rows)] = travel_table_ms(lengths, resolution_m, kind.speed_mps)
-    return table
-
-
 def planning_type(kind: RobotType) -> PlanningType:
-    """Return what planning knows of a robot type."""
+    """Return the properties of a robot type that planning uses."""
     return PlanningType(
         name=kind.name,
         role=kind.role,

@@ -1,10 +1,17 @@
 """Exploration targets: clusters of frontier cells that some robot type can go to.
 
-A type has something to explore from a cell of its reach when the next cell is one where it could stand if the
-unknown under its footprint turns out to be drivable: standing there reveals that unknown (a *viewpoint*). For a point
-robot these are just the reachable cells next to unknown ones; for a robot with a footprint it leaves out the
-unknown that only its laser, not its body, can get to. Frontier cells (known, drivable, next to unknown) close to
-viewpoints of the same types that see each other within sensor range form one target.
+A *frontier cell* is known, drivable and next to an unknown cell. A *viewpoint* of a type is a cell of its reach next to
+one where it could stand if the unknown under its footprint turned out to be drivable: standing there reveals that
+unknown. For a point robot these are the reachable cells next to unknown ones; for a robot with a footprint they leave
+out unknown cells that its sensor could see but its body can't get closer to.
+
+    # # # # # # # #
+    . . . . f ? ? ?       f: frontier cells, at the unknown (?)
+    . . . v f ? ? ?       v: viewpoint of a robot that covers 3 x 3 cells: one cell further its footprint
+    . . . . f ? ? ?          would cover unknown cells
+    # # # # # # # #
+
+Frontier cells near viewpoints of the same types, and visible from one of them within sensor range, form one target.
 
 References
 ----------
@@ -34,9 +41,9 @@ from marsupial.paths.nearest import Nearest
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
-    """A target and the cell each type able to explore it goes to (by type name).
+    """A target, with the viewpoint of each type that can explore it, by name.
 
-    `cells` are its frontier cells as row-major indices.
+    `cells` are its frontier cells, row-major.
     """
 
     name: str
@@ -46,7 +53,7 @@ class Target:
     reveal_m2: float
 
     def moved(self, shift: FrameShift) -> Target:
-        """Return the target as it is called in a frame that has grown."""
+        """Return the target re-indexed for a frame that grew."""
         return replace(
             self,
             name=shift.place(self.name),
@@ -56,7 +63,7 @@ class Target:
         )
 
     def on_map(self) -> MapTarget:
-        """Return what the mission log says of it."""
+        """Return the target as the mission log records it."""
         return MapTarget(
             name=self.name,
             cell=self.cell,
@@ -70,15 +77,15 @@ class Target:
 class Frontier:
     """What a robot type can explore: cells (n,), ascending row-major indices, and the viewpoint (n,) of each.
 
-    The cells are the frontier cells near a viewpoint or, where there is none, the viewpoints themselves. So they are
-    where robots look for ground to set rovers down on (`marsupial.maps.landings`).
+    The cells are the frontier cells near a viewpoint or, if there are none, the viewpoints themselves: then robots look
+    for ground to set rovers down on (`marsupial.maps.landings`).
     """
 
     cells: Ints
     viewpoints: Ints
 
     def approach(self, cell: int, width: int) -> Cell:
-        """Return the viewpoint from which one of the cells is explored."""
+        """Return the viewpoint of one of the cells."""
         return cell_at(int(self.viewpoints[np.searchsorted(self.cells, cell)]), width)
 
 
@@ -88,12 +95,13 @@ class TargetFinder:
     Parameters
     ----------
     territory
-        Kept up to date by its owner.
+        Updated by its owner.
     """
 
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
         grid = territory.grid
+        # views look through unknown cells: they count what a robot may come to see
         self._views = Views(grid.cells, hopeful_codes(grid), UNKNOWN)
         self._drivable = code_table({code for kind in territory.kinds.values() for code in kind.terrains})
         self._frontier = np.flatnonzero(grid.cells != UNKNOWN)
@@ -105,12 +113,12 @@ class TargetFinder:
         self._nearest = Nearest(territory.see_through, max(self._near_cells.values()))
 
     def frontier(self) -> Ints:
-        """Return the known cells, ascending, that some type can drive on and that have an unknown neighbour."""
+        """Return the frontier cells, ascending."""
         news = self._revealed.parts()
         self._views.forget()
         for indices in news:
             self._views.revealed(indices)
-        # what was revealed before can only cease to be one
+        # a cell revealed before never becomes a frontier cell, so only the last ones and the new ones are tested
         left = np.concatenate([self._frontier, *news])
         self._frontier = np.sort(left[self.at_unknown(left)])
         return self._frontier
@@ -118,7 +126,7 @@ class TargetFinder:
     def find(self, frontiers: Mapping[str, Frontier]) -> tuple[Target, ...]:
         """Return the targets for a team that can explore these frontiers, by type.
 
-        Those of the same explorers stand together, and among them those of the longest frontiers come first.
+        They are sorted by explorers, then longest frontier first.
         """
         targets: list[Target] = []
         for explorers, cells in self._by_explorers(frontiers):
@@ -129,15 +137,14 @@ class TargetFinder:
         return tuple(targets)
 
     def find_whole(self, frontiers: Mapping[str, Frontier], soonest_s: Mapping[str, Floats]) -> tuple[Target, ...]:
-        """Return a target for each group of cells that touch, at the one of them that is reached soonest.
+        """Return a target for each group of touching cells, at the cell that is reached soonest.
 
         Parameters
         ----------
         frontiers
             What a team can explore, by type.
         soonest_s
-            When the first robot of each type can be at each viewpoint (n,), inf for those that none gets to. Groups of
-            which none can be reached are left out.
+            Earliest arrival of each type at each viewpoint (n,), inf for none. Unreachable groups are left out.
         """
         targets: list[Target] = []
         for explorers, cells in self._by_explorers(frontiers):
@@ -153,12 +160,12 @@ class TargetFinder:
         return tuple(targets)
 
     def frontiers(self, reach: Reach) -> Mapping[str, Frontier]:
-        """Return what each type can explore, by name, for a team with that reach, which follows the one before."""
+        """Return what each type can explore, by name, given the reach that follows that of the last call."""
         cells = self.frontier()
         return {name: self._frontier_of(name, reach, cells) for name in sorted(self._territory.kinds)}
 
     def at_unknown(self, cells: Ints) -> Flags:
-        """Say which cells (n,), row-major indices, some type can drive on and have an unknown neighbour."""
+        """Return which cells (n,), row-major, are frontier cells."""
         return _at_unknown(self._territory.grid.cells, self._drivable, cells)
 
     def refused(self, targets: Sequence[Target], reach: Reach) -> tuple[Remaining, ...]:
@@ -174,9 +181,9 @@ class TargetFinder:
         return tuple(self._refusal(group, reach) for group in groups(left, self._territory.grid.cells.shape))
 
     def _frontier_of(self, name: str, reach: Reach, cells: Ints) -> Frontier:
-        """Return what a type can explore from its reach, of all frontier cells."""
+        """Return what a type can explore from its reach, given all frontier cells."""
         footprint = self._territory.footprints[name]
-        # a cell that was no viewpoint when it was reached never becomes one
+        # a cell that was no viewpoint when first reached never becomes one
         left = self._viewpoints.get(name)
         left = np.flatnonzero(reach.by_type[name]) if left is None else np.concatenate([left, reach.fresh[name]])
         found = left[_are_viewpoints(left, reach.by_type[name], footprint.standable, footprint.possible)]
@@ -191,11 +198,11 @@ class TargetFinder:
     def _clusters(self, cells: Ints, range_cells: float) -> list[tuple[int, Ints]]:
         """Split cells into clusters whose members all see the cluster's seed; return (seed, members) of each."""
         touching = groups(cells, self._territory.grid.cells.shape)
-        # the unknown between two cells is no reason to keep them apart; known walls are
+        # only known walls separate cells, unknown ones between them do not; long frontiers choose their seeds first
         return self._views.clusters(sorted(touching, key=lambda g: (-len(g), int(g[0]))), range_cells)
 
     def _by_explorers(self, frontiers: Mapping[str, Frontier]) -> Iterator[tuple[list[str], Ints]]:
-        """Yield the cells, ascending, that the same types can explore, with those types."""
+        """Yield each set of types with the cells, ascending, that just these can explore."""
         kinds = sorted(self._territory.kinds)
         cells = np.unique(np.concatenate([frontier.cells for frontier in frontiers.values()]))
         access = np.zeros(len(cells), dtype=np.int64)
@@ -205,7 +212,7 @@ class TargetFinder:
             yield [name for bit, name in enumerate(kinds) if code >> bit & 1], cells[access == code]
 
     def _seen_by(self, types: Sequence[str], frontiers: Mapping[str, Frontier], seed: int, members: Ints) -> Target:
-        """Return the target of these frontier cells where each of the types sees behind `seed`."""
+        """Return the target of these frontier cells, with each type's viewpoint of `seed`."""
         width = self._territory.grid.width
         return self.target(seed, members, {name: frontiers[name].approach(seed, width) for name in types})
 
@@ -245,7 +252,7 @@ def cell_at(index: int, width: int) -> Cell:
 
 
 def _may_turn_out(group: Ints, prints: Iterable[Footprint], shape: tuple[int, int]) -> bool:
-    """Say whether a robot might turn out to fit on one of the cells, or beside one, where it is not known to."""
+    """Return whether some robot may turn out to fit on one of the cells or beside it."""
     near = np.arange(-1, 2)
     y = np.clip((group // shape[1])[:, None] + np.repeat(near, 3), 0, shape[0] - 1)
     x = np.clip((group % shape[1])[:, None] + np.tile(near, 3), 0, shape[1] - 1)
@@ -254,12 +261,12 @@ def _may_turn_out(group: Ints, prints: Iterable[Footprint], shape: tuple[int, in
 
 @native
 def _stands_beside(cells: Ints, offsets: Ints, where: Mask) -> bool:
-    """Say whether a robot covers one of the cells, or is on one of the eight beside, when it stands somewhere there.
+    """Return whether a robot covers one of the cells, or is beside it, from somewhere it may stand.
 
     Parameters
     ----------
     offsets
-        (n, 2): those of its footprint.
+        (n, 2): offsets of its footprint.
     where
         (height, width): where it may stand.
     """
@@ -279,7 +286,7 @@ def _stands_beside(cells: Ints, offsets: Ints, where: Mask) -> bool:
 
 @native
 def _at_unknown(cells: CellArray, drivable: Flags, indices: Ints) -> Flags:
-    """Say which cells of the map (height, width) are of drivable terrain codes (256,) and beside unknown ones."""
+    """Return which cells of the map (height, width) have a drivable code (256,) and an unknown neighbour."""
     height, width = cells.shape
     out = np.zeros(indices.size, dtype=np.bool_)
     for i, index in enumerate(indices):
@@ -296,7 +303,7 @@ def _at_unknown(cells: CellArray, drivable: Flags, indices: Ints) -> Flags:
 
 @native
 def _are_viewpoints(cells: Ints, reach: Mask, standable: Mask, possible: Mask) -> Flags:
-    """Say which cells are reachable and beside one where one might stand one day; the masks are (height, width)."""
+    """Return which cells are reachable and beside one where the robot may turn out to fit; masks (height, width)."""
     height, width = reach.shape
     out = np.zeros(cells.size, dtype=np.bool_)
     for k, index in enumerate(cells):

@@ -1,8 +1,7 @@
-"""What the team can get to on the map known so far, per robot type.
+"""The known map with the footprints of all robot types, and the values that describe a team's reach.
 
-Carriers reach what is connected to them. Rovers reach what is connected to them or to a place where a carrier can set
-them down: a cell close enough to a carrier's reach to dock. The territory keeps the footprints of all types up to date
-as cells are revealed and answers for the team's current poses.
+Carriers reach what is connected to their positions. Rovers reach what is connected to theirs, or to a cell where a
+carrier can set them down: close enough to the carrier's reach to dock.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from marsupial.model.robots import RobotType, Role
 
 
 def dock_range_cells(carrier: RobotType, rover: RobotType, resolution_m: float) -> float:
-    """Return how far apart, in cells, the centres of the two may be to dock: bodies touching, give or take a cell."""
+    """Return the docking range in cells between the centres of two robots: bodies touching, to within a cell."""
     return (carrier.radius_m + rover.radius_m) / resolution_m + math.sqrt(2) + 1e-9
 
 
@@ -30,8 +29,8 @@ def dock_range_cells(carrier: RobotType, rover: RobotType, resolution_m: float) 
 class Docking:
     """Where a rover type may stand to dock with a carrier type.
 
-    `cells` is a mask (height, width) of rover cells; `carrier_at` returns for some of them (n,) the carrier's cell of
-    each, both by row-major index.
+    `cells` is the mask (height, width) of rover cells; `carrier_at` returns the carrier's cell for each of n, by
+    row-major index.
     """
 
     cells: Mask
@@ -42,7 +41,7 @@ class Docking:
 class Reach:
     """What each robot type can reach (masks by type name), and where pairs (carrier type, rover type) can dock.
 
-    `fresh` holds, by type name, the cells (row-major) that are new in it, or there again.
+    `fresh` holds, by type name, the cells (row-major) that were added since the reach before.
     """
 
     by_type: Mapping[str, Mask]
@@ -56,14 +55,14 @@ class Territory:
     Parameters
     ----------
     grid
-        The known map; its cells may be revealed (by their owner) after this is made: call `reveal` then.
+        The known map. Its owner may reveal cells later, and calls `reveal` then.
 
     Attributes
     ----------
     revision
-        Goes up whenever something is revealed.
+        Increases with every reveal.
     revealed, cleared
-        Hand on the cells (row-major indices) that are revealed, and those of them that one can see through.
+        Feeds of the cells (row-major indices) that are revealed, and of those among them that one can see through.
     """
 
     def __init__(self, grid: Grid, kinds: Sequence[RobotType]) -> None:
@@ -80,7 +79,7 @@ class Territory:
             self.reveal(cells)
 
     def reveal(self, indices: Ints) -> None:
-        """Take in cells (row-major indices) that were unknown until now."""
+        """Update everything for cells (row-major indices) that were unknown until now."""
         if not len(indices):
             return
         self.revision += 1
@@ -96,7 +95,7 @@ class Territory:
         self.cleared.add(clear)
 
     def _footprint(self, kind: RobotType) -> Footprint:
-        """Return the footprint of a type, which is one for all types with the same ground."""
+        """Return the footprint of a type, shared by types of the same radius and terrains."""
         ground = kind.radius_m, kind.terrains
         if ground not in self._prints:
             self._prints[ground] = Footprint(self.see_through.shape, kind, self.grid.resolution_m)
@@ -104,7 +103,7 @@ class Territory:
 
     @property
     def known(self) -> Window:
-        """The window that holds every known cell and its neighbours; empty as long as nothing is known."""
+        """The window of all known cells and their neighbours; empty while nothing is known."""
         if self._highest.x < 0:
             return Window(0, 0, 0, 0)
         return Window.around(self._lowest, self._highest, 1, (self.grid.height, self.grid.width))

@@ -1,7 +1,7 @@
-"""The unseen part of a map, in squares, each about as large as a room.
+"""The unseen part of a map, in squares about as large as a room.
 
-A square belongs to it as long as at least half of it is unknown. The map is taken to end where its grid does; what is
-unknown for ever, such as the inside of rock, can't be told from what is not yet seen.
+A square counts as unseen while at least half of it is unknown. The map ends where its grid does; what stays unknown for
+ever, such as the inside of rock, can't be distinguished from what is not seen yet.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ SIDE_M = 8.0
 """Length of the side of a square."""
 
 UNKNOWN_SHARE = 0.5
-"""Which share of a square has to be unknown."""
+"""Share of a square that must be unknown."""
 
 FIRST_GUESS, FIRST_GUESS_M2 = 0.3, 25.0
-"""The share of ground for rovers only that is expected before any is seen, and how much seen ground that weighs."""
+"""Expected share of rover-only ground before any is seen, and its weight as an area of seen ground."""
 
 CODES = 256
-"""How many codes of terrain there can be."""
+"""Number of possible terrain codes."""
 
 
 class UnseenPart:
-    """What is unseen of a growing territory; what it costs to ask again goes by what was revealed since."""
+    """The unseen part of a growing territory, updated by what was revealed since the last question."""
 
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
@@ -43,11 +43,11 @@ class UnseenPart:
         self._sum_x, self._sum_y = np.outer(rows, of_x), np.outer(of_y, columns)
         self._known_by_code = np.zeros(CODES, dtype=np.int64)
         for cells in known_parts(grid):
-            self._take_in(cells)
+            self._reveal(cells)
 
     def now(self, targets: Sequence[Target]) -> Unseen:
-        """Return what is unseen now, with the positions of the targets there are."""
-        self._take_in(self._revealed.cells())
+        """Return what is unseen now, with the positions of the targets."""
+        self._reveal(self._revealed.cells())
         resolution = self._territory.grid.resolution_m
         return Unseen(
             squares=self._squares(),
@@ -56,7 +56,7 @@ class UnseenPart:
             speed_mps={kind.name: kind.speed_mps for kind in self._territory.kinds.values()},
         )
 
-    def _take_in(self, cells: Ints) -> None:
+    def _reveal(self, cells: Ints) -> None:
         self._known_by_code += np.bincount(self._territory.grid.cells.ravel()[cells], minlength=CODES)
         y, x = np.divmod(cells, self._territory.grid.width)
         of_square = y // self._side, x // self._side
@@ -90,7 +90,7 @@ class UnseenPart:
 
 
 def _ranges(cells: int, side: int) -> tuple[Ints, Ints]:
-    """Return how many of that many cells each range of `side` has, and the sum of their places in it."""
+    """Split `cells` cells into ranges of `side`; return the size of each, and the sum of the positions in it."""
     counts = np.full(-(-cells // side), side, dtype=np.int64)
     counts[-1] -= len(counts) * side - cells
     return counts, counts * (counts - 1) // 2

@@ -1,6 +1,7 @@
-"""Fields of view on a map that grows, from cells that are asked about again and again.
+"""A cache of fields of view on a growing map.
 
-What is unknown is seen through, so a view changes only when a cell of it is revealed: only then it is looked for again.
+Views pass through unknown cells, so a view can change only if one of its cells is revealed; only then it is computed
+again.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ from marsupial.model.grid import Cell, CellArray
 from marsupial.native import native
 
 MOST_CELLS = 1 << 16
-"""Larger views are not kept, only how many cells are unknown in them."""
+"""Of larger views only the number of unknown cells is kept."""
 
 
 @dataclass(slots=True)
 class _KeptView:
-    """What was seen from a cell; `revision` is that of the last time it was asked for."""
+    """A field of view; `revision` is the number of reveals when it was last checked."""
 
     cells: Ints32 | None
     unknown: int
@@ -30,14 +31,14 @@ class _KeptView:
 
 
 class Views:
-    """Fields of view on one growing map.
+    """The fields of view on one growing map.
 
     Parameters
     ----------
     cells, opaque
         As for `Sight`.
     unknown
-        The code of cells that are not known.
+        The code of unknown cells.
     """
 
     def __init__(self, cells: CellArray, opaque: CellArray, unknown: int) -> None:
@@ -49,16 +50,16 @@ class Views:
         self._free: Flags = np.zeros(cells.size, dtype=np.bool_)
 
     def revealed(self, indices: Ints) -> None:
-        """Take in that cells (row-major) are known now."""
+        """Note that cells (row-major) were revealed."""
         y, x = np.divmod(indices, self._cells.shape[1])
         self._boxes.append((int(x.min()), int(y.min()), int(x.max()), int(y.max())))
 
     def forget(self) -> None:
-        """Drop the views that were not asked for since the last time that this was called."""
+        """Drop the views that were not used since the last call of this."""
         self._former, self._views = self._views, {}
 
     def hidden(self, cell: Cell, range_cells: float) -> int:
-        """Return how many of the cells that are visible from a cell are unknown."""
+        """Return the number of unknown cells visible from a cell."""
         return self._view(cell, range_cells).unknown
 
     def clusters(self, groups: Sequence[Ints], range_cells: float) -> list[tuple[int, Ints]]:
@@ -67,8 +68,8 @@ class Views:
         Parameters
         ----------
         groups
-            Row-major indices, each once, in the order in which seeds are chosen: in each group the cell in the middle
-            of what is left of it. A seed's cluster may take cells of other groups.
+            Row-major indices, each once. Seeds are chosen group by group, each time the middle of what is left of the
+            group. A seed's cluster may take cells of other groups.
 
         Returns
         -------
@@ -100,8 +101,9 @@ class Views:
         return view
 
     def _changed(self, view: _KeptView, cell: Cell, range_cells: float) -> bool:
-        """Say whether anything of a view was revealed since it was asked for."""
+        """Return whether a cell of a view was revealed since it was last checked."""
         x, y = cell
+        # bounding boxes first: most reveals are far away from the view
         for low_x, low_y, high_x, high_y in self._boxes[view.revision :]:
             if (
                 low_x <= x + range_cells
@@ -129,7 +131,7 @@ def _count(indices: Ints | Ints32, codes: Bytes, code: int) -> int:
 
 @native
 def _taken(indices: Ints | Ints32, free: Flags) -> Ints:
-    """Return those of the cells that are free, and have them free no more."""
+    """Return the free ones of some cells, and clear their flags."""
     out = np.empty(len(indices), dtype=np.int64)
     count = 0
     for index in indices:

@@ -1,7 +1,7 @@
-"""A rectangle of a map, so that work goes with what is known and not with the size of the map.
+"""A rectangle of a map, so that the cost of work depends on what is known, not on the size of the map.
 
-Masks and grids are cut with `window.cut`; row-major indices are carried over with `on_map` and `inside`. Both keep
-the order of cells, so what is found in a window is what would have been found on the whole map.
+Cut masks and grids with `window.cut`; convert row-major indices with `on_map` and `inside`. Both keep the order of
+cells, so results in a window equal those on the whole map.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from marsupial.model.grid import Cell
 
 
 class Window(NamedTuple):
-    """Rows `bottom` to before `top`, columns `left` to before `right`; may be empty."""
+    """Rows `bottom` up to `top`, columns `left` up to `right`, both ends excluded; may be empty."""
 
     bottom: int
     top: int
@@ -25,7 +25,7 @@ class Window(NamedTuple):
 
     @classmethod
     def around(cls, low: Cell, high: Cell, margin: int, shape: tuple[int, int]) -> Window:
-        """Return the cells from `low` to `high` (both included) and `margin` more, as far as the map (shape) goes."""
+        """Return the cells from `low` to `high`, both included, with a margin, clipped to the map's shape."""
         height, width = shape
         return cls(
             max(0, low.y - margin), min(height, high.y + margin + 1),
@@ -38,11 +38,11 @@ class Window(NamedTuple):
         return slice(self.bottom, self.top), slice(self.left, self.right)
 
     def on_map(self, indices: npt.ArrayLike, width: int) -> Ints:
-        """Return the indices, on a map of that width, of cells given by their index in the window."""
+        """Return the indices on a map of `width` of cells given by their indices in the window."""
         y, x = np.divmod(np.asarray(indices, dtype=np.int64), max(1, self.right - self.left))
         return (y + self.bottom) * width + x + self.left
 
     def inside(self, indices: Ints, width: int) -> Ints:
-        """Return the indices in the window of cells of a map of that width, all of which lie in it."""
+        """Return the indices in the window of cells of a map of `width`, all inside the window."""
         y, x = np.divmod(indices, width)
         return (y - self.bottom) * (self.right - self.left) + x - self.left

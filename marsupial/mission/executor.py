@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 
-from marsupial.maps.survey import Poses
+from marsupial.maps.travel import Poses
 from marsupial.mission.observer import Observer
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell

@@ -1,7 +1,7 @@
-"""What belongs to one paper, in a folder of its own: its rules as strategies, its experiment, its printed numbers.
+"""One folder per paper: its rules as strategies, its experiment, its printed numbers.
 
-`marsupial reproduce` carries an experiment out again, by its name here. Experiments are imported when they are asked
-for, and so are rules, by the registry of strategies.
+`marsupial reproduce` repeats an experiment by its name here. Experiments are imported on demand; so are rules, by
+the registry of strategies.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ PAPERS: Mapping[str, str] = {
     "alkhawaldah": "marsupial.papers.alkhawaldah.experiment:EXPERIMENT",
     "mei": "marsupial.papers.mei2006.experiment:EXPERIMENT",
 }
-"""Those of the command line: where they are."""
+"""Experiments of the command line, and where to import them from."""
 
 PARTS: Mapping[str, str] = {
     "alkhawaldah-weights": "marsupial.papers.alkhawaldah.weights:EXPERIMENT",
     "mei-corner": "marsupial.papers.mei2006.experiment:CORNER_EXPERIMENT",
 }
-"""Experiments that are parts of these."""
+"""Parts of these experiments."""
 
 
 def experiment(name: str) -> Experiment | None:
-    """Return the experiment, or part of one, of that name; None if there is none."""
+    """Return the experiment, or part of one, with this name; None if there is none."""
     target = {**PAPERS, **PARTS}.get(name)
     found: Experiment | None = None if target is None else resolve_name(target)
     return found

@@ -1,9 +1,23 @@
-"""The distances between some cells, from one moment to the next of a map on which cells are opened.
+r"""A matrix of distances that is updated as cells are opened, with as few searches as possible.
 
-A distance only becomes shorter if a way by what was opened does. How long such ways are at least is known better with
-every search: one from any cell says how far it is from there to what was opened, and then no other cell is nearer to
-that, nor farther, than by how far they are apart. So those who are new are searched from first, and then of the others
-as many as are needed to tell that the rest is as it was.
+Theory of operation
+-------------------
+Opening cells changes the distance of a and b only if a way through an opening w is shorter:
+
+    a ----------- d(a, b) ----------- b         d(a, b) stays if, for every opening w,
+     \                               /
+      least(a, w) --- w --- least(b, w)          least(a, w) + least(b, w) - error(w) >= d(a, b)
+
+`openings` gives the w and their errors. `least` holds lower bounds, the octile distance at first. Every search raises
+them: a search from s gives the true d(s, w), and by the triangle inequality no cell c is nearer to w than
+|d(s, c) - d(s, w)|. An `_Update` alternates between both steps:
+
+1. mark as sure all pairs that satisfy the inequality (`_settle`);
+2. search from the cell with the most unknown, then the most doubtful pairs, and learn from it (`_learn`).
+
+New cells have only unknown pairs, so they are searched first. Usually few searches from old cells follow, where a
+plain matrix would take one from each. Cells without a connection need no search each: one that can't be reached shows
+that its whole connected part can't be (`_enter`).
 """
 
 from __future__ import annotations
@@ -18,18 +32,18 @@ from marsupial.native import native
 from marsupial.paths.openings import NO_OPENINGS, Openings, openings
 
 ROUNDING = 1e-7
-"""By how much, in cells, a way has to be shorter to be one: bounds are sums and differences of several lengths."""
+"""Least gain, in cells, that counts as a shorter way: bounds are sums and differences of rounded lengths."""
 
 
 class Distances:
-    """Remembers the distances between the cells it was asked for last.
+    """Remembers the distances between the cells of the last request.
 
     Parameters
     ----------
     passable
         Boolean mask (height, width), referred to, not copied; cells are row-major indices.
     diagonal
-        The length of a diagonal step, 1 to sqrt 2.
+        Length of a diagonal step, 1 to sqrt 2.
     """
 
     def __init__(self, passable: Mask, diagonal: float) -> None:
@@ -39,26 +53,25 @@ class Distances:
         self._opened: list[Ints] = []
 
     def opened(self, cells: Ints | None) -> None:
-        """Take in that these cells (n,) were opened; for None forget everything."""
+        """Note that these cells (n,) were opened; for None forget everything."""
         if cells is None:
             self._cells, self._table = self._cells[:0], self._table[:0, :0]
             self._opened.clear()
-        elif cells.size and self._cells.size:  # else there is nothing that they could make shorter
+        elif cells.size and self._cells.size:  # else no distance is known that they could shorten
             self._opened.append(cells)
 
     def between(self, cells: Ints, search: Callable[[int, Ints], Floats]) -> Floats:
-        """Return the distances (k, k) between k passable cells, one or more, each of them once.
+        """Return the distances (k, k) between k >= 1 different passable cells.
 
         Parameters
         ----------
         search
-            Finds the distances of some cells from one.
+            Returns the distances of some cells from one.
         """
         table = self._recalled(cells)
         opened = NO_OPENINGS
-        if (
-            self._opened and np.count_nonzero(~np.isnan(table)) > cells.size
-        ):  # more than that they are 0 from themselves
+        # the diagonal is always known; without more there is nothing to check
+        if self._opened and np.count_nonzero(~np.isnan(table)) > cells.size:
             opened = openings(self._passable, np.concatenate(self._opened), self._diagonal)
         self._opened.clear()
         _Update(table, self._octile(cells, opened.cells), opened).run(cells, self._outward(cells), search)
@@ -66,7 +79,7 @@ class Distances:
         return table
 
     def _recalled(self, cells: Ints) -> Floats:
-        """Return what was known of the distances (k, k) between k cells, NaN for what was not."""
+        """Return the known distances (k, k) between k cells, NaN for the others."""
         table = np.full((cells.size, cells.size), np.nan)
         _, new, old = np.intersect1d(cells, self._cells, assume_unique=True, return_indices=True)
         table[np.ix_(new, new)] = self._table[np.ix_(old, old)]
@@ -74,7 +87,7 @@ class Distances:
         return table
 
     def _octile(self, cells: Ints, others: Ints) -> Floats:
-        """Return the distances (k, n) from k cells to n others if nothing is in the way."""
+        """Return the distances (k, n) from k cells to n others over empty ground."""
         width = self._passable.shape[1]
         dx = np.abs(cells[:, None] % width - others % width)
         dy = np.abs(cells[:, None] // width - others // width)
@@ -82,7 +95,7 @@ class Distances:
         return away
 
     def _outward(self, cells: Ints) -> Floats:
-        """Return how far (k,) cells are from the middle of all."""
+        """Return the distances (k,) of cells from the middle of all."""
         y, x = np.divmod(cells, self._passable.shape[1])
         away: Floats = np.hypot(x - x.mean(), y - y.mean())
         return away
@@ -94,9 +107,9 @@ class _Update:
     Parameters
     ----------
     table
-        (k, k): as they were before, NaN where they are not known.
+        (k, k): the former distances, NaN where unknown.
     least
-        (k, n): how far it is from each cell to each opening, at least.
+        (k, n): lower bounds of the distances from each cell to each opening.
     """
 
     def __init__(self, table: Floats, least: Floats, opened: Openings) -> None:
@@ -107,35 +120,31 @@ class _Update:
         self._settle()
 
     def run(self, cells: Ints, outward: Floats, search: Callable[[int, Ints], Floats]) -> None:
-        """Search for what is not known until all is."""
+        """Search until no pair is unknown or doubtful."""
         while self._doubtful.any():
-            # of those that know as little the outer ones go first: the others draw together, and ways get shorter
+            # ties: outer cells first, so that the remaining searches are between cells close together, and short
             unknown, doubtful = (each.sum(axis=1) for each in (np.isnan(self._table), self._doubtful))
             source = int(np.lexsort((outward, doubtful, unknown))[-1])
             wanted = np.flatnonzero(self._doubtful[source])
             found = search(int(cells[source]), np.concatenate([cells[wanted], self._opened.cells]))
-            self._enter(source, wanted, found[: wanted.size])
+            _enter(self._table, self._doubtful, self._parts, source, wanted, found[: wanted.size])
             self._learn(source, found[wanted.size :])
 
-    def _enter(self, source: int, wanted: Ints, found: Floats) -> None:
-        """Enter distances (n,) that were found from a cell to n others."""
-        _enter(self._table, self._doubtful, self._parts, source, wanted, found)
-
     def _learn(self, source: int, away: Floats) -> None:
-        """Take in how far (n,) each opening is from a cell whose distances are known."""
+        """Raise the lower bounds, given the distances (n,) from a source to the openings."""
         if away.size:
             _learn(self._table[source], self._least, away)
             self._least[source] = away
             self._settle()
 
     def _settle(self) -> None:
-        """Leave no doubt about distances that no way by an opening is shorter than."""
+        """Mark as sure the distances that no way through an opening can beat."""
         _settle(self._table, self._least, self._opened.errors, self._doubtful)
 
 
 @native
 def _settle(table: Floats, least: Floats, errors: Floats, doubtful: Flags) -> None:
-    """Enter in `doubtful` (k, k) which distances are sure, see `_Update`; NaN never is."""
+    """Clear `doubtful` (k, k) for the distances that are sure, see `_Update`; NaN never is."""
     for a in range(len(table)):
         for b in range(a + 1, len(table)):
             if doubtful[a, b] and not np.isnan(table[a, b]):
@@ -149,9 +158,9 @@ def _settle(table: Floats, least: Floats, errors: Floats, doubtful: Flags) -> No
 
 
 def _parts(linked: Flags) -> Ints32:
-    """Return (k,): the first of the cells that each is connected with, by way of others too; `linked` is symmetric.
+    """Return (k,): the lowest-numbered cell of each cell's connected part; `linked` is symmetric.
 
-    scipy has this, but takes as long to import as a small mission takes.
+    scipy has this, but its import takes as long as a small mission.
     """
     firsts = np.arange(len(linked), dtype=np.int32)
     while True:
@@ -163,12 +172,12 @@ def _parts(linked: Flags) -> Ints32:
 
 @native
 def _enter(table: Floats, doubtful: Flags, parts: Ints32, source: int, wanted: Ints, found: Floats) -> None:
-    """Enter the distances of wanted cells (n,); what is connected to a cell is as far from being so to others as that.
+    """Write the distances (n,) found from a source to wanted cells, and inf between parts shown to be separate.
 
     Parameters
     ----------
     parts
-        (k,): the least number of cells known to be connected has the same one, below k.
+        (k,): as `_parts` returns them; cells that turn out to be connected join the source's part.
     """
     joined = np.zeros(len(parts), dtype=np.bool_)
     apart = np.zeros(len(parts), dtype=np.bool_)
@@ -194,9 +203,9 @@ def _enter(table: Floats, doubtful: Flags, parts: Ints32, source: int, wanted: I
 
 @native
 def _learn(away: Floats, least: Floats, from_openings: Floats) -> None:
-    """Raise how far it is `least` (k, n) to n openings, from a cell `away` (k,) of which they are known (n,)."""
+    """Raise the bounds `least` (k, n) by a source's distances to the cells, `away` (k,), and to the openings (n,)."""
     for cell in range(len(least)):
         for way in range(len(from_openings)):
             apart = abs(away[cell] - from_openings[way])
-            if apart > least[cell, way]:  # of two that can't be reached nothing is known
+            if apart > least[cell, way]:  # never true for inf - inf, which is NaN: nothing is known then
                 least[cell, way] = apart

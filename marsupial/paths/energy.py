@@ -1,8 +1,8 @@
 """Routes of least energy: distance, stops and turns over passable cells.
 
-A robot that goes on in another direction stops and turns on the spot, and both take energy; so the cheapest way may
-be longer than the shortest but straighter. The search is over states, a cell and one of 8 headings. Steps and cells
-are those of `marsupial.paths.fields`; of ways of the same energy the shortest is taken.
+To change direction a robot stops and turns on the spot, and both take energy, so the cheapest route may be longer but
+straighter than the shortest. The search is over states: a cell and one of 8 headings. Steps are those of
+`marsupial.paths.fields`; of routes of the same energy the shortest is taken.
 
 References
 ----------
@@ -35,7 +35,7 @@ _FREE = -1
 class MotionCosts:
     """The energy of driving.
 
-    The defaults are those of the paper, in its own unit: the energy of driving one unit of distance.
+    The defaults are those of the paper, in its unit: the energy of driving one unit of distance.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class MotionCosts:
     Raises
     ------
     UsageError
-        If distance takes no energy, or something takes less than none.
+        If distance takes no energy, or an energy is negative.
     """
 
     distance: float = 1.0
@@ -63,17 +63,17 @@ class MotionCosts:
             raise UsageError(f"stops and turns must take an energy of 0 or more, got {self.stop} and {self.turn}")
 
     def changing(self, turn: int) -> float:
-        """Return the energy of a stop and a turn by `turn` times 45 degrees, 0 to 4; none for going on."""
+        """Return the energy of a stop and a turn by `turn` (0 to 4) times 45 degrees; 0 for going straight on."""
         return self.stop + self.turn[turn - 1] if turn else 0.0
 
 
 def costs_of(kind: RobotType, resolution_m: float) -> MotionCosts:
-    """Return what driving takes a robot type, in J per cell, stop and turn.
+    """Return the energy a robot type needs in J: per cell, stop and turn.
 
     Raises
     ------
     UsageError
-        If driving takes it no energy.
+        If driving takes no energy.
     """
     energy = kind.energy
     return MotionCosts(distance=kind.driving_j * resolution_m, stop=energy.stop_j, turn=energy.turn_j)
@@ -82,7 +82,7 @@ def costs_of(kind: RobotType, resolution_m: float) -> MotionCosts:
 def route_energy(
     route: Sequence[Cell], costs: MotionCosts, heading: int | None = None, diagonal: float = SQRT2
 ) -> float:
-    """Return the energy of driving a route, for a robot that faces `heading` at first; None for any way it likes."""
+    """Return the energy of driving a route with an initial heading; None if the first step needs no turn."""
     headings = [heading_of(a, b) for a, b in pairwise(route)]
     before = headings if heading is None else [heading, *headings]
     turns = [turn_between(a, b) for a, b in pairwise(before)]
@@ -92,17 +92,17 @@ def route_energy(
 class EnergySearch:
     """Searches on one mask, which may change between calls.
 
-    Buffers are kept between searches, so an instance should be kept too; it must not be used by two threads at once.
-    A heading is the digit of a step (`marsupial.paths.routes`); with None the first step needs no turn.
+    Buffers are kept between searches, so keep the instance. Not thread-safe.
+    A heading is a step digit (`marsupial.paths.routes`); with None the first step needs no turn.
 
     Parameters
     ----------
     passable
-        Boolean mask (height, width). Referred to, not copied: each call sees it as it is then.
+        Boolean mask (height, width). Referenced, not copied: each call uses its present values.
     diagonal
-        The length of a diagonal step in straight ones, 1 to sqrt 2.
+        Length of a diagonal step in straight ones, 1 to sqrt 2.
     cuts_corners
-        Whether diagonal steps need not have both cells beside them passable: the rule of the paper.
+        Whether diagonal steps may pass impassable cells beside them, the rule of the paper.
     """
 
     def __init__(
@@ -131,9 +131,9 @@ class EnergySearch:
         )
 
     def field(self, source: Cell, heading: int | None = None) -> Floats:
-        """Return the least energy of driving from `source` to each cell, float64 (height, width), inf where no way is.
+        """Return the least energy of driving from `source` to each cell, float64 (height, width), inf for none.
 
-        It is exact but for one part in 10^9.
+        Exact to one part in 10^9.
         """
         self._search(source, None, heading)
         energies = np.full(self._frame.size, np.inf)
@@ -159,13 +159,13 @@ class EnergySearch:
         Parameters
         ----------
         headings
-            Which way a robot faces at first in each cell: row i has the ways from cell i.
+            Initial heading of a robot in each cell: row i has the ways from cell i.
         """
         headings = [None] * len(cells) if headings is None else headings
         table = np.full((len(cells), len(cells)), np.inf)
         free = [i for i, heading in enumerate(headings) if heading is None]
         for number, i in enumerate(free):
-            rest = free[number:]  # where no way is faced at first, the way there is the way back
+            rest = free[number:]  # without a heading the way back is the way there
             table[i, rest] = table[rest, i] = self.lengths(cells[i], [cells[j] for j in rest])
         for i, heading in enumerate(headings):
             if heading is not None:
@@ -174,7 +174,7 @@ class EnergySearch:
         return table
 
     def route(self, start: Cell, goal: Cell, heading: int | None = None) -> Route | None:
-        """Return a route of least energy, both ends included, always the same one; None where there is none."""
+        """Return a route of least energy, both ends included, always the same one; None if there is none."""
         end = self._frame.indices([goal])
         self._search(start, end, heading)
         least = float(self._least(end)[0])
@@ -185,20 +185,20 @@ class EnergySearch:
         return route_of(start, (steps[:count][::-1] + ord("0")).tobytes().decode("ascii"))
 
     def _search(self, source: Cell, wanted: Cells | None, heading: int | None) -> None:
-        """Search from a cell until the wanted ones, or all, are reached."""
+        """Search from a cell until the wanted ones (None: all) are final."""
         self._frame.inside(self._work.passable)[:] = self.passable
         goals = start = self._frame.indices([source])
         goals = NOWHERE if wanted is None else np.append(start, wanted[self._work.passable[wanted] > 0])
         kernels.spread(self._work, np.uint64(start[0]), _FREE if heading is None else heading, goals)
 
     def _least(self, at: Cells) -> Floats:
-        """Return the least energy at which the last search reached each of these framed cells, in straight steps."""
+        """Return the least energy of the last search for these framed cells, in straight steps."""
         energies = np.empty(at.size)
         kernels.least(self._work, at, energies)
         return energies
 
     def _walked(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None) -> tuple[Ints, Mask]:
-        """Search; return what the ways are made of (`kernels.tally`), and which of the wanted cells are reached."""
+        """Search; return the steps and turns of the ways (`kernels.tally`), and which wanted cells are reached."""
         at = self._frame.indices(wanted)
         self._search(source, at, heading)
         reached = np.isfinite(self._least(at))
@@ -210,7 +210,7 @@ class EnergySearch:
 
 
 def _gain(turning: Floats) -> float:
-    """Return the most that two turns take less than the one they make up."""
+    """Return the most energy that two turns may save over the single turn they add up to."""
     saved = [
         turning[(first + second) % 8] - turning[first] - turning[second] for first in range(8) for second in range(8)
     ]

@@ -1,12 +1,12 @@
 """The compiled inner loops of the search for routes of least energy.
 
-A state is a cell and a heading to leave it by: 8 states a cell, side by side in memory. From a state there is one
-step, on to the neighbour ahead; a robot that gets there may go on as it faces, or stop and turn once. So a state
-that is settled hands at most one cell 8 costs. Grids are flat and framed as in `marsupial.paths.kernels`.
+A state is a cell and the heading to leave it by: 8 states a cell, adjacent in memory. A state has one step, to the
+neighbour ahead; the robot arriving there may go straight on, or stop and turn once. So settling a state updates the 8
+costs of one cell. Grids are flat and framed as in `marsupial.paths.kernels`.
 
-Energy is in units of that of a straight step, so no step costs less than 1 and all states whose costs lie within the
-same unit can be settled in any order. A cell waits in the bucket of its next state to settle, in each of a ring of
-buckets at most once; one that is due beyond the ring waits in its last bucket and is put off from there.
+The unit of energy is a straight step, so no step costs less than 1, and states whose costs lie within the same unit can
+be settled in any order. Buckets form a ring, and a cell waits in the bucket of its next state to settle, at most once
+per bucket. A cell due beyond the ring waits in the last bucket, and is queued again from there.
 """
 
 from __future__ import annotations
@@ -22,32 +22,32 @@ from marsupial.paths.kernels import ONE, SOURCE, ZERO
 BUCKETS = 8
 HEADINGS = np.uint64(8)
 TIE = 1.0 + 2.0**-30
-"""What each step counts more than its energy, so that of routes of the same energy the shortest is found: far less
-than a turn on any route, far more than the rounding of its sum."""
+"""Factor on the energy of each step that breaks ties in favour of the shorter route: over a whole route far less than a
+turn, but far more than the rounding of the sum."""
 
 
 class EnergyBuffers(NamedTuple):
-    """The arrays that a search works in, flat and framed but for `offsets`, `ends` and `turning`; and its rules.
+    """The arrays and rules of a search; arrays are flat and framed except `offsets`, `ends` and `turning`.
 
     Attributes
     ----------
     passable
-        Where one may go.
+        1 for passable cells.
     cost, came
-        Per state: the energy of getting there, in straight steps, inf where the last search did not; and the heading by
-        which the robot came to the cell.
+        Per state: energy in straight steps, inf if the last search did not reach it; heading by which the robot came
+        to the cell.
     offsets
         (24,): from a cell to its neighbours, counter-clockwise from east, three times round.
     queue, queued
-        `BUCKETS` buckets, each of the size of the grid, and per cell the set of buckets that it is in, as bits.
+        `BUCKETS` buckets, each of the size of the grid; per cell, the bit set of the buckets it is in.
     touched
-        Receives every cell given costs.
+        Every cell that was given costs.
     ends
         (`BUCKETS` + 1,): the end of each bucket in `queue`, and of `touched`.
     turning
-        (8,): energy of a stop and a turn by as many times 45 degrees, in straight steps; 0 for going on.
+        (8,): energy of a stop and a turn by k times 45 degrees, in straight steps; 0 for going straight on.
     gain
-        The most that turning twice may save over turning once: 0 where turning twice never pays.
+        The most that turning twice may save over turning once; 0 if it never pays.
     diagonal
         Energy of a diagonal step, 1 to sqrt 2.
     cuts_corners
@@ -75,7 +75,7 @@ def spread(work: EnergyBuffers, source: np.uint64, heading: int, wanted: Cells) 
     Parameters
     ----------
     heading
-        The way the robot faces at first; -1 if its first step needs no turn, whichever way it goes.
+        Initial heading; -1 if the first step needs no turn.
     wanted
         The search ends once the least costs of these cells are final. Empty for all cells.
     """
@@ -103,7 +103,7 @@ def spread(work: EnergyBuffers, source: np.uint64, heading: int, wanted: Cells) 
 
 @native
 def _begin(work: EnergyBuffers, source: np.uint64, heading: int) -> None:
-    """Forget the last search and put the source in the first bucket."""
+    """Reset the last search and put the source in the first bucket."""
     size = np.uint64(work.passable.size)
     for k in range(work.ends[BUCKETS]):
         first = np.uint64(work.touched[k]) * HEADINGS
@@ -136,9 +136,9 @@ def _settle(work: EnergyBuffers, slot: int, level: float) -> None:
         next_due = np.inf
         for ahead in range(8):
             reached = cost[here + np.uint64(ahead)]
-            if reached < level:
+            if reached < level:  # settled before
                 continue
-            if reached >= level + 1.0:
+            if reached >= level + 1.0:  # a later bucket's: queue the cell again below
                 next_due = min(next_due, reached)
                 continue
             turn = np.uint64(ahead + 8)
@@ -153,7 +153,7 @@ def _settle(work: EnergyBuffers, slot: int, level: float) -> None:
                 step = diagonal * TIE
             there = side * HEADINGS
             arrival, before = reached + step, cost[there + np.uint64(ahead)]
-            if arrival >= before + gain:
+            if arrival >= before + gain:  # no turn from this arrival can improve a state there
                 continue
             if before == np.inf:
                 touched[ends[BUCKETS]] = side
@@ -170,7 +170,7 @@ def _settle(work: EnergyBuffers, slot: int, level: float) -> None:
 
 @inlined
 def _queue(queue: Cells, queued: Bytes, ends: Words, cell: np.uint64, slot: int) -> None:
-    """Put a cell in a bucket, unless it is there."""
+    """Put a cell in a bucket unless it is in it already."""
     bucket = slot % BUCKETS
     bit = np.uint8(1 << bucket)
     if not queued[cell] & bit:
@@ -191,21 +191,21 @@ def _least(cost: Floats, cell: np.uint32) -> float:
 
 @native
 def least(work: EnergyBuffers, cells: Cells, energies: Floats) -> None:
-    """Enter at what energy the last search reached each of these cells, inf where it did not."""
+    """Write the energies at which the last search reached these cells, inf for the others."""
     for k in range(cells.size):
         energies[k] = _least(work.cost, cells[k])
 
 
 @native
 def least_of_all(work: EnergyBuffers, energies: Floats) -> None:
-    """Enter at what energy the last search reached each cell that it did."""
+    """Write the energies of all cells that the last search reached."""
     for k in range(work.ends[BUCKETS]):
         energies[work.touched[k]] = _least(work.cost, work.touched[k])
 
 
 @inlined
 def _arrived(work: EnergyBuffers, cell: np.uint64) -> int:
-    """Return the heading by which a cell is reached at the least energy; `SOURCE` at the source."""
+    """Return the heading of arrival at a cell at its least energy; `SOURCE` at the source."""
     first = cell * HEADINGS
     best = 0
     for ahead in range(1, 8):
@@ -216,13 +216,7 @@ def _arrived(work: EnergyBuffers, cell: np.uint64) -> int:
 
 @native
 def trace(work: EnergyBuffers, goal: np.uint64, steps: Bytes) -> np.uint64:
-    """Walk back from a cell that was reached to the source; `steps` receives the digits, the last step first.
-
-    Returns
-    -------
-    int
-        How many steps there are.
-    """
+    """Walk back from a reached cell to the source; write the step digits, last step first, and return their number."""
     cell, count = goal, ZERO
     last = _arrived(work, cell)
     while last != SOURCE:
@@ -235,14 +229,14 @@ def trace(work: EnergyBuffers, goal: np.uint64, steps: Bytes) -> np.uint64:
 
 @native
 def tally(work: EnergyBuffers, heading: int, cells: Cells, counts: Ints) -> None:
-    """Count what the ways to cells that were reached are made of.
+    """Count the steps and turns of the ways to reached cells.
 
     Parameters
     ----------
     heading
-        That of the search.
+        Initial heading of the search.
     counts
-        (k, 6), receives the straight and the diagonal steps, and the turns by 45, 90, 135 and 180 degrees.
+        (k, 6), output: straight and diagonal steps, and turns by 45, 90, 135 and 180 degrees.
     """
     for k in range(cells.size):
         cell = np.uint64(cells[k])

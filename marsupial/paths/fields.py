@@ -1,10 +1,14 @@
-"""Distances over passable cells: fields, cost matrices and routes.
+"""Shortest paths over passable cells: distance fields, distance matrices and routes.
 
-Motion is eight-connected: a step costs 1, a diagonal sqrt 2 and needs both cells beside it passable; outside the
-grid nothing is. The costs are those that A* finds. Fields and routes come of a search that settles one cell after the
-other from a source; single costs of one that jumps from corner to corner, unless the ground is all corners. A matrix
-remembers the one before: as long as cells are only opened, a distance can't have changed unless a way by what was
-opened is shorter (`marsupial.paths.distances`).
+Motion is eight-connected: a step costs 1, a diagonal one sqrt 2 and needs both cells beside it passable; cells outside
+the grid are impassable. The costs are those that A* finds. Three layers answer:
+
+    field, route ---------------------------------> flood, one cell after the other   workspace.py, kernels.py
+    costs ------------------> the faster search: /
+    matrix -> Distances ---/  jump point search ----> corner to corner                 jumps.py
+              distances.py, openings.py: only the pairs whose distance may have changed
+
+A flood is needed where every cell gets a distance, and is faster on ragged ground with a corner at every cell.
 Floats are in cells; inf means that there is no path.
 """
 
@@ -26,42 +30,42 @@ from marsupial.paths.routes import Route, route_of
 from marsupial.paths.workspace import NOWHERE, FloodMemory, Workspace
 
 RAGGED = 0.2
-"""How many diagonal steps a jumping search takes for every open cell where it takes as long as settling them all."""
+"""Diagonal steps per open cell at which a jump point search takes as long as a flood."""
 
 
 class SearchMemory:
-    """What searches on masks of one shape (height, width) take down in turn; several `PathSearch` may share it."""
+    """Working memory for masks of one shape (height, width); several `PathSearch` may share it, used one at a time."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self._shape = shape
 
     @cached_property
     def jumps(self) -> JumpMemory:
-        """For those that jump."""
+        """Memory of jump point searches."""
         return JumpMemory(self._shape)
 
     @cached_property
     def flood(self) -> FloodMemory:
-        """For those that settle one cell after the other."""
+        """Memory of floods."""
         return FloodMemory(self._shape)
 
 
 class PathSearch:
     """Searches on one mask, which may change between calls.
 
-    Buffers are kept between searches, so an instance should be kept too; it must not be used by two threads at once.
+    Buffers are kept between searches, so keep the instance. Not thread-safe.
 
     Parameters
     ----------
     passable
-        Boolean mask (height, width). Referred to, not copied: each call sees it as it is then.
+        Boolean mask (height, width). Referenced, not copied: each call uses its present values.
     diagonal
-        The length of a diagonal step in straight ones, 1 to sqrt 2.
+        Length of a diagonal step in straight ones, 1 to sqrt 2.
     opened
-        Where the mask changes only by cells being opened: whoever opens them adds them to it. Then what a call costs
-        does not go with the size of the mask. None if it may change in any way.
+        Feed of the cells that become passable, if the mask changes in no other way: then the cost of a call does not
+        grow with the size of the mask. None if it may change in any way.
     memory
-        Shared with others, none of which is used at the same time; None for its own.
+        Working memory to share with others that are never used at the same time; None to allocate its own.
     """
 
     def __init__(
@@ -97,9 +101,9 @@ class PathSearch:
         Parameters
         ----------
         wanted
-            The search may stop once these cells are final; all of them, where None.
+            The search may stop once these cells are final; None for all cells.
         limit
-            Cells farther away than this many cells are left out.
+            Greatest distance to search, in cells.
 
         Returns
         -------
@@ -117,7 +121,7 @@ class PathSearch:
 
     def costs(self, source: Cell, wanted: Sequence[Cell] | Ints) -> Floats:
         """Return the distance of each wanted cell from `source`, stopping once all of them are final."""
-        self._look()
+        self._update_jumps()
         start, cells = self._indices([source]), self._indices(wanted)
         costs = np.full(cells.size, np.inf)
         inside = np.flatnonzero(self._passable(cells))
@@ -128,9 +132,9 @@ class PathSearch:
     def matrix(self, cells: Sequence[Cell]) -> Floats:
         """Return the distances between all pairs of `cells`, float64 (k, k), symmetric.
 
-        Each pair is searched once. A cell on impassable ground is at inf from everything, itself included.
+        A cell on impassable ground is at inf from everything, itself included.
         """
-        self._look()
+        self._update_jumps()
         unique, place = np.unique(self._indices(cells), return_inverse=True)
         table = np.full((unique.size, unique.size), np.inf)
         inside = np.flatnonzero(self._passable(unique))
@@ -139,7 +143,7 @@ class PathSearch:
         return table[np.ix_(place, place)]
 
     def route(self, start: Cell, goal: Cell) -> Route | None:
-        """Return a shortest route, both ends included, always the same one; None where there is none."""
+        """Return a shortest route, both ends included, always the same one; None if there is none."""
         ends = self._framed([start, goal])
         if not self._work.passable(ends).all():
             return None
@@ -156,8 +160,8 @@ class PathSearch:
             self._framed_news = None if self._opened is None else self._opened.reader()
         return self._work.indices(cells)
 
-    def _look(self) -> None:
-        """Take in what has changed of the mask."""
+    def _update_jumps(self) -> None:
+        """Update the jump point search and the remembered distances to the present mask."""
         opened: Ints | None
         if self._jumps_news is not None:
             opened = self._jumps_news.cells()
@@ -181,9 +185,9 @@ class PathSearch:
         return (cells >= 0) & self.passable.ravel()[cells]
 
     def _search(self, source: int, wanted: Ints) -> Floats:
-        """Return the distances of passable cells from another one, by the search that is the quicker one here.
+        """Return the distances of passable cells from another one, by the search that is faster here.
 
-        Once a search has jumped about too much, it is left alone until a quarter more is open.
+        After a jump point search with too many diagonal steps, floods are used until a quarter more cells are open.
         """
         if 4 * self._open > 5 * self._ragged:
             costs = self._jumps.costs(source, wanted)

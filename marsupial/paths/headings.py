@@ -1,8 +1,8 @@
-"""Which way a robot faces, and how often it stops and turns on its way.
+"""Headings of robots, and counts of their stops and turns.
 
-A heading is the digit of a step (`marsupial.paths.routes`). To go on in another direction a robot stops and turns on
-the spot, by 45 to 180 degrees; one that has stood still starts from a stop as well. A robot that has not driven yet,
-or was carried, faces no way in particular: its first step is free.
+A heading is a step digit (`marsupial.paths.routes`). To change direction a robot stops and turns on the spot, by 45 to
+180 degrees; one that stood still also starts from a stop. A robot that has not driven yet, or was carried, has no
+heading: its first step needs no turn.
 
 References
 ----------
@@ -38,7 +38,7 @@ class Odometer:
     Attributes
     ----------
     heading
-        Digit of the last step, or of the one under way; None where it faces no way in particular.
+        Digit of the last or current step; None for no heading.
     """
 
     heading: int | None = None
@@ -54,11 +54,11 @@ class Odometer:
         return Manoeuvres(stops=self._stops, turns=(by_45, by_90, by_135, by_180))
 
     def set_off(self, t_ms: int) -> None:
-        """Take in that a drive begins."""
+        """Note the start of a drive."""
         self._stood = t_ms > self._arrived_ms
 
     def step(self, start: Cell, end: Cell) -> None:
-        """Take in that a step begins."""
+        """Count the stop and turn before a step."""
         before, self.heading = self.heading, heading_of(start, end)
         if before is not None:
             turn = turn_between(before, self.heading)
@@ -68,9 +68,9 @@ class Odometer:
         self._stood = False
 
     def arrive(self, t_ms: int) -> None:
-        """Take in that a drive has ended."""
+        """Note the end of a drive."""
         self._arrived_ms = t_ms
 
     def lift(self) -> None:
-        """Take in that the robot is carried from now on."""
+        """Forget the heading of a robot that is being carried."""
         self.heading = None

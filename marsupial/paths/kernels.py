@@ -1,10 +1,17 @@
-"""The compiled inner loops of the path searches.
+"""The compiled inner loops of the flood search.
 
-Grids arrive flat and framed by closed cells, so no loop tests for the edge of the map: cell (x, y) has index
-``(y + 1) * (width + 2) + x + 1``. The search keeps a queue of three buckets of width 1. No step is shorter than a
-bucket, so all cells of the lowest bucket are final, a cell enters at most two buckets, and no buffer has to grow.
-Indices are unsigned, arrays are never rebound in a loop and the innermost loop calls no function that hands back its
-counters: each of these costs a multiple under numba.
+Grids are flat and framed by closed cells, so no loop tests for the edge of the map: cell (x, y) has index
+``(y + 1) * (width + 2) + x + 1``. The queue has three buckets of width 1. A step costs between 1 and sqrt 2, so the
+neighbours of a cell in the lowest bucket belong to the next two:
+
+    level           level + 1       level + 2
+    here: settled   near: cost < level + 2      far: the rest
+
+All cells of the lowest bucket are final, a cell enters at most two buckets, and no buffer has to grow. After a level
+the three parts of the queue change roles.
+
+For numba's sake indices are unsigned, arrays are never rebound in a loop, and the innermost loop calls no function that
+returns counters: each of these would cost a multiple.
 """
 
 from __future__ import annotations
@@ -17,29 +24,29 @@ from marsupial.arrays import Bytes, Cells, Floats, Words
 from marsupial.native import inlined, native
 
 TOLERANCE = 1e-9
-"""Lengths that differ by less are equal: sums of the same steps in another order."""
+"""Lengths that differ by less count as equal: sums of the same steps in another order."""
 
 ZERO = np.uint64(0)
 ONE = np.uint64(1)
 SOURCE = 8
-"""Arrival at a cell that is itself a source; others hold the direction (0 to 7) of the last step."""
+"""Arrival direction of a source; other cells hold the direction (0 to 7) of the last step."""
 
 
 class Buffers(NamedTuple):
-    """The arrays that a search works in, all flat and framed but for `offsets`.
+    """The arrays of a search, all flat and framed except `offsets`.
 
     Attributes
     ----------
     passable, cost
-        Where one may go, and the length of the way there; inf but at the cells touched by the last search.
+        1 for passable cells; length of the way to each cell, inf for cells not touched by the last search.
     arrival
-        Per cell, the direction of the last step there.
+        Per cell, the direction of the last step to it.
     offsets
         (24,): from a cell to its neighbours, counter-clockwise from east, three times round.
     queue, touched
-        Three times and once the size of the grid. `touched` receives every cell given a cost.
+        Three times the size of the grid for the buckets; once, for every cell that is given a cost.
     diagonal
-        The length of a diagonal step, 1 to sqrt 2.
+        Length of a diagonal step, 1 to sqrt 2.
     """
 
     passable: Bytes
@@ -58,7 +65,7 @@ def flood(work: Buffers, stale: np.uint64, sources: Cells, wanted: Cells, limit:
     Parameters
     ----------
     stale
-        How many cells the last search touched: their costs are reset.
+        Number of cells touched by the last search: their costs are reset.
     sources
         Passable cells, each once.
     wanted
@@ -69,7 +76,7 @@ def flood(work: Buffers, stale: np.uint64, sources: Cells, wanted: Cells, limit:
     Returns
     -------
     tuple of float and int
-        The length below which costs are final, and how many cells were touched.
+        The length below which costs are final, and the number of cells touched.
     """
     cost = work.cost
     for k in range(stale):
@@ -101,10 +108,10 @@ def _settle(
 ) -> tuple[np.uint64, np.uint64, np.uint64]:
     """Settle the cells of a bucket, and queue their neighbours; return the ends of both other buckets and of `touched`.
 
-    A cell need not try the turns that the cell before it could make as cheaply itself (jump point search rests on the
-    same rule): after a diagonal step there are three left; after a straight one the step ahead, and on either side
-    the two turns only where the cell diagonally behind is closed. What replaces a turn left out is either shorter or
-    ends in a straight step, and straight steps are left out for shorter ones only, so costs stay exact.
+    Turns that the cell before could make as cheaply itself are pruned, as in jump point search: after a diagonal step
+    three are left; after a straight one the step ahead, and on either side the two turns only where the cell
+    diagonally behind is closed. The replacement of a pruned turn is either shorter or ends in a straight step, and
+    straight steps are pruned in favour of shorter ones only, so costs stay exact.
 
     References
     ----------
@@ -116,11 +123,11 @@ def _settle(
         cell = np.uint64(queue[k])
         reached = cost[cell]
         if reached < level:
-            continue  # it moved to the bucket before
+            continue  # settled already: it was queued here, then again in the bucket before
         ahead = np.int64(arrival[cell])
         first, end = np.int64(8), np.int64(16)
         if ahead != SOURCE:
-            if ahead & 1:
+            if ahead & 1:  # diagonal
                 first, end = ahead + 7, ahead + 10
             else:
                 first = ahead + 6 + 2 * np.int64(passable[cell + offsets[ahead + 5]])
@@ -148,7 +155,7 @@ def _settle(
 
 @inlined
 def _step(passable: Bytes, offsets: Words, diagonal: float, cell: np.uint64, turn: int) -> float:
-    """Return the length of a step, 0 where there is none."""
+    """Return the length of a step, 0 if it is blocked."""
     if not passable[cell + offsets[turn]]:
         return 0.0
     if not turn & 1:
@@ -158,7 +165,7 @@ def _step(passable: Bytes, offsets: Words, diagonal: float, cell: np.uint64, tur
 
 @native
 def _plant(work: Buffers, sources: Cells) -> np.uint64:
-    """Set all sources to 0, queue those with a neighbour that is none, and return how many these are."""
+    """Set the cost of all sources to 0, queue those beside a cell that is no source; return the number queued."""
     for k in range(sources.size):
         work.cost[sources[k]] = 0.0
         work.arrival[sources[k]] = SOURCE
@@ -177,9 +184,9 @@ def _plant(work: Buffers, sources: Cells) -> np.uint64:
 
 @native
 def descend(work: Buffers, start: np.uint64, steps: Bytes) -> np.uint64:
-    """Walk from `start` down to where the cost is 0 and return the number of steps, which `steps` receives.
+    """Walk from `start` down to cost 0; write the steps to `steps` and return their number.
 
-    Among equals the walk goes straight on, else it takes the first step counter-clockwise from east.
+    Among equal steps the walk goes straight on, else it takes the first one counter-clockwise from east.
     """
     cost, offsets = work.cost, work.offsets
     cell = start

@@ -1,8 +1,8 @@
-"""Which source is the nearest to each cell, kept up to date as sources and passable cells are added.
+"""The nearest source to each cell, updated incrementally as sources and passable cells are added.
 
-The cost goes with what is new and not with the size of the map. Sources and passable cells only ever come on top, so
-distances only fall; a cell whose distance falls, or whose nearest source of the same distance turns out to have a lower
-index, hands that on to its neighbours until nothing changes.
+The cost is proportional to what changes, not to the size of the map. Nothing is ever removed, so distances only fall: a
+cell whose distance falls, or that gets a source of lower index at the same distance, updates its neighbours until
+nothing changes.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ _NONE: Ints = np.empty(0, dtype=np.int64)
 _QUEUED, _CHANGED = np.uint8(1), np.uint8(2)
 
 MANY = 255
-"""A limit, in cells, from which the steps of a way that goes just beyond it may not fit in half of two bytes each."""
+"""Limits from here on, in cells, need more than two bytes for the steps of a way: one byte for each kind of step."""
 
 Steps = npt.NDArray[np.uint16] | npt.NDArray[np.uint64]
 
 
 class _NearestState(NamedTuple):
-    """What is known of each cell, row-major, and buffers.
+    """The state per cell, row-major, and buffers.
 
     Attributes
     ----------
     label
-        The index of the nearest source, and one more; 0 where there is none.
+        Index of the nearest source, plus 1; 0 for none.
     steps
-        Of the way to that source: the diagonal ones in the upper half of the bits, the straight ones in the lower. So
-        a cell takes two bytes for them wherever the limit allows it.
+        Steps of the way to that source: diagonal ones in the upper half of the bits, straight ones in the lower. Counts
+        instead of a length: exact, and two bytes per cell where the limit allows it.
     flags
         `_QUEUED` and `_CHANGED` while a search runs.
     queue
-        A ring of cells to go on from.
+        A ring of cells to expand.
     changed
-        Receives the cells whose source changed.
+        Output: the cells whose source changed.
     """
 
     label: Ints32
@@ -55,21 +55,21 @@ class _NearestState(NamedTuple):
 
 
 class Nearest:
-    """The nearest source within a limit, for every cell of one mask. Not for use by two threads at once.
+    """The nearest source within a limit, for every cell of one mask. Not thread-safe.
 
     Parameters
     ----------
     passable
-        Boolean mask (height, width), referred to, not copied: cells may become passable (say so to `add`).
+        Boolean mask (height, width), referenced, not copied: cells may become passable (pass them to `add`).
     limit
-        Longest distance in cells.
+        Greatest distance in cells.
     """
 
     def __init__(self, passable: Mask, limit: float = math.inf) -> None:
         self._passable = passable
         self._limit = limit + TOLERANCE
         size = passable.size
-        # nothing is filled: only the pages a search writes to take up memory
+        # zeroed or empty arrays: only the pages that a search writes to take up memory
         self._state = _NearestState(
             label=np.zeros(size, dtype=np.int32),
             steps=np.zeros(size, np.uint16) if self._limit < MANY else np.zeros(size, np.uint64),
@@ -79,23 +79,23 @@ class Nearest:
         )
 
     def add(self, sources: Ints, opened: Ints = _NONE) -> Ints:
-        """Take in new sources, and cells that have become passable; return the cells whose source changed.
+        """Add sources and cells that became passable; return the cells whose source changed.
 
         Parameters
         ----------
         sources, opened
-            Row-major indices. Sources on impassable ground are left out.
+            Row-major indices. Sources on impassable ground are ignored.
         """
         return self._add(sources, opened, self._limit).astype(np.int64)
 
     def origins(self, cells: Ints) -> Ints:
-        """Return the row-major index of the nearest source of each cell, the lowest among equals; -1 for none."""
+        """Return the row-major index of the nearest source of each cell, the lowest if several are; -1 for none."""
         return self._state.label[cells].astype(np.int64) - 1
 
     def once(self, sources: Ints, cells: Ints, limit: float = math.inf) -> Ints:
-        """Return what `origins` says of these cells with these sources added, and forget all sources there are.
+        """Return the `origins` of cells with these sources added, then forget all sources.
 
-        `limit` is for this once, if it is less.
+        `limit` replaces that of the instance if it is smaller.
         """
         changed = self._add(sources, _NONE, min(self._limit, limit + TOLERANCE))
         found = self.origins(cells)
@@ -110,13 +110,13 @@ class Nearest:
 
 @inlined
 def _length(steps: np.uint64, half: np.uint64) -> float:
-    """Return the length in cells of a way of so many diagonal and straight steps, see `_NearestState`."""
+    """Return the length in cells of a way, given its packed steps (`_NearestState`)."""
     return SQRT2 * np.int64(steps >> half) + np.int64(steps & (_ONE << half) - _ONE)
 
 
 @native
 def _settle(passable: Mask, sources: Ints, opened: Ints, limit: float, state: _NearestState) -> int:
-    """Take in sources and opened cells, see `Nearest.add`; return how many cells have another source now."""
+    """Add sources and opened cells, see `Nearest.add`; return the number of cells whose source changed."""
     label, steps, flags, queue, changed = state
     height, width = passable.shape
     half = np.uint64(4 * steps.itemsize)
@@ -128,6 +128,7 @@ def _settle(passable: Mask, sources: Ints, opened: Ints, limit: float, state: _N
             count += 1
             tail += 1
             flags[index] = _QUEUED | _CHANGED
+    # an opened cell gets its source from its neighbours: expand those again
     for index in opened:
         y, x = index // width, index % width
         for v in range(max(y - 1, 0), min(y + 2, height)):

@@ -1,8 +1,14 @@
-"""Cells that ways can have become shorter by, since some were opened.
+"""The few cells that stand for all places where opening cells may have shortened a way.
 
-A way that is new goes over a cell that was opened and lies beside one that was open before, or passes such a cell
-diagonally. These cells are summed up by a few of them, which are as good as all within a known error: a way by any of
-them is at most that much shorter than one by the cell that stands for it.
+A new way crosses an opened cell that lies beside one that was open before (an *entry*), or passes such a cell
+diagonally. Searching to every entry would cost too much, so one entry represents those of a square that are connected
+in it, with a known error: a way through any of them is shorter by at most that error than one through the
+representative.
+
+    before    now        o: opened, e: entry, R: the representative of the entries in this square
+    . . . #   . . e o
+    . . . #   . . R o    error = 2 x the distance from R to the farthest e (there and back)
+    . . . #   . . e o            + what a diagonal step beside an opened cell saves
 """
 
 from __future__ import annotations
@@ -17,15 +23,15 @@ from marsupial.native import inlined, native
 from marsupial.paths.kernels import TOLERANCE
 
 SIDE = 8
-"""One cell stands for those in a square of that many cells a side, as far as they are connected in it.
+"""Side of the squares, in cells.
 
-On a real building at 5 cm a square of 16 costs 3 % more searches and one of 5 saves 1 %, of cells to look at there are
-40 % fewer, and half as many more.
+On a real building at 5 cm, squares of 16 cost 3 % more searches with 40 % fewer representatives; squares of 5 save 1 %
+of the searches with half as many representatives again.
 """
 
 
 class Openings(NamedTuple):
-    """Cells (n,), row-major, and how much shorter ways by what each stands for may be than ways by itself (n,)."""
+    """Representatives (n,), row-major, and their errors (n,): what a way through an entry may be shorter by."""
 
     cells: Ints
     errors: Floats
@@ -35,19 +41,19 @@ NO_OPENINGS = Openings(np.empty(0, dtype=np.int64), np.empty(0))
 
 
 def openings(passable: Mask, opened: Ints, diagonal: float) -> Openings:
-    """Return what ways can have become shorter by since these passable cells (n,) were opened."""
+    """Return the representatives of the entries among these newly passable cells (n,)."""
     where = np.sort(opened)
     news = np.zeros(passable.size, dtype=np.bool_)
     news[where] = True
     cells, errors = np.empty(where.size, dtype=np.int64), np.empty(where.size)
-    count = _sum_up(passable, _entries(passable, where, news), news, diagonal, cells, errors)
-    # a diagonal step beside an opened cell is shorter than the way by that cell
+    count = _represent(passable, _entries(passable, where, news), news, diagonal, cells, errors)
+    # a diagonal step beside an opened cell is shorter than the way through that cell
     return Openings(cells[:count], 2.0 * errors[:count] + (2.0 - diagonal))
 
 
 @native
 def _entries(passable: Mask, opened: Ints, news: Flags) -> Ints:
-    """Return the opened cells that are beside cells which were open before, and have only them in `news`."""
+    """Return the opened cells beside cells that were open before, and leave only these set in `news`."""
     height, width = passable.shape
     out = np.empty(opened.size, dtype=np.int64)
     count = 0
@@ -68,10 +74,10 @@ def _entries(passable: Mask, opened: Ints, news: Flags) -> Ints:
 
 
 @native
-def _sum_up(passable: Mask, entries: Ints, left: Flags, diagonal: float, cells: Ints, errors: Floats) -> int:
-    """Enter cells that stand for all entries, and how far these are from them at most; return how many.
+def _represent(passable: Mask, entries: Ints, left: Flags, diagonal: float, cells: Ints, errors: Floats) -> int:
+    """Choose representatives of all entries; write them and their greatest distances to entries; return their number.
 
-    `left` says which cells are entries, and is cleared.
+    `left` is set for entries, and is cleared.
     """
     away = np.empty((SIDE, SIDE))
     count = 0
@@ -79,21 +85,21 @@ def _sum_up(passable: Mask, entries: Ints, left: Flags, diagonal: float, cells: 
         while left[index]:
             seed = _middle(left, index, passable.shape)
             _measure(passable, seed, diagonal, away)
-            cells[count], errors[count] = seed, _strike(left, seed, passable.shape, away)
+            cells[count], errors[count] = seed, _clear_reached(left, seed, passable.shape, away)
             count += 1
     return count
 
 
 @inlined
 def _square(index: int, shape: tuple[int, int]) -> tuple[int, int, int, int]:
-    """Return the bounds of the square that a cell is in."""
+    """Return the bounds of a cell's square: bottom, top, first and end."""
     y, x = index // shape[1] // SIDE * SIDE, index % shape[1] // SIDE * SIDE
     return y, min(y + SIDE, shape[0]), x, min(x + SIDE, shape[1])
 
 
 @inlined
 def _middle(left: Flags, index: int, shape: tuple[int, int]) -> int:
-    """Return the cell that is left in the square of a cell and nearest to its middle."""
+    """Return the remaining entry of a cell's square that is nearest to the square's middle."""
     bottom, top, first, end = _square(index, shape)
     seed, nearest = index, np.inf
     for y in range(bottom, top):
@@ -106,9 +112,10 @@ def _middle(left: Flags, index: int, shape: tuple[int, int]) -> int:
 
 @native
 def _measure(passable: Mask, seed: int, diagonal: float, away: Floats) -> None:
-    """Enter how far the cells of its square are from a cell by ways that stay in it."""
+    """Write the distances from a cell to those of its square, by ways inside the square."""
     height, width = passable.shape
     bottom, top, first, end = _square(seed, (height, width))
+    # relaxed until nothing changes: 64 cells need no queue
     away[:] = np.inf
     away[seed // width - bottom, seed % width - first] = 0.0
     shorter = True
@@ -119,18 +126,18 @@ def _measure(passable: Mask, seed: int, diagonal: float, away: Floats) -> None:
                 length = away[y - bottom, x - first]
                 for v in range(max(y - 1, bottom), min(y + 2, top)):
                     for u in range(max(x - 1, first), min(x + 2, end)):
-                        slanted = u != x and v != y
+                        diagonally = u != x and v != y
                         if not (passable[v, u] and passable[y, u] and passable[v, x]):
                             continue
-                        there = length + (diagonal if slanted else 1.0)
+                        there = length + (diagonal if diagonally else 1.0)
                         if there < away[v - bottom, u - first] - TOLERANCE:
                             away[v - bottom, u - first] = there
                             shorter = True
 
 
 @inlined
-def _strike(left: Flags, seed: int, shape: tuple[int, int], away: Floats) -> float:
-    """Clear the cells that are left in a square and can be got to; return how far the farthest is away."""
+def _clear_reached(left: Flags, seed: int, shape: tuple[int, int], away: Floats) -> float:
+    """Clear the entries of a square that were reached; return the distance of the farthest."""
     bottom, top, first, end = _square(seed, shape)
     farthest = 0.0
     for y in range(bottom, top):

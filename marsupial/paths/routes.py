@@ -1,8 +1,8 @@
-"""Routes: sequences of cells, their steps as digits, their lengths and the times at which cells are passed.
+"""Routes: sequences of cells, with their steps as digits, lengths and passing times.
 
 A step is a digit, counter-clockwise from east: 0 is +x, 2 is +y, 4 is -x, 6 is -y, odd digits are diagonals. Lengths
-are in cells. Times are snapped before they are rounded to milliseconds, so the same steps summed in another order
-give the same time.
+are in cells. Times are snapped to a nanosecond before they are rounded to milliseconds, so the same steps summed in
+another order give the same time.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _SNAP_PER_MS = 1e6
 
 
 def steps_of(route: Sequence[Cell]) -> str:
-    """Write the steps of `route` as digits; each cell must be a neighbour of the one before."""
+    """Return the steps of `route` as digits; each cell must be a neighbour of the one before."""
     return "".join(_DIGITS[b.x - a.x, b.y - a.y] for a, b in pairwise(route))
 
 
@@ -43,7 +43,7 @@ def route_of(start: Cell, steps: str) -> Route:
 
 
 def route_length(route: Sequence[Cell], diagonal: float = SQRT2) -> float:
-    """Return the length of `route` in cells, with diagonal steps of that length; 0 for a single cell."""
+    """Return the length of `route` in cells, 0 for a single cell; `diagonal` is the length of a diagonal step."""
     return float(_lengths(route, diagonal)[-1])
 
 
@@ -59,18 +59,18 @@ def travel_table_ms(lengths: npt.NDArray[np.float64], resolution_m: float, speed
 
 
 def passing_times_ms(route: Sequence[Cell], resolution_m: float, speed_mps: float, diagonal: float = SQRT2) -> Times:
-    """Return when the centre of each cell of `route` is passed, in ms after setting out.
+    """Return when the centre of each cell of `route` is passed, in ms after departure.
 
-    Element k is `travel_ms` of the length of the first k steps; `diagonal` is that of a diagonal one.
+    Element k is `travel_ms` of the length of the first k steps; `diagonal` is the length of a diagonal step.
     """
     return _times(_lengths(route, diagonal), resolution_m, speed_mps)
 
 
 def _lengths(route: Sequence[Cell], diagonal: float = SQRT2) -> npt.NDArray[np.float64]:
-    """Return the length up to each cell, from counts of straight and diagonal steps: free of summation order."""
+    """Return the length up to each cell, from counts of straight and diagonal steps, not from a running sum."""
     moved = np.abs(np.diff(np.array(route, dtype=np.int64), axis=0)).sum(axis=1)
-    slanted = np.concatenate(([0], np.cumsum(moved == 2)))
-    return np.arange(len(route)) - slanted + slanted * diagonal
+    diagonals = np.concatenate(([0], np.cumsum(moved == 2)))
+    return np.arange(len(route)) - diagonals + diagonals * diagonal
 
 
 def _times(lengths: npt.NDArray[np.float64] | np.float64, resolution_m: float, speed_mps: float) -> Times:

@@ -1,7 +1,7 @@
-"""The ways that robots of a type take, and how long they are: the shortest, or those of least energy.
+"""The routes of a robot type and their lengths: shortest, or of least energy.
 
-Whatever is said of a way at planning holds for the way that is driven, since both come from the same search; only
-which way a robot faces at a place that it has yet to get to is not known, and left open.
+Planning and driving use the same search, so planned lengths hold for the routes driven. Only the heading of a robot at
+a place it has not reached yet is unknown to planning, which then takes its first step without a turn.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ from marsupial.paths.routes import Route
 class Ways(Protocol):
     """Finds ways on one mask (height, width), `passable`, which may change between calls.
 
-    A heading is the digit of a step; None where a robot faces no way in particular.
+    A heading is a step digit; None if the robot has none.
     """
 
     passable: Mask
 
     def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
-        """Return the lengths (n,) in cells of the ways from a cell to n others; inf where there is none."""
+        """Return the lengths (n,) in cells of the ways from a cell to n others; inf for none."""
 
     def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
-        """Return the lengths (k, k) in cells of the ways from each of `cells` to each; inf where there is none."""
+        """Return the lengths (k, k) in cells of the ways between all `cells`; inf for none."""
 
     def route(self, start: Cell, goal: Cell, heading: int | None = None) -> Route | None:
-        """Return the way, both ends included, always the same one; None where there is none."""
+        """Return the way, both ends included, always the same one; None if there is none."""
 
 
 class ShortestWays:
-    """The shortest ways, whichever way a robot faces; see `PathSearch`."""
+    """The shortest ways, whatever the heading; see `PathSearch`."""
 
     def __init__(
         self,
@@ -50,15 +50,12 @@ class ShortestWays:
         self._search = PathSearch(passable, diagonal, opened, memory)
 
     def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
-        """Return the lengths of the shortest ways."""
         return self._search.costs(source, wanted)
 
     def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
-        """Return the lengths of the shortest ways between all."""
         return self._search.matrix(cells)
 
     def route(self, start: Cell, goal: Cell, heading: int | None = None) -> Route | None:
-        """Return a shortest way."""
         return self._search.route(start, goal)
 
 
@@ -69,12 +66,12 @@ def ways_of(
     opened: Feed | None = None,
     memory: SearchMemory | None = None,
 ) -> Ways:
-    """Return what finds the ways of a robot type; `opened` and `memory` are told at `PathSearch`.
+    """Return the search for a robot type's ways; for `opened` and `memory` see `PathSearch`.
 
     Raises
     ------
     UsageError
-        If it is to take those of least energy and drives without any.
+        If the type asks for least energy and its driving takes none.
     """
     if kind.routes is Routes.ENERGY:
         return EnergySearch(passable, costs_of(kind, resolution_m), diagonal=kind.diagonal)

@@ -1,7 +1,7 @@
-"""The framed arrays a search works in.
+"""The framed arrays of the flood search.
 
-Filling tens of megabytes costs more than most searches on a large map, so a workspace is kept and only the cells that
-the last search touched are reset. Passability is copied in before each use: nothing here can go stale.
+Filling tens of megabytes costs more than most searches on a large map, so a workspace is kept, and only the cells
+touched by the last search are reset. Passability is copied before each search, so it can't be out of date.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _Framed = TypeVar("_Framed", Bytes, Floats)
 
 
 class FramedGrid:
-    """A grid framed by closed cells, so that no search needs to test for the edge of the map.
+    """A grid framed by closed cells, so that no search tests for the edge of the map.
 
     Parameters
     ----------
@@ -32,9 +32,10 @@ class FramedGrid:
     Attributes
     ----------
     size
-        How many cells there are, those of the frame included.
+        Number of cells, the frame included.
     offsets
-        (24,): from a cell to its neighbours, counter-clockwise from east, three times round.
+        (24,): from a cell to its neighbours, counter-clockwise from east, three times round, so that a direction plus
+        or minus a few needs no modulo.
     """
 
     def __init__(self, height: int, width: int) -> None:
@@ -45,7 +46,7 @@ class FramedGrid:
         self.offsets = np.tile(around, 3).astype(np.uint64)
 
     def indices(self, cells: Sequence[Cell] | Ints) -> Cells:
-        """Return the framed index of each cell; that of a closed cell for cells outside the grid."""
+        """Return the framed index of each cell; for cells outside the grid that of a closed cell."""
         xy = np.array(cells, dtype=np.int64).reshape(-1, 2)
         x, y = xy[:, 0], xy[:, 1]
         inside = (x >= 0) & (x < self._width) & (y >= 0) & (y < self._height)
@@ -58,19 +59,19 @@ class FramedGrid:
         return index
 
     def inside(self, framed: _Framed) -> _Framed:
-        """Return the view (height, width) of what an array of the framed grid says of the grid."""
+        """Return the view (height, width) of a framed array without its frame."""
         return framed.reshape(self._height + 2, self._row)[1:-1, 1:-1]
 
 
 class FloodMemory:
-    """What searches on grids of one shape (height, width) take down in turn; several workspaces may share it.
+    """Working memory for grids of one shape (height, width); several workspaces may share it, used one at a time.
 
-    Most of it is never filled: only the pages a search writes to take up memory.
+    Only the pages that a search writes to take up memory.
 
     Attributes
     ----------
     stale
-        How many cells the last search touched.
+        Number of cells touched by the last search.
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
@@ -83,16 +84,16 @@ class FloodMemory:
 
 
 class Workspace:
-    """Buffers for searches on grids of one shape. Not for use by two threads at once.
+    """Searches on grids of one shape. Not thread-safe.
 
     Parameters
     ----------
     height, width
         Shape of the grid, in cells.
     diagonal
-        The length of a diagonal step in straight ones, 1 to sqrt 2.
+        Length of a diagonal step in straight ones, 1 to sqrt 2.
     memory
-        Shared with others, none of which is used at the same time; None for its own.
+        Working memory to share with others that are never used at the same time; None to allocate its own.
     """
 
     def __init__(self, height: int, width: int, diagonal: float, memory: FloodMemory | None = None) -> None:
@@ -110,19 +111,20 @@ class Workspace:
         self.indices = self._frame.indices
 
     def load(self, passable: Mask) -> None:
-        """Take over which cells are passable now."""
+        """Copy the mask of passable cells."""
         self._frame.inside(self._buffers.passable)[:] = passable
 
     def open(self, cells: Ints) -> None:
-        """Take over that these cells (n,), by row-major index, are passable now."""
+        """Make these cells (n,), by row-major index, passable."""
         self._buffers.passable[self._frame.framed(cells)] = 1
 
     def passable(self, at: Cells) -> Mask:
-        """Say which of the cells are passable."""
+        """Return which of the cells are passable."""
         return self._buffers.passable[at].astype(np.bool_)
 
     def search(self, source: Cells, wanted: Cells = NOWHERE, limit: float = math.inf) -> float:
         """Search outward from a passable cell; return the length below which costs are final."""
+        # above a quarter of the cells a sequential fill beats resetting scattered ones
         if 4 * self._memory.stale > self._buffers.cost.size:
             self._buffers.cost.fill(np.inf)
             self._memory.stale = 0
@@ -132,11 +134,11 @@ class Workspace:
         return float(final)
 
     def costs(self, at: Cells) -> Floats:
-        """Return what the last search found for these cells."""
+        """Return the distances of these cells from the source of the last search."""
         return self._buffers.cost[at]
 
     def field(self, final: float = math.inf) -> Floats:
-        """Return a copy (height, width) of what the last search found, inf where it is not below `final`."""
+        """Return a copy (height, width) of the last search's distances, inf where they are not below `final`."""
         field = self._frame.inside(self._buffers.cost).copy()
         if final < math.inf:
             field[field >= final] = np.inf

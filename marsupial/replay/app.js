@@ -1,4 +1,26 @@
-/* A view of one mission, or of two side by side with their clocks locked: `show` makes it, for replay files and live. */
+/* The player: a view of one mission, or of two side by side with their clocks locked. `show` makes it.
+
+   Theory of operation. Data flows one way, from log lines to canvases, and nothing below draws by itself:
+
+     log lines --append--> Mission (model.js)      all that follows from a log, as values over time
+                             |   history.js: values that hold from a moment on; knownmap.js: the map in tiles
+                             |   asked for a moment t: views(t), planAt(t), knownMap()
+                             v
+     Transport (transport.js) --t--> View.draw ----> Pane per mission (pane.js): map.js and its layers, what was clicked
+       the clock: play, speed,        at most one    Lanes (lanes.js): the timeline below
+       scrubbing, the live moment     per frame      Panels (panels.js), or for two missions the difference
+
+   A replay file (file.js) appends all lines before it calls `show`. The page of the service (live.js) calls `show` after
+   the first line, appends lines as they arrive, and calls `grew()`, which draws new plans at once and the rest at most
+   every RENEW_MS. Both draw in the same way: any moment t can be drawn from a Mission at any time, forwards or backwards,
+   so scrubbing, playing and live differ only in who sets t.
+
+   What is costly is kept: the timeline's lanes are drawn once per size and theme on a canvas of their own, and a map that
+   moves through time repaints only the tiles that differ. `draw()` may be called at every change; it asks for one frame,
+   and `drawNow()` draws everything for the present t. `restyle()` is for what depends on size or theme, not on t.
+
+   Two missions share one Transport and one Lanes. The span is that of both; while either goes on, the newest moment is
+   that of the slower one, so that the two can be compared. */
 
 import { button, icon, make, setText } from "./dom.js";
 import { lead, outcome, sideNames } from "./difference.js";

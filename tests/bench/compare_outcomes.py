@@ -10,13 +10,13 @@ from compare_workers import invented, lobby
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.header import header_of
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
-from marsupial.bench.compare.rows import Row
+from marsupial.bench.compare.rows import MissionRow
 
 CASE = Case("lobby", 1, 1)
 
 
 def outcome_of(
-    comparison: Comparison, changed: Mapping[Trial, Row] | None = None, *, upto: int | None = None
+    comparison: Comparison, changed: Mapping[Trial, MissionRow] | None = None, *, upto: int | None = None
 ) -> ComparisonOutcome:
     results = [invented(trial) for trial in comparison.trials()][:upto]
     return ComparisonOutcome(

@@ -18,7 +18,7 @@ from ray_nodes import Nodes, interrupt, needs_ray
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.folder import read_rows
 from marsupial.bench.compare.plan import Comparison, Trial
-from marsupial.bench.compare.rows import CRASHED, Result, Row
+from marsupial.bench.compare.rows import CRASHED, MissionRow, Result
 from marsupial.bench.compare.trial import carry_out
 from marsupial.cli.main import main
 
@@ -65,7 +65,7 @@ class Here:
         for trial in trials:
             if is_hopeless(trial):
                 reason = "the worker process died 2 times: WorkerCrashedError"
-                yield Result(row=Row(trial=trial, status=CRASHED, reason=reason))
+                yield Result(row=MissionRow(trial=trial, status=CRASHED, reason=reason))
             else:
                 yield carry_out(trial, self._comparison.scenarios[trial.case], self._comparison.budget)
 

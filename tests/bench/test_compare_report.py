@@ -18,7 +18,7 @@ from marsupial.bench.compare.cells import QUALITY, TIME, tally
 from marsupial.bench.compare.figures import as_figure, mean_coverage
 from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.report import documents
-from marsupial.bench.compare.rows import Curve, Row
+from marsupial.bench.compare.rows import Curve, MissionRow
 from marsupial.bench.compare.statements import StatementVerdict, share_verdict
 from marsupial.bench.compare.statistics import estimate
 from marsupial.bench.compare.tables import (
@@ -210,7 +210,7 @@ def test_a_comparison_that_has_hardly_begun_can_be_shown() -> None:
 def test_text_of_rows_can_not_become_markup() -> None:
     comparison = lobby(runs=1)
     trial = next(comparison.trials())
-    row = Row(trial=trial, status="error", reason="<script>alert(1)</script> a|b")
+    row = MissionRow(trial=trial, status="error", reason="<script>alert(1)</script> a|b")
     written = dict(documents(outcome_of(comparison, {trial: row})))
     assert "<script" not in written["report.html"].decode()
     assert "a\\|b" in written["tables.md"].decode()

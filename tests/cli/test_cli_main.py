@@ -11,8 +11,8 @@ import pytest
 from situations import one_hall
 
 from marsupial.cli import main as program
-from marsupial.cli.interrupt import Interrupted
 from marsupial.cli.main import main
+from marsupial.cli.process.interrupt import Interrupted
 from marsupial.errors import InternalError
 from marsupial.formats.situation import situation_to_json
 from marsupial.strategies.clairvoyant import CLAIRVOYANT

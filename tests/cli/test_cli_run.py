@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 from patience import HANG_S
 
-from marsupial.cli.cases import cases_of
 from marsupial.cli.main import main
+from marsupial.cli.work.compare_arguments import cases_of
 from marsupial.formats.missionlog import read_log
 from marsupial.formats.scenario.write import write_scenario
 from marsupial.generators.builtin import builtin_scenario

@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from marsupial.cli.interrupt import Interrupted, asked_to_stop, interruptible
+from marsupial.cli.process.interrupt import Interrupted, asked_to_stop, interruptible
 
 
 def test_a_signal_raises_wherever_the_program_is() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from marsupial.cli import outputs
+from marsupial.cli.display import outputs
 from marsupial.cli.main import main
 from marsupial.errors import UsageError
 

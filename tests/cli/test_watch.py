@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from marsupial.cli.display.picture import doing
-from marsupial.cli.display.watch import Watch
+from marsupial.cli.display.watch import MissionWatch
 from marsupial.mission.state import RobotView
 from marsupial.model.grid import FLOOR, TERRAINS, Cell
 from marsupial.model.mission import (
@@ -22,10 +22,10 @@ from marsupial.model.robots import default_types
 from marsupial.model.scenario import Goal
 
 
-def watch() -> Watch:
+def watch() -> MissionWatch:
     reachable = np.zeros((2, 4), dtype=np.bool_)
     reachable[1] = True
-    seen = Watch()
+    seen = MissionWatch()
     seen.reachable(reachable)
     seen.event(
         MissionStarted(
@@ -50,11 +50,11 @@ def watch() -> Watch:
     return seen
 
 
-def robot(seen: Watch, name: str) -> RobotView:
+def robot(seen: MissionWatch, name: str) -> RobotView:
     return next(view for view in seen.views() if view.name == name)
 
 
-def place(seen: Watch, name: str) -> tuple[float, float]:
+def place(seen: MissionWatch, name: str) -> tuple[float, float]:
     return robot(seen, name).x, robot(seen, name).y
 
 

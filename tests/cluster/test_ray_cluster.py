@@ -117,7 +117,7 @@ def test_a_cluster_has_its_own_number_of_workers(tmp_path: Path, capsys: pytest.
 
 
 def test_ray_is_not_imported_without_need() -> None:
-    code = "import sys, marsupial.cli.main, marsupial.cli.comparing; sys.exit('ray' in sys.modules)"
+    code = "import sys, marsupial.cli.main, marsupial.cli.work.comparing; sys.exit('ray' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

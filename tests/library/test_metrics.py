@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import marsupial
-from marsupial.bench.compare.rows import METRIC_BY_COLUMN, Row, Timing
+from marsupial.bench.compare.rows import METRIC_BY_COLUMN, MissionRow, Timing
 from marsupial.library.metrics import METRICS
 
 DOCUMENT = (Path(__file__).resolve().parents[2] / "docs" / "command-line.md").read_text(encoding="utf-8")
@@ -29,7 +29,7 @@ def test_every_number_of_the_json_is_a_metric(lobby: marsupial.Exploration) -> N
 
 
 def test_every_column_of_a_comparison_is_a_metric() -> None:
-    columns = {each.name for kind in (Row, Timing) for each in fields(kind)}
+    columns = {each.name for kind in (MissionRow, Timing) for each in fields(kind)}
     assert columns - set(METRIC_BY_COLUMN) == {"trial", "status", "reason", "cpu_s"}
     assert set(METRIC_BY_COLUMN) - columns == {"plans_valid"}
 

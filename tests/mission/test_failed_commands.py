@@ -16,7 +16,7 @@ from small_missions import (
     rover_on,
 )
 
-from marsupial.cli.display.watch import Watch
+from marsupial.cli.display.watch import MissionWatch
 from marsupial.formats.triggers import trigger_text
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observers
@@ -35,9 +35,9 @@ def fly(
     team: tuple[PlacedRobot, ...] = TEAM,
     strategy: Strategy | None = None,
     planning_time: PlanningTime = PlanningTime.INSTANT,
-) -> tuple[MissionEnded, Watcher, Watch]:
+) -> tuple[MissionEnded, Watcher, MissionWatch]:
     grid, kinds = drawn_grid(*lines), kinds_of()
-    watcher, watch = Watcher(grid, kinds, team), Watch()
+    watcher, watch = Watcher(grid, kinds, team), MissionWatch()
     started = MissionStarted(
         t_ms=0,
         scenario="drawn",
@@ -101,7 +101,7 @@ def test_a_rover_that_was_not_set_down_is_aboard_for_all_who_watch() -> None:
     ends = (i for i, event in enumerate(watcher.events) if isinstance(event, ActionEnded))
     first = next(i for i in ends if watcher.events[i].end is ActionEnd.FAILED)  # type: ignore[union-attr]
     events = watcher.events[: first + 1]
-    watch = Watch()
+    watch = MissionWatch()
     for event in events:
         watch.event(event)
     last = Playback(events).state_at(events[-1].t_ms)
@@ -109,7 +109,7 @@ def test_a_rover_that_was_not_set_down_is_aboard_for_all_who_watch() -> None:
     assert {view.name: view.carrier for view in watch.views()} == {"c1": None, "r1": "c1"}
 
 
-def assert_seen_alike(watcher: Watcher, watch: Watch) -> None:
+def assert_seen_alike(watcher: Watcher, watch: MissionWatch) -> None:
     last = Playback(watcher.events).state_at(watcher.events[-1].t_ms)
     assert {robot.name: robot.carrier for robot in last.robots} == watcher.carrier
     assert {view.name: view.carrier for view in watch.views()} == watcher.carrier

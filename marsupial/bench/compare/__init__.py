@@ -1,5 +1,8 @@
 """Comparisons of strategies and planners: paired missions over maps, team sizes and seeds.
 
-`plan` says which missions, `runner` and `pool` carry them out, `folder` keeps their rows, `cells` and `statistics` make
-figures of them, `tables`, `figures` and `report` show these.
+plan       which missions: a `Trial` is a contender (strategy, planner) on a case (scenario, team) with a seed
+conduct    runs the trials that are missing, in a pool (`pool`, `ray_pool`) whose workers use `trial`
+folder     stores each result at once as lines of CSV (`rows`) under a head (`header`), so a comparison can resume
+cells      aggregates rows per case and contender: means and paired differences (`statistics`)
+answer, tables, figures, pairs, statements    what is derived from them; `report` writes all documents
 """

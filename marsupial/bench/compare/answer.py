@@ -1,7 +1,7 @@
-"""What a comparison says, in a sentence and a plot: by how much a contender is ahead of the base, pair by pair.
+"""The answer of a comparison as sentences and a plot: how far each contender is ahead of the base, pair by pair.
 
-Every pair counts the same: its gain is a share of what the base has in the same mission. So the mean is that of just
-the pairs that are counted as won and lost beside it.
+Every pair has the same weight: its gain is relative to the base in the same mission. So the mean gain is over the same
+pairs as the counts of pairs won and lost beside it.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ NAME = "answer"
 ROW_IN, WIDTH_IN = 0.42, 7.6
 
 SPREAD = 0.13
-"""By how much of a row's height the dots of pairs are apart at most."""
+"""Greatest vertical offset of the dots of pairs, as a share of a row's height."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Standing:
-    """How a contender stands beside the base over some cases: the mean gain of all pairs, and pairs won and lost."""
+    """A contender against the base over some cases: the mean gain of all pairs, and the pairs won and lost."""
 
     gain: Estimate | None
     gains: tuple[float, ...]
@@ -38,12 +38,12 @@ class Standing:
 
     @property
     def at_odds(self) -> bool:
-        """Whether the mean is on the side of the fewer pairs."""
+        """Whether the mean favours the side with fewer pairs."""
         return self.gain is not None and self.gain.mean * (self.wins - self.losses) < 0
 
 
 def standing(pairings: Sequence[Pairing]) -> Standing:
-    """Return pairings as one."""
+    """Return the standing over all pairs of some pairings."""
     gains = tuple(gain for pairing in pairings for gain in pairing.gains)
     return Standing(
         gain=estimate(gains, FEWEST_PAIRS),
@@ -54,12 +54,12 @@ def standing(pairings: Sequence[Pairing]) -> Standing:
 
 
 def standing_of(outcome: ComparisonOutcome, rival: Contender, measure: Metric, cases: Sequence[Case]) -> Standing:
-    """Return how a rival stands beside the base."""
+    """Return the standing of a rival against the base."""
     return standing([outcome.pairing(case, rival, measure) for case in cases])
 
 
 def sentences(outcome: ComparisonOutcome) -> list[str]:
-    """Return the answer: a sentence for each rival of the base, the best one first."""
+    """Return a sentence for each rival of the base, the best one first."""
     if not outcome.rivals:
         return [_alone(outcome, contender) for contender in outcome.contenders]
     found = [(rival, standing_of(outcome, rival, TIME, outcome.cases)) for rival in outcome.rivals]
@@ -99,7 +99,7 @@ def _sentence(outcome: ComparisonOutcome, rival: Contender, stands: Standing) ->
 
 
 def quality_sentence(outcome: ComparisonOutcome) -> str:
-    """Return the same about exploration quality, of all rivals that have pairs enough for an interval."""
+    """Return a sentence about exploration quality, for the rivals with enough pairs for an interval."""
     found = ((rival, standing_of(outcome, rival, QUALITY, outcome.cases)) for rival in outcome.rivals)
     parts = [
         f"that of {rival} is {_more(one.gain.mean)} than {outcome.base}'s{_interval(one.gain, 'the gain')}, "
@@ -119,7 +119,7 @@ def _more(share: float) -> str:
 
 
 def _interval(found: Estimate, of_what: str) -> str:
-    """Return the interval of a relative gain; of time saved it ends at 100 %, which is all of it."""
+    """Return the interval of a relative gain; that of time saved is cut at 100 %."""
     if found.low is None or found.high is None:
         return ""
     high = min(found.high, 1.0) if of_what == "the time saved" else found.high
@@ -131,9 +131,9 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
-    """Return the plot of what each rival gains in exploration time, by scenario and in all; None without any pair.
+    """Return the plot of each rival's gain in exploration time, in all and by scenario; None without any pair.
 
-    With one scenario, by team size.
+    If there is only one scenario, by team size.
     """
     rows = list(_rows(outcome))
     if not any(stands.gains for _, found in rows for stands in found):
@@ -176,12 +176,12 @@ def _rows(outcome: ComparisonOutcome) -> Iterator[tuple[str, list[Standing]]]:
 
 
 def _draw(axes: Any, y: float, stands: Standing, k: int, label: str) -> None:
-    """Draw the pairs, their mean and its interval, and say how many are won and lost."""
+    """Draw the pairs, their mean and its interval, and write the numbers of pairs won and lost."""
     if stands.gain is None:
         return
     colour = COLOURS[k % len(COLOURS)]
     x = 100 * np.array(stands.gains)
-    aside = SPREAD * np.sin(1.2 + 2.4 * np.arange(len(x)))  # apart by turns, and from the bar; the same every time
+    aside = SPREAD * np.sin(1.2 + 2.4 * np.arange(len(x)))  # spreads the dots around the bar, the same way every time
     axes.plot(x, y + aside, linestyle="", marker=".", markersize=4, color=colour, alpha=0.35, zorder=2)
     half = 0.0 if stands.gain.half is None else 100 * stands.gain.half
     look: dict[str, Any] = {"marker": MARKERS[k % len(MARKERS)], "markersize": 8, "elinewidth": 2.2, "capsize": 4}

@@ -1,7 +1,7 @@
-"""Rows made into figures: a cell for each case and contender, a pairing for each rival of the last contender.
+"""Aggregates of rows: a cell per case and contender, a pairing per rival of the last contender.
 
-Only complete missions count in means of metrics, and only pairs of them in differences: the time of a mission that left
-something unexplored says nothing. How many there were stands beside every figure, so that failing gains nothing.
+Means are over complete missions, and differences over pairs of these: the time of a mission that left something
+unexplored has no meaning. Their numbers are shown beside every figure, so that a contender gains nothing by failing.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 from marsupial.bench.compare.header import cases_of, contenders_of
 from marsupial.bench.compare.plan import Case, Contender
-from marsupial.bench.compare.rows import Curve, Row, Timing
+from marsupial.bench.compare.rows import Curve, MissionRow, Timing
 from marsupial.bench.compare.statistics import FEWEST_PAIRS, Estimate, estimate
 from marsupial.library.metrics import METRICS, Metric
 from marsupial.model.mission import Status
@@ -30,11 +30,11 @@ ENERGY = METRICS["energy_j"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pairing:
-    """A contender beside another one, the base, seed by seed.
+    """A contender against another one, the base, seed by seed.
 
-    `ahead` is the mean of the paired differences, counted so that more than 0 is in favour of the contender; `gain` is
-    the same as a share of the base's mean. `gains` are the differences as shares of what the base has in the same
-    mission, of pairs in which that is not 0. `missing` counts the pairs of which one is not complete.
+    `ahead` is the mean of the paired differences, positive in favour of the contender; `gain` is the same relative to
+    the base's mean. `gains` are the differences relative to the base's value in the same mission, where that is not 0.
+    `missing` counts the pairs with an incomplete mission.
     """
 
     case: Case
@@ -49,10 +49,10 @@ class Pairing:
 
 @dataclass(frozen=True, eq=False)
 class ComparisonOutcome:
-    """All that a folder holds."""
+    """The contents of a comparison's folder."""
 
     header: Mapping[str, Any]
-    rows: tuple[Row, ...]
+    rows: tuple[MissionRow, ...]
     timings: tuple[Timing, ...] = ()
     curves: tuple[Curve, ...] = ()
 
@@ -68,7 +68,7 @@ class ComparisonOutcome:
 
     @property
     def clairvoyant(self) -> Contender | None:
-        """The contender that knows the map, if there is one."""
+        """The contender that knows the map beforehand, if any."""
         return next((contender for contender in self.contenders if contender.strategy == CLAIRVOYANT), None)
 
     @property
@@ -78,12 +78,12 @@ class ComparisonOutcome:
 
     @property
     def base(self) -> Contender:
-        """The contender that the others are compared with: the last one that does not know the map."""
+        """The contender to compare the others with: the last one that does not know the map."""
         return (self.strategies or self.contenders)[-1]
 
     @property
     def rivals(self) -> tuple[Contender, ...]:
-        """The contenders that are compared with the base."""
+        """The contenders to compare with the base."""
         return self.strategies[:-1]
 
     @cached_property
@@ -93,12 +93,12 @@ class ComparisonOutcome:
 
     @property
     def runs(self) -> int:
-        """Missions for each case and contender."""
+        """Number of missions per case and contender."""
         return int(self.header["runs"])
 
     @property
     def planned(self) -> int:
-        """Missions in all."""
+        """Number of missions in all."""
         return self.runs * len(self.cases) * len(self.contenders)
 
     def cases_of(self, scenario: str) -> tuple[Case, ...]:
@@ -112,8 +112,8 @@ class ComparisonOutcome:
         )
         return Counter({status: found[status] for status in sorted(found, key=lambda s: (s != Status.COMPLETE, s))})
 
-    def incomplete(self) -> tuple[Row, ...]:
-        """Return the rows of missions that count in no mean."""
+    def incomplete(self) -> tuple[MissionRow, ...]:
+        """Return the rows of incomplete missions."""
         return tuple(row for row in self.rows if not row.complete)
 
     def estimate(self, case: Case, contender: Contender, measure: Metric) -> Estimate | None:
@@ -121,9 +121,10 @@ class ComparisonOutcome:
         return estimate(list(self._values(case, contender, measure).values()))
 
     def pairing(self, case: Case, contender: Contender, measure: Metric, base: Contender | None = None) -> Pairing:
-        """Return a contender beside the base (or another one) on a case, over the seeds both have completed."""
+        """Return a contender against the base (or another one) on a case, over the seeds both completed."""
         pairs = self.pairs(case, contender, measure, base)
         differences = [measure.better * (ours - theirs) for _, ours, theirs in pairs]
+        # the share of the mean, in which long missions weigh more, and the mean of shares answer different questions
         level = fmean(theirs for _, _, theirs in pairs) if pairs else 0.0
         return Pairing(
             case=case,
@@ -139,14 +140,14 @@ class ComparisonOutcome:
     def pairs(
         self, case: Case, contender: Contender, measure: Metric, base: Contender | None = None
     ) -> list[tuple[int, float, float]]:
-        """Return the seeds that both have completed, with what the contender and the base have there."""
+        """Return the seeds that both completed, with the values of the contender and of the base."""
         ours, theirs = (self._values(case, one, measure) for one in (contender, base or self.base))
         return [(seed, value, theirs[seed]) for seed, value in ours.items() if seed in theirs]
 
     def ratio(self, case: Case, contender: Contender) -> Estimate | None:
-        """Return the mean, over the seeds both have completed, of exploration times as multiples of the clairvoyant's.
+        """Return the mean ratio of exploration times to the clairvoyant's, over the seeds both completed.
 
-        None without a clairvoyant. Missions in which it has nothing to explore count for nothing.
+        None without a clairvoyant. Missions in which it has nothing to explore are left out.
         """
         if self.clairvoyant is None:
             return None
@@ -163,7 +164,8 @@ class ComparisonOutcome:
 
     def _values(self, case: Case, contender: Contender, measure: Metric) -> dict[int, float]:
         """Return a metric by seed, of complete missions only."""
-        rows = self._cells.get((Row, case, contender), ())
+        # sorted by seed: rows of a comparison that is running are in the order in which missions finished
+        rows = self._cells.get((MissionRow, case, contender), ())
         values = ((row.trial.seed, getattr(row, measure.column)) for row in rows if row.complete)
         return {seed: value for seed, value in sorted(values) if value is not None}
 
@@ -171,7 +173,7 @@ class ComparisonOutcome:
     def _cells(self) -> dict[tuple[type, Case, Contender], list[Any]]:
         """The records of every kind by cell."""
         cells: dict[tuple[type, Case, Contender], list[Any]] = {}
-        records: tuple[Row | Timing | Curve, ...] = (*self.rows, *self.timings, *self.curves)
+        records: tuple[MissionRow | Timing | Curve, ...] = (*self.rows, *self.timings, *self.curves)
         for record in records:
             cells.setdefault((type(record), record.trial.case, record.trial.contender), []).append(record)
         return cells
@@ -179,7 +181,7 @@ class ComparisonOutcome:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tally:
-    """Pairings counted: cells whose interval is all on one side, the mean gain of all pairs with half its interval."""
+    """Counts over pairings: cells whose interval is on one side of 0, pairs won and lost, and their mean gain."""
 
     cells: int
     ahead: int
@@ -192,7 +194,7 @@ class Tally:
 
 
 def tally(pairings: Sequence[Pairing]) -> Tally:
-    """Count pairings; every pair counts the same in `gain`, as it does among those won and lost."""
+    """Count pairings; every pair has the same weight in `gain`, as among those won and lost."""
     gains = [gain for pairing in pairings for gain in pairing.gains]
     found = estimate(gains, FEWEST_PAIRS)
     signs = [pairing.ahead.sign for pairing in pairings if pairing.ahead is not None]

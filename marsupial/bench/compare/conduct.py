@@ -1,25 +1,80 @@
-"""Carry out what is left of a comparison, and keep it."""
+"""Run the remaining missions of a comparison and store their results.
+
+A `MissionRunner` runs missions on this machine (`LocalPool`) or on a cluster (`RayPool`). Both take them from a
+`TrialQueue`, which hands out a mission again if its worker died.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from pathlib import Path
+from typing import Protocol
 
 from marsupial.bench.compare.folder import opened, read_rows, sort_lines
 from marsupial.bench.compare.header import header_of
-from marsupial.bench.compare.plan import Comparison
-from marsupial.bench.compare.rows import Row
-from marsupial.bench.compare.runner import Runner
+from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.rows import CRASHED, MissionRow, Result
 
-Watch = Callable[[Row | None, int, int], None]
-"""Told, after each mission and once before the first, its row, how many missions are done, and how many there are."""
+MOST_TRIES = 2
+"""How often a mission is started whose worker dies."""
 
 
-def conduct(comparison: Comparison, runner: Runner, out: Path, watch: Watch, *, drop: Sequence[str] = ()) -> None:
-    """Carry out the missions whose row is not in the folder `out` yet.
+class MissionRunner(Protocol):
+    """Runs missions in parallel.
 
-    Whenever this is left, the folder can be resumed. Missions with a status in `drop` are carried out again.
+    A runner is created with the `Comparison`, so that scenarios are sent to each worker only once.
+    """
+
+    def results(self, trials: Sequence[Trial]) -> Generator[Result]:
+        """Yield exactly one result for each of `trials`, as they are done.
+
+        A mission whose worker dies is run once more; if that one dies too, the result is a row of status `CRASHED`.
+        Closing the generator stops all workers.
+        """
+        ...
+
+
+class TrialQueue:
+    """The missions that wait for a worker, and how often each was started. Thread-safe."""
+
+    def __init__(self, trials: Sequence[Trial]) -> None:
+        self._trials = deque(trials)
+        self._tries = dict.fromkeys(trials, 0)
+
+    def __len__(self) -> int:
+        return len(self._trials)
+
+    def take(self) -> Trial | None:
+        """Return the next mission to start, None if there is none."""
+        try:  # asking for the length first would race with other threads
+            trial = self._trials.popleft()
+        except IndexError:
+            return None
+        self._tries[trial] += 1
+        return trial
+
+    def lost(self, trial: Trial, how: str) -> Result | None:
+        """Queue a mission again whose worker died, or return its result if that happened too often."""
+        if self._tries[trial] < MOST_TRIES:
+            self._trials.appendleft(trial)
+            return None
+        return Result(
+            row=MissionRow(trial=trial, status=CRASHED, reason=f"the worker process died {MOST_TRIES} times: {how}")
+        )
+
+
+Watch = Callable[[MissionRow | None, int, int], None]
+"""Called after each mission with its row, the number of missions done and their total; with None at the start."""
+
+
+def conduct(
+    comparison: Comparison, runner: MissionRunner, out: Path, watch: Watch, *, drop: Sequence[str] = ()
+) -> None:
+    """Run the missions whose row is not in the folder `out` yet.
+
+    The folder can be resumed whenever this ends. Missions with a status in `drop` are run again.
 
     Raises
     ------

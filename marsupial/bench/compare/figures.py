@@ -1,7 +1,7 @@
 """The figures of a comparison, drawn with matplotlib.
 
-They are drawn in one colour of ink on nothing, so that a page can give the ink its own colour; a contender has the
-same colour and marker everywhere.
+Text and axes have one ink colour on a transparent background, so that a page can replace it; a contender has the same
+colour and marker everywhere.
 
 References
 ----------
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 INK = "#2b3138"
 
 COLOURS = ("#7050dd", "#b7893f", "#0b785d", "#f03c83", "#7c87fa", "#826909")
-"""Of contenders: chosen by search to be apart for every reader, and to be seen on light and dark pages."""
+"""Colours of contenders: distinct for colour-blind readers too, visible on light and dark pages."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P")
 LINES = ("-", "--", "-.", ":", "-", "--")
@@ -42,14 +42,14 @@ LINES = ("-", "--", "-.", ":", "-", "--")
 PNG_DPI = 150
 
 MOST_POINTS = 60
-"""How many points a line has at most: all samples of all panels would make a page of megabytes."""
+"""Most points of a line: all samples of all panels would make a page of megabytes."""
 
 BARS = "Error bars are 95 % confidence intervals of the mean over complete missions."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Figure:
-    """A figure as files, `svg` text and `png` bytes; its caption says what the bars are, `scenario` what it is of."""
+    """A figure as `svg` text and `png` bytes; `scenario` if it is about a single one."""
 
     name: str
     title: str
@@ -73,7 +73,7 @@ def figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
 
 
 def _occurs(outcome: ComparisonOutcome, measure: Metric, scenario: str) -> bool:
-    """Say whether there is anything to be drawn."""
+    """Return whether a metric has a value to draw."""
     cells = ((case, contender) for case in outcome.cases_of(scenario) for contender in outcome.contenders)
     return any(outcome.estimate(*cell, measure) is not None for cell in cells)
 
@@ -90,7 +90,7 @@ def measure_figure(
 ) -> Figure:
     """Return a metric by team size: a row of panels for each of `scenarios`, with these numbers of rovers only.
 
-    `about` is the scenario that the figure belongs to, if it is one of many, `of_paper` which of a paper's it is.
+    `about` is the scenario of the figure, if it is about a single one; `of_paper` names the paper's figure.
     """
 
     def value(case: Case, contender: Contender) -> Estimate | None:
@@ -109,9 +109,9 @@ def measure_figure(
 def gain_figure(
     outcome: ComparisonOutcome, measure: Metric, scenarios: Sequence[str], *, name: str, of_paper: str = ""
 ) -> Figure:
-    """Return by team size what the rivals of the base gain over it, in per cent of its mean: a row for each scenario.
+    """Return the rivals' gains by team size, in per cent of the base's mean: a row of panels per scenario.
 
-    `of_paper` says which figure of a paper it is.
+    `of_paper` names the paper's figure.
     """
 
     def value(case: Case, contender: Contender) -> Estimate | None:
@@ -135,7 +135,7 @@ def gain_figure(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Series:
-    """A line: points of x, mean and half of the interval; a faint one is there for comparison only."""
+    """A line: points of x, mean and half the interval; `faint` for comparison only."""
 
     label: str
     points: tuple[tuple[float, float, float], ...]
@@ -167,7 +167,7 @@ def lines_figure(lines: Sequence[Series], labels: tuple[str, str], *, name: str,
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SquareMap:
-    """Pairs of values, some of which are marked: `marked` is (y, x)."""
+    """Pairs of values; those marked are at (y, x) in `marked`."""
 
     title: str
     x: Sequence[float]
@@ -199,7 +199,7 @@ def squares_figure(maps: Sequence[SquareMap], *, name: str, title: str, caption:
 
 
 def planning_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> Figure:
-    """Return the time of a planning by team size, logarithmic."""
+    """Return planning time by team size, on a logarithmic scale."""
 
     def value(case: Case, contender: Contender) -> Estimate | None:
         found = estimate([1000 * timing.planning_median_s for timing in outcome.timings_of(case, contender)])
@@ -334,13 +334,13 @@ def _size_panel(
 
 
 def _hide_empty(axes: Sequence[Sequence[Axes]]) -> None:
-    """Take away panels that have nothing in them."""
+    """Remove empty panels."""
     for panel in (panel for row in axes for panel in row):
         panel.set_visible(panel.has_data())
 
 
 def panels(rows: int, columns: int, *, width: float, height: float) -> tuple[Drawing, list[list[Axes]]]:
-    """Return a drawing with panels of that many inches, and room for a legend above."""
+    """Return a drawing of panels of a size in inches, with room for a legend above."""
     from matplotlib.figure import Figure as Drawing
 
     columns_in = max(columns * width, 4.2)
@@ -359,7 +359,7 @@ def panels(rows: int, columns: int, *, width: float, height: float) -> tuple[Dra
 
 
 def legend(drawing: Drawing, axes: Sequence[Sequence[Axes]]) -> None:
-    """Name the contenders once, above all panels."""
+    """Draw one legend of all contenders above the panels."""
     named: dict[str, Any] = {}
     for panel in (panel for row in axes for panel in row):
         handles, labels = panel.get_legend_handles_labels()
@@ -374,12 +374,12 @@ def legend(drawing: Drawing, axes: Sequence[Sequence[Axes]]) -> None:
 
 
 def as_figure(drawing: Drawing, name: str, title: str, caption: str, scenario: str = "") -> Figure:
-    """Write a drawing as SVG and PNG; both are the same bytes for the same data."""
+    """Return a drawing as SVG and PNG, byte by byte the same for the same data."""
     from matplotlib import rc_context
 
     svg, png = io.StringIO(), io.BytesIO()
-    # Letters that the font lacks: browsers have other fonts. The filter is for figures from here only, and stays:
-    # to put the former ones back would undo what other threads have set meanwhile.
+    # matplotlib warns of letters that its font lacks, but browsers have other fonts. The filter is never removed:
+    # restoring the former ones would undo what other threads set meanwhile.
     filterwarnings("ignore", message="Glyph", module=re.escape(__name__))
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.family": ["DejaVu Sans", "sans-serif"]}):
         drawing.savefig(svg, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
@@ -388,5 +388,5 @@ def as_figure(drawing: Drawing, name: str, title: str, caption: str, scenario: s
 
 
 def slug(name: str) -> str:
-    """Return a name as part of a file's name."""
+    """Return a name that is usable in a file name."""
     return "".join(letter if letter.isalnum() or letter in "-_" else "-" for letter in name).strip("-") or "scenario"

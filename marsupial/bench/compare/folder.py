@@ -1,8 +1,8 @@
-"""The folder of a comparison: its head, and files of lines that grow as missions are done.
+"""The folder of a comparison: its head, and CSV files that grow with every mission.
 
-Each result is written and synced before the next one is taken, its row last: a mission is done if its row is there.
-Whatever a process that was killed has left behind, a line cut short or times without a row, is removed when the folder
-is opened again. At the end lines are sorted, so that they do not depend on who was ready first.
+Each result is written and synced before the next one, its row last: a mission is done if its row exists. What a killed
+process left behind, an incomplete line or times without a row, is removed when the folder is opened again. At the end
+lines are sorted, so that files do not depend on the order in which missions finished.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from typing import Any
 
 from marsupial.bench.compare import header as head
 from marsupial.bench.compare.plan import Trial
-from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS, Curve, Format, Record, Result, Row, Timing
+from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS, Curve, Format, MissionRow, Record, Result, Timing
 from marsupial.errors import InputError, UsageError
 from marsupial.formats.files import replace_file
 
 HEADER = "comparison.json"
 
 FILES: Mapping[str, Format[Any]] = {"coverage.csv": CURVES, "timings.csv": TIMINGS, "rows.csv": ROWS}
-"""The files of lines in the order in which a result is written."""
+"""The CSV files, in the order in which a result is written to them."""
 
 
 def read_header(path: Path) -> dict[str, Any]:
@@ -32,7 +32,7 @@ def read_header(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If there is none, or none that can be read.
+        If there is none or it can't be read.
     """
     file = path / HEADER
     try:
@@ -41,7 +41,7 @@ def read_header(path: Path) -> dict[str, Any]:
         raise InputError("holds no comparison", source=str(path)) from error
 
 
-def read_rows(path: Path) -> tuple[Row, ...]:
+def read_rows(path: Path) -> tuple[MissionRow, ...]:
     """Return the rows in a folder so far."""
     return _read(path / "rows.csv", ROWS)
 
@@ -58,26 +58,26 @@ def read_curves(path: Path) -> tuple[Curve, ...]:
 
 @contextmanager
 def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -> Iterator[Callable[[Result], None]]:
-    """Open a folder for a comparison, new or begun before, repair what an earlier process has left, and yield what
-    writes a result for good.
+    """Open the folder of a new or interrupted comparison, repair its files, and yield a function that stores a result.
 
     Parameters
     ----------
     drop
-        Missions whose row has one of these statuses are forgotten, to be carried out again.
+        Missions whose row has one of these statuses are removed, to be run again.
 
     Raises
     ------
     UsageError
         If it holds another comparison, or another process has it open.
     InputError
-        If it holds anything that can't be read.
+        If a file can't be read.
     """
     path.mkdir(parents=True, exist_ok=True)
     with _locked(path):
         if (path / HEADER).exists():
             there = read_header(path)
             head.demand_part(there, header, str(path / HEADER))
+            # the versions with which the folder was begun
             header = {**header, "made_with": there["made_with"]}
         elif any((path / name).exists() for name in FILES):
             raise UsageError(f"{path}: has rows but no {HEADER}: choose another --out")
@@ -89,6 +89,7 @@ def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -
             files = [stack.enter_context((path / name).open("a", encoding="utf-8", newline="")) for name in FILES]
 
             def add(result: Result) -> None:
+                # FILES ends with the rows: a killed process leaves records without a row, never the reverse
                 for file, lines, record in zip(
                     files, FILES.values(), (result.curve, result.timing, result.row), strict=True
                 ):
@@ -107,7 +108,7 @@ def sort_lines(path: Path, trials: Sequence[Trial]) -> None:
 
 
 def _rewrite(path: Path, lines: Format[Any], trials: Iterable[Trial]) -> None:
-    """Keep the records of `trials` only, in that order; the file is not touched if nothing changes."""
+    """Keep the records of `trials` only, in that order; leave the file alone if nothing changes."""
     found = {record.trial: record for record in _read(path, lines)}
     text = lines.head + "".join(lines.encode(found[trial]) for trial in trials if trial in found)
     data = text.encode()
@@ -116,11 +117,12 @@ def _rewrite(path: Path, lines: Format[Any], trials: Iterable[Trial]) -> None:
 
 
 def _read(path: Path, lines: Format[Record]) -> tuple[Record, ...]:
-    """Return the records of a file, an unfinished last line left out, the first one of each mission."""
+    """Return the first record of each mission in a file, without an incomplete last line."""
     try:
         text = path.read_bytes().decode("utf-8", errors="replace")
     except FileNotFoundError:
         return ()
+    # a killed process may have cut off the last line
     whole = text[: text.rfind("\n") + 1].splitlines(keepends=True)
     if whole and whole[0] != lines.head:
         raise InputError("line 1: these are not the columns of this marsupial", source=str(path))
@@ -136,7 +138,7 @@ def _read(path: Path, lines: Format[Record]) -> tuple[Record, ...]:
 
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
-    """Keep other processes away (where the system knows how)."""
+    """Lock the folder against other processes, if the system supports it."""
     try:
         import fcntl
     except ImportError:

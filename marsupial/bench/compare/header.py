@@ -1,7 +1,7 @@
-"""The head of a comparison's folder, ``comparison.json``: what it compares, by which missions of it can be told apart.
+"""The head of a comparison's folder, ``comparison.json``: the definition of the comparison.
 
-All that the rows depend on is in it, so that a folder is only ever continued by the same comparison, or by one that
-has all its missions and more.
+It has everything that the rows depend on. A folder is continued only by the same comparison, or by one that includes
+all its missions.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ FORMAT, VERSION = "marsupial-comparison", 1
 
 
 def header_of(comparison: Comparison) -> dict[str, Any]:
-    """Return the head as JSON values; `made_with` is for people and may differ where a folder is continued."""
+    """Return the head as JSON values; `made_with` is information only, and may differ if a folder is continued."""
     budget = comparison.budget
     return {
         "format": FORMAT,
@@ -45,12 +45,12 @@ def written(header: Mapping[str, Any]) -> str:
 
 
 def parse(text: str, source: str) -> dict[str, Any]:
-    """Read a head.
+    """Parse the text of a head.
 
     Raises
     ------
     InputError
-        If it is none.
+        If it is not one.
     """
     try:
         header = parse_json(text)
@@ -84,10 +84,9 @@ def budget_text(header: Mapping[str, Any]) -> str:
 
 
 def demand_part(there: Mapping[str, Any], asked: Mapping[str, Any], source: str) -> None:
-    """Raise a `UsageError` that names what a folder's head has that is not part of what is asked for.
+    """Raise a `UsageError` with the differences if a folder's comparison is not part of the requested one.
 
-    More cases, contenders and runs may be asked for; another base of comparison and another paper, too, as no mission
-    depends on them.
+    The request may have more cases, contenders and runs, and another base or paper, since no mission depends on these.
     """
     grown = {
         "cases": all(case in asked["cases"] for case in there["cases"]),

@@ -1,7 +1,7 @@
-"""The pairs of missions most worth a look: for each rival of the base, the one with the most and with the least gained.
+"""Replays of notable pairs of missions: for each rival of the base, those with the greatest and the least gain.
 
-They are carried out again, which gives the same missions where planning is limited by steps, and written as a page that
-plays both side by side.
+The missions are run again, which reproduces them if planning is limited by steps, and written as a page that plays both
+side by side.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FOLDER = "replays"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NotablePair:
-    """A pair of missions, of a rival and of the base: `gain` is the time saved as a share of the base's."""
+    """A mission of a rival and one of the base; `gain` is the time saved relative to the base's."""
 
     kind: str
     case: Case
@@ -33,20 +33,20 @@ class NotablePair:
 
     @property
     def path(self) -> str:
-        """Where its page is in the folder of the comparison."""
+        """Path of its page in the comparison's folder."""
         return f"{FOLDER}/{self.kind}-{slug(f'{self.case} {self.rival}')}-seed{self.seed}.html"
 
 
 @dataclass(frozen=True, slots=True)
 class PairReplay:
-    """A page to be linked: its path in the folder, and what it shows."""
+    """A link to a page: its path in the folder, and its text."""
 
     path: str
     text: str
 
 
 def notable_pairs(outcome: ComparisonOutcome) -> list[NotablePair]:
-    """Return the best and the worst pair of each rival, of those that both have completed."""
+    """Return the best and the worst pair of each rival, of those with two complete missions."""
     found: list[NotablePair] = []
     for rival in outcome.rivals:
         pairs = [
@@ -63,19 +63,19 @@ def notable_pairs(outcome: ComparisonOutcome) -> list[NotablePair]:
 
 
 def pair_pages(comparison: Comparison, outcome: ComparisonOutcome, out: Path) -> Iterator[tuple[str, bytes]]:
-    """Yield the path and the content of the page of each notable pair that the folder `out` does not hold yet.
+    """Yield path and content of the page of each notable pair that is not in the folder `out` yet.
 
-    There are none where planning was limited by time: another mission might come of it.
+    Yield nothing if planning was limited by time: a second run may differ.
     """
     if comparison.budget.seconds is not None:
         return
     for pair in notable_pairs(outcome):
         if not (out / pair.path).exists():
-            ours, theirs = (_again(comparison, pair, contender) for contender in (pair.rival, outcome.base))
+            ours, theirs = (_rerun(comparison, pair, contender) for contender in (pair.rival, outcome.base))
             yield pair.path, replay_page(ours, theirs).encode()
 
 
-def _again(comparison: Comparison, pair: NotablePair, contender: Contender) -> tuple[MissionEvent, ...]:
+def _rerun(comparison: Comparison, pair: NotablePair, contender: Contender) -> tuple[MissionEvent, ...]:
     recorder = Recorder()
     simulate(
         comparison.scenarios[pair.case],
@@ -89,7 +89,7 @@ def _again(comparison: Comparison, pair: NotablePair, contender: Contender) -> t
 
 
 def replays_in(out: Path, outcome: ComparisonOutcome) -> list[PairReplay]:
-    """Return the pages of notable pairs that a folder holds."""
+    """Return the links to the pages in a folder."""
     return [
         PairReplay(
             pair.path,

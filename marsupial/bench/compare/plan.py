@@ -1,6 +1,6 @@
-"""What a comparison consists of: contenders on cases, once for each seed.
+"""The definition of a comparison: every contender on every case with every seed.
 
-Every contender meets the same maps, teams, starts and seeds, so that its missions can be compared pair by pair.
+All contenders get the same maps, teams, starts and seeds, so that missions can be compared pair by pair.
 """
 
 from __future__ import annotations
@@ -56,20 +56,20 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """Which missions there are.
+    """The missions of a comparison.
 
     Parameters
     ----------
     scenarios
-        Case -> scenario, in the order of the tables.
+        Scenario of each case, in the order of the tables.
     contenders
-        The last one is what the others are compared with.
+        The last one is the base to compare the others with.
     runs
-        Missions for each case and contender; their seeds are 1, 2, ...
+        Missions per case and contender; their seeds are 1, 2, ...
     budget
-        Of each planning.
+        Budget of each planning.
     paper
-        Which paper's experiment this is, as `marsupial reproduce` calls it; None if it is none.
+        Name of the paper, as in `marsupial reproduce`, if this is its experiment.
     """
 
     scenarios: Mapping[Case, Scenario]
@@ -79,7 +79,7 @@ class Comparison:
     paper: str | None = None
 
     def trials(self) -> Iterator[Trial]:
-        """Yield every mission, seed by seed: wherever one stops, all cases have got about as far."""
+        """Yield every mission, seed by seed, so that an interrupted comparison has about as many runs of every case."""
         for seed in range(1, self.runs + 1):
             for case in self.scenarios:
                 for contender in self.contenders:
@@ -87,15 +87,15 @@ class Comparison:
 
 
 def prepared(scenario: Scenario) -> Scenario:
-    """Return the scenario as comparisons use it: starts drawn by each mission's seed, planning takes no mission time.
+    """Return the scenario as comparisons use it: starts drawn by each mission's seed, instant planning.
 
-    (Charged planning time would make missions depend on the machine.)
+    Charged planning time would make missions depend on the machine.
     """
     return replace(scenario, start_seed=None, planning_time=PlanningTime.INSTANT)
 
 
 def digest(scenario: Scenario) -> str:
-    """Return a short text that differs wherever anything differs that a mission depends on."""
+    """Return a hash of everything in a scenario that a mission depends on."""
     grid = scenario.grid
     rest = {
         "shape": grid.cells.shape,

@@ -1,7 +1,7 @@
-"""The local runner: as many worker processes as asked for, each with one mission at a time.
+"""The local runner: worker processes, each with one mission at a time.
 
-A thread for each worker hands it its missions. The numerical libraries get one thread in each worker, so that N workers
-use N cores; the search of the anytime planner has two threads all the same, which share what the workers leave.
+A thread per worker sends it its missions. Numerical libraries get one thread in each worker, so that N workers use N
+cores; only the search of the anytime planner has two threads, which share the cores that the workers leave.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from contextlib import closing
 from queue import SimpleQueue
 
 from marsupial.bench.compare import trial as worker
+from marsupial.bench.compare.conduct import TrialQueue
 from marsupial.bench.compare.plan import Comparison, Trial
 from marsupial.bench.compare.rows import Result
-from marsupial.bench.compare.runner import Waiting
 from marsupial.errors import InternalError
 from marsupial.processes import launcher as processes
 from marsupial.processes.channel import Channel
@@ -24,7 +24,7 @@ Work = Callable[[worker.Terms, Channel], None]
 
 
 class LocalPool:
-    """Runs missions in `workers` processes on this machine; see `Runner`. `work` is what each of them does."""
+    """Runs missions in `workers` processes on this machine; `work` is the function of each. See `MissionRunner`."""
 
     def __init__(self, comparison: Comparison, workers: int, work: Work = worker.serve) -> None:
         terms = (dict(comparison.scenarios), comparison.budget)
@@ -32,13 +32,14 @@ class LocalPool:
         self._size = workers
 
     def results(self, trials: Sequence[Trial]) -> Generator[Result]:
-        """Yield exactly one result for each of `trials`, as they are done; see `Runner`.
+        """Yield exactly one result for each of `trials`, as they are done; see `MissionRunner`.
 
         Raises
         ------
         InternalError
-            If a worker ends before it has begun to work.
+            If a worker ends before its first message.
         """
+        # workers are forked from a process that has imported everything already
         processes.warm_up(wait=False, preload=(worker,))
         size = min(self._size, len(trials))
         shift = _Shift(self._job, trials)
@@ -56,23 +57,23 @@ class LocalPool:
 
 
 class _Shift:
-    """The missions to be carried out, and the workers that do so."""
+    """The missions to run and the workers that run them."""
 
     def __init__(self, job: Job, trials: Sequence[Trial]) -> None:
         self.results: SimpleQueue[Result | BaseException] = SimpleQueue()
         self._job = job
-        self._waiting = Waiting(trials)
+        self._waiting = TrialQueue(trials)
         self._runs: list[processes.JobRun] = []
         self._stopped = False
 
     def work(self) -> None:
-        """Have missions carried out by one worker, and by another one where that dies, until none is left."""
+        """Run missions in one worker, and in a new one if that dies, until none is left."""
         try:
             while self._waiting and not self._stopped:
                 with closing(processes.run(self._job)) as run:
                     self._runs.append(run)
-                    self._employ(run)
-        except BaseException as error:
+                    self._feed(run)
+        except BaseException as error:  # raised again in the thread that reads the results
             self.results.put(error)
 
     def stop(self) -> None:
@@ -81,8 +82,8 @@ class _Shift:
         for run in self._runs:
             run.cancel()
 
-    def _employ(self, run: processes.JobRun) -> None:
-        """Give a worker one mission after the other; one that dies leaves its mission to the next."""
+    def _feed(self, run: processes.JobRun) -> None:
+        """Send a worker one mission after the other; if it dies, queue its mission again."""
         trial: Trial | None = None
         for event in run:
             if isinstance(event, Ended):
@@ -90,13 +91,14 @@ class _Shift:
                 return
             if isinstance(event.value, Result):
                 self.results.put(event.value)
+            # the first event is the worker's READY, each later one a result: either way it is idle now
             trial = self._waiting.take()
             if trial is None or self._stopped:
                 return
             run.send(trial)
 
     def _lose(self, trial: Trial | None, how: str) -> None:
-        if trial is None:
+        if trial is None:  # died before the first mission: a new worker would die too
             raise InternalError(f"a worker could not be started: {how}")
         result = self._waiting.lost(trial, how)
         if result is not None:

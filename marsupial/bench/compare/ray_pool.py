@@ -1,8 +1,8 @@
-"""The runner for many machines: whole missions are tasks of a Ray cluster.
+"""The runner for many machines: every mission is a task of a Ray cluster.
 
-Scenarios are put into the cluster's object store once. Missions are begun in their order, a few more than there are
-processors, so that none is idle, and what is lost with its worker or node is begun again from its seed, as in the
-local pool. Ray's own retries are off: it would not count them.
+Scenarios are put into the cluster's object store once. Missions are started in order, a few more than there are
+processors so that none is idle. A mission lost with its worker or node is started again from its seed, as in the local
+pool. Ray's own retries are off, since they would not be counted.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
 from typing import Any
 
+from marsupial.bench.compare.conduct import TrialQueue
 from marsupial.bench.compare.plan import Comparison, Trial
 from marsupial.bench.compare.ray_task import attend
 from marsupial.bench.compare.rows import Result
-from marsupial.bench.compare.runner import Waiting
 from marsupial.cluster.make import Terms, WorkerRefused, make
 from marsupial.cluster.ray_cluster import Cluster, connected, refusal
 from marsupial.errors import UsageError
@@ -28,7 +28,7 @@ _LOOK_S = 5.0
 
 
 class RayPool:
-    """Runs missions on a Ray cluster that is usable; see `Runner`. `work` is what a worker does."""
+    """Runs missions on a usable Ray cluster; `work` is the function of a task. See `MissionRunner`."""
 
     def __init__(self, comparison: Comparison, cluster: Cluster, work: Work = attend) -> None:
         self._comparison = comparison
@@ -36,24 +36,24 @@ class RayPool:
         self._work = work
 
     def results(self, trials: Sequence[Trial]) -> Generator[Result]:
-        """Yield exactly one result for each of `trials`, as they are done; see `Runner`.
+        """Yield exactly one result for each of `trials`, as they are done; see `MissionRunner`.
 
-        While there is no node left to work, it waits until one joins.
+        While the cluster has no nodes, it waits until one joins.
 
         Raises
         ------
         UsageError
-            If the cluster is lost, or a worker is of another make (`ray_task.Terms`).
+            If the cluster is lost, or a worker has another version installed (`cluster.make.Terms`).
         """
-        waiting = Waiting(trials)
+        waiting = TrialQueue(trials)
         running: dict[Future[Result], tuple[Trial, Any]] = {}
         with connected(self._cluster) as ray:
-            begin = self._beginner(ray)
+            start = self._starter(ray)
             try:
                 while waiting or running:
                     room = _room(ray)
                     while len(running) < room and (trial := waiting.take()) is not None:
-                        reference = begin(trial)
+                        reference = start(trial)
                         running[reference.future()] = trial, reference
                     # ray.wait would swallow what a signal handler raises
                     for done in wait(running, _LOOK_S, FIRST_COMPLETED).done:
@@ -66,19 +66,21 @@ class RayPool:
             except ModuleNotFoundError as error:  # Ray Client hands on what the head lacks
                 raise self._refusal("not the same is installed there", error) from error
             finally:
+                # also when the caller stops early: tasks would go on without anyone to take their results
                 with suppress(ConnectionError):
                     for _, reference in running.values():
                         ray.cancel(reference, force=True)
 
-    def _beginner(self, ray: Any) -> Callable[[Trial], Any]:
-        """Return what begins a mission and returns the reference to its result."""
+    def _starter(self, ray: Any) -> Callable[[Trial], Any]:
+        """Return a function that starts a mission and returns the reference to its result."""
+        # pickled here, so that the object store holds bytes and a worker unpacks them once (`ray_task._unpacked`)
         task = ray.remote(num_cpus=1, max_retries=0)(self._work)
         store = [ray.put(pickle.dumps(dict(self._comparison.scenarios)))]
         terms = Terms(make=make(), token=not self._cluster.here)
         return lambda trial: task.remote(trial, store, self._comparison.budget, terms)
 
-    def _outcome(self, ray: Any, trial: Trial, done: Future[Result], waiting: Waiting) -> Result | None:
-        """Return what a task has come to; None if it is to be begun again."""
+    def _outcome(self, ray: Any, trial: Trial, done: Future[Result], waiting: TrialQueue) -> Result | None:
+        """Return the result of a task; None if the mission was queued again."""
         lost = (
             ray.exceptions.WorkerCrashedError,
             ray.exceptions.NodeDiedError,
@@ -100,6 +102,6 @@ class RayPool:
 
 
 def _room(ray: Any) -> int:
-    """Return how many missions should be under way: new nodes get some, too."""
+    """Return how many missions should be running, asked anew each time since nodes may join."""
     processors = int(ray.cluster_resources().get("CPU", 0))
     return processors + max(2, processors // 4)

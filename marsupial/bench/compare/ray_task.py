@@ -1,4 +1,4 @@
-"""What a Ray worker does: one mission, if the worker is of the same make as the caller."""
+"""The task of a Ray worker: one mission, if worker and caller have the same version installed."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from marsupial.model.scenario import Scenario
 
 
 def attend(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: Terms) -> Result:
-    """Carry out a mission on a worker.
+    """Run a mission on a worker.
 
     Parameters
     ----------
     scenarios
-        The one reference to the comparison's scenarios, pickled; in a sequence, so that Ray hands it over as it is.
+        The reference to the comparison's pickled scenarios, in a sequence: Ray would resolve a bare reference per task.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def attend(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: Terms)
 
 @lru_cache(maxsize=1)
 def _unpacked(reference: Any) -> Mapping[Case, Scenario]:
-    """Fetch the scenarios, once for all missions of this process."""
+    """Fetch the scenarios, once per process."""
     import ray
 
     found: Mapping[Case, Scenario] = pickle.loads(ray.get(reference))

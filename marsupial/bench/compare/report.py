@@ -1,6 +1,6 @@
-"""All documents made of a comparison's rows: tables in Markdown, figures, and one page that holds them all.
+"""All documents of a comparison: tables in Markdown, figures, and one page with everything.
 
-The page needs nothing else: figures are inside it, for light and dark screens.
+The page is self-contained: figures are inline, for light and dark screens.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _CLAIRVOYANT = (
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """What a page begins with besides the answer in words: the plot of it, and links to pairs side by side."""
+    """The start of a page, besides the answer in words: its plot, and links to replays of pairs."""
 
     figure: Figure | None = None
     replays: Sequence[PairReplay] = ()
@@ -42,10 +42,9 @@ class Opening:
 def documents(
     outcome: ComparisonOutcome, experiment: Experiment | None = None, replays: Sequence[PairReplay] = ()
 ) -> Iterator[tuple[str, bytes]]:
-    """Yield the path in the folder and the content of each document; they depend on nothing but the outcome.
+    """Yield path and content of each document.
 
-    `experiment` is that of a paper, if it was carried out; `replays` are the pages of pairs that the folder holds, to
-    be linked.
+    `experiment` is that of the paper, if the comparison belongs to one; `replays` are linked from the page.
     """
     findings: list[Finding] = []
     overview = experiment is None or experiment.overview
@@ -73,8 +72,7 @@ def page(
 ) -> str:
     """Return the page; `findings` are those of a paper's `experiment`.
 
-    It begins with the answer, or a paper's statements. Tables and figures of one scenario stand together, tables of
-    none after them.
+    The answer, or a paper's statements, come first, then tables and figures by scenario, then overall tables.
     """
     facts = (
         f"{counted(len(outcome.rows), 'mission')}: {counted(len(outcome.contenders), 'contender')}, "
@@ -106,7 +104,7 @@ def page(
 
 
 def _notices(outcome: ComparisonOutcome) -> Iterator[str]:
-    """Yield what a reader has to know before anything else."""
+    """Yield the warnings at the top of the page."""
     missing, failed = outcome.planned - len(outcome.rows), len(outcome.incomplete())
     if missing:
         yield f"{missing} of {outcome.planned} missions are missing: this is what there is so far."
@@ -115,7 +113,7 @@ def _notices(outcome: ComparisonOutcome) -> Iterator[str]:
 
 
 def _answer(outcome: ComparisonOutcome, opening: Opening) -> str:
-    """Return the answer in words and as a plot, and where it can be watched."""
+    """Return the answer in words and as a plot, with links to replays."""
     first, *others = sentences(outcome)
     parts = [f'<p class="answer">{escape(first)}</p>', *(f"<p>{escape(text)}</p>" for text in others)]
     if quality := quality_sentence(outcome):

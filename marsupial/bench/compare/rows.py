@@ -1,7 +1,7 @@
-"""What is kept of every mission: a row, its wall-clock times, and how its coverage grew; as lines of CSV.
+"""The records of every mission as lines of CSV: a row, its wall-clock times, and its coverage over time.
 
-A row holds what the same command gives again on any machine. Wall-clock times are lines of another file, and so is
-coverage over time, which is long.
+A row holds what is reproducible on any machine. Wall-clock times are in another file, and so is coverage over time,
+which is long.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ ERROR, CRASHED = "error", "crashed"
 """Status of a mission that raised an exception, and of one whose process died; the others are those of `Status`."""
 
 KEY = ("scenario", "strategy", "planner", "carriers", "rovers", "seed")
-"""Columns that every file begins with."""
+"""First columns of every file."""
 
 COVERAGE_SCALE = 10_000
-"""Coverage is kept in whole parts of this."""
+"""Unit of stored coverage: whole parts of 1 / this."""
 
-Record = TypeVar("Record", "Row", "Timing", "Curve")
+Record = TypeVar("Record", "MissionRow", "Timing", "Curve")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
-    """One mission: how it ended, and its metrics (docs/command-line.md), None where it has none.
+class MissionRow:
+    """One mission: how it ended, and its metrics (docs/command-line.md), None for those it has not.
 
     `remaining` counts the frontiers left, `aboard` the rovers aboard at the end.
     """
@@ -56,13 +56,13 @@ class Row:
 
     @property
     def complete(self) -> bool:
-        """Whether the mission is complete; only then its metrics count."""
+        """Whether the mission is complete, so that its metrics count."""
         return self.status == Status.COMPLETE and self.exploration_time_s is not None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
-    """Seconds that a mission took on the machine it ran on: in all, of processors, for planning and map analysis."""
+    """Seconds that a mission took on its machine: in all, of processors, for planning and map analysis."""
 
     trial: Trial
     wall_s: float
@@ -86,16 +86,16 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
-    """All there is of a mission that was carried out; only its row if it failed."""
+    """All records of a mission; only its row if it failed."""
 
-    row: Row
+    row: MissionRow
     timing: Timing | None = None
     curve: Curve | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Format(Generic[Record]):
-    """How records are written: what they are, and how each further column is read; an empty text is None."""
+    """The format of a kind of record: its class, and the parser of each column after `KEY`; empty text is None."""
 
     make: Callable[..., Record]
     readers: Mapping[str, Callable[[str], Any]]
@@ -115,7 +115,7 @@ class Format(Generic[Record]):
         Raises
         ------
         ValueError
-            If there are too few or too many, or one can't be read.
+            If their number is wrong, or one can't be parsed.
         """
         scenario, strategy, planner, carriers, rovers, seed, *rest = fields
         values = {
@@ -139,30 +139,30 @@ def _line(values: Sequence[object]) -> str:
 
 
 def _written(value: object) -> str:
-    """Return a value as text; floats as short as they can be read back exactly."""
+    """Return a value as text; floats in their shortest exact form."""
     if value is None:
         return ""
     if isinstance(value, tuple):
         return " ".join(map(str, value))
     text = repr(value) if isinstance(value, float) else str(value)
-    return " ".join(text.split())  # a line of the file is a line
+    return " ".join(text.split())  # no line breaks inside a field: readers split files into lines
 
 
 METRIC_BY_COLUMN = {metric.column: metric for metric in METRICS.values()}
 
 
-def metrics_of(record: type[Row | Timing], summary: Summary) -> dict[str, Any]:
-    """Return the metrics of a mission that a kind of record has, by column, as CSV has them."""
+def metrics_of(record: type[MissionRow | Timing], summary: Summary) -> dict[str, Any]:
+    """Return the metrics of a mission that a kind of record holds, by column, as in the CSV."""
     columns = [each.name for each in fields(record) if each.name in METRIC_BY_COLUMN]
     return {column: METRIC_BY_COLUMN[column].cell(summary) for column in columns}
 
 
 def _reader(column: str) -> Callable[[str], Any]:
-    """Return what reads a column of a row: a metric's value, or a text."""
+    """Return the parser of a row's column: that of a metric, or text."""
     return METRIC_BY_COLUMN[column].read if column in METRIC_BY_COLUMN else str
 
 
-ROWS = Format(Row, {each.name: _reader(each.name) for each in fields(Row) if each.name != "trial"})
+ROWS = Format(MissionRow, {each.name: _reader(each.name) for each in fields(MissionRow) if each.name != "trial"})
 
 TIMINGS = Format(Timing, {each.name: float for each in fields(Timing) if each.name != "trial"})
 

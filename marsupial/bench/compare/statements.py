@@ -1,4 +1,4 @@
-"""What a paper says, in words of our own, and what a comparison finds of it."""
+"""The statements of a paper, in our words, and the verdict of a comparison on each."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from marsupial.wording import counted
 
 
 class StatementVerdict(StrEnum):
-    """Whether a statement holds in the data, by the criterion beside it."""
+    """Whether a statement holds in the data, by its criterion."""
 
     HOLDS = "holds"
     PARTLY = "holds in part"
@@ -34,7 +34,7 @@ READING = (
 class Finding:
     """A statement of a paper and its verdict.
 
-    `where` is its place in the paper, `criterion` what was looked for in the data, `evidence` the figures.
+    `where` is its place in the paper, `criterion` the test on the data, `evidence` the figures.
     """
 
     statement: str
@@ -46,7 +46,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExperimentTerms:
-    """On which terms an experiment is carried out.
+    """The settings of an experiment that its caller may choose.
 
     Parameters
     ----------
@@ -68,22 +68,22 @@ def _no_tables(outcome: ComparisonOutcome) -> list[ReportTable]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """An experiment of a paper: how to make its comparison, its figures, and what is found of its statements.
+    """An experiment of a paper: its comparison, its figures and its findings.
 
     Parameters
     ----------
     setting
-        Says what is simulated.
+        Description of what is simulated.
     runs, planner
-        The number of missions for each case, and the planner, unless others are asked for.
+        Default number of missions per case, and default planner.
     paper_runs
-        Of how many missions the paper's means are; None where it does not say.
+        Number of missions behind the paper's means; None if it does not say.
     tables
         The paper's tables with our data beside the printed numbers.
     overview
-        Whether the usual tables and figures of a comparison are shown as well.
+        Whether to add the usual tables and figures of a comparison.
     parts
-        Further experiments of the paper by the folder within its own that they are kept in, by their names.
+        Names of further experiments of the paper, by subfolder.
     """
 
     title: str
@@ -100,9 +100,9 @@ class Experiment:
 
 
 def share_verdict(held: Sequence[bool | None]) -> StatementVerdict:
-    """Return the verdict where a statement is to hold in every one of several places; None is one without data.
+    """Return the verdict on a statement about several places; None stands for a place without data.
 
-    It holds in part where it does in at least half of them.
+    It holds in part if it does in at least half of them.
     """
     known = [one for one in held if one is not None]
     if not known or len(known) < len(held):
@@ -113,14 +113,14 @@ def share_verdict(held: Sequence[bool | None]) -> StatementVerdict:
 
 
 def reading(runs: int, paper_runs: int | None) -> str:
-    """Return how verdicts are to be read, by the number of missions behind each mean, ours and the paper's."""
+    """Return how to read the verdicts, given the numbers of missions behind our means and the paper's."""
     papers = "" if paper_runs is None else f", the paper's {paper_runs}"
     few = " With so few, wide intervals hide what there may be." if runs < (paper_runs or 0) else ""
     return f"{READING} Each cell has {counted(runs, 'mission')}{papers}.{few}"
 
 
 def checklist(findings: Sequence[Finding], introduction: str) -> str:
-    """Return findings as Markdown, after an introduction."""
+    """Return an introduction and findings as Markdown."""
     lines = ["## Statements of the paper", "", introduction, ""]
     for finding in findings:
         lines += [

@@ -11,12 +11,12 @@ from statistics import fmean, stdev
 LEVEL = 0.95
 
 FEWEST_PAIRS = 5
-"""Pairs that an interval takes: fewer hardly show how much pairs differ, and Student's t then promises too much."""
+"""Least number of pairs for an interval: fewer hardly show the spread, and Student's t is then too narrow."""
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A mean of `count` values and half the width of its interval; None where there are too few values for one."""
+    """A mean of `count` values and half the width of its interval, None if there are too few values."""
 
     count: int
     mean: float
@@ -34,7 +34,7 @@ class Estimate:
 
     @property
     def sign(self) -> int:
-        """1 or -1 where the whole interval is above or below 0, else 0."""
+        """1 or -1 if the whole interval is above or below 0, else 0."""
         if self.half is None or abs(self.mean) <= self.half:
             return 0
         return 1 if self.mean > 0 else -1
@@ -51,7 +51,7 @@ def estimate(values: Sequence[float], fewest: int = 2) -> Estimate | None:
 
 @cache
 def t_quantile(freedom: int) -> float:
-    """Return how many standard errors the interval reaches to each side, at that many degrees of freedom."""
+    """Return half the width of the interval in standard errors, for a number of degrees of freedom."""
     from scipy.special import stdtrit  # the quantile function of scipy.stats.t, without the second it takes to import
 
     return float(stdtrit(freedom, (1 + LEVEL) / 2))

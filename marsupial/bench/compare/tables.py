@@ -26,12 +26,12 @@ NOTHING = "–"
 RATIO_DIGITS = 2
 
 BETTER = "better and worse are cases where the 95 % interval of the paired differences leaves out 0"
-"""What the main table counts beside pairs that are won and lost."""
+"""Explanation of two columns of the main table."""
 
 
 @dataclass(frozen=True, slots=True)
 class TableCell:
-    """A text, and whether it is in favour (`GOOD`) or against (`BAD`) with confidence."""
+    """A text, marked `GOOD` or `BAD` if its interval is in favour of the contender or against it."""
 
     text: str
     mark: str = ""
@@ -39,7 +39,7 @@ class TableCell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportTable:
-    """A table with its caption; `scenario` is what it is about, if one, and whether it is among its `main` ones."""
+    """A table with its caption; `scenario` if it is about a single one, `main` if it is one of its main tables."""
 
     title: str
     caption: str
@@ -69,7 +69,7 @@ def tables(outcome: ComparisonOutcome) -> list[ReportTable]:
 
 
 def status_table(outcome: ComparisonOutcome) -> ReportTable:
-    """Return how many missions ended in which way."""
+    """Return the numbers of missions by status."""
     counts = {(s, c): outcome.statuses(s, c) for s in outcome.scenarios for c in outcome.contenders}
     names = list(dict.fromkeys(name for found in counts.values() for name in found)) or ["complete"]
     table = ReportTable(
@@ -85,7 +85,7 @@ def status_table(outcome: ComparisonOutcome) -> ReportTable:
 
 
 def headline_table(outcome: ComparisonOutcome) -> ReportTable:
-    """Return the main results: for each scenario, in how many cases a contender is ahead of the base."""
+    """Return the main results: per scenario, the numbers of cases in which a contender is ahead of the base."""
     table = ReportTable(
         title="In short",
         caption=f"Against {outcome.base}, over all team sizes. Gains are means over pairs of 1 - time / base's time "
@@ -110,7 +110,7 @@ def headline_table(outcome: ComparisonOutcome) -> ReportTable:
 
 
 def measure_table(outcome: ComparisonOutcome, measure: Metric, scenario: str) -> ReportTable:
-    """Return a metric by team, for each contender and paired against the base."""
+    """Return a metric by team: the mean of each contender, and paired differences from the base."""
     unit = measure.unit
     several = len(outcome.rivals) > 1
     pair_heads: list[str] = []
@@ -176,7 +176,7 @@ def planning_table(outcome: ComparisonOutcome) -> ReportTable:
 
 
 def failure_table(outcome: ComparisonOutcome) -> ReportTable:
-    """Return every mission that is not complete, with its reason."""
+    """Return the incomplete missions with their reasons."""
     table = ReportTable(
         title="Missions that are not complete",
         caption="Each with its reason; `marsupial run` with the same scenario, team, seed and steps shows it again.",
@@ -188,7 +188,7 @@ def failure_table(outcome: ComparisonOutcome) -> ReportTable:
 
 
 def markdown(table: ReportTable) -> str:
-    """Return a table as Markdown: in favour bold, against in italics."""
+    """Return a table as Markdown: `GOOD` cells bold, `BAD` ones in italics."""
     lines = [f"## {table.title}", "", table.caption, "", _line(table.heads)]
     lines.append("|" + "|".join("---" if i == 0 else "---:" for i in range(len(table.heads))) + "|")
     lines += [_line([_marked(cell) for cell in row]) for row in table.rows]
@@ -196,7 +196,7 @@ def markdown(table: ReportTable) -> str:
 
 
 def mean_text(found: Estimate | None, digits: int, runs: int) -> str:
-    """Return a mean with its interval; the number of missions behind it where it is not `runs`."""
+    """Return a mean with its interval, and with its number of missions if that is not `runs`."""
     if found is None:
         return NOTHING
     half = "" if found.half is None else f" ± {found.half:.{digits}f}"
@@ -205,12 +205,12 @@ def mean_text(found: Estimate | None, digits: int, runs: int) -> str:
 
 
 def percent(share: float | None) -> str:
-    """Return a share in per cent with its sign."""
+    """Return a share in per cent, with sign."""
     return NOTHING if share is None else f"{100 * share:+.1f} %"
 
 
 def _gain_text(found: Tally, measure: Metric) -> str:
-    """Return a mean gain with half of its interval; that of quality, which is the more easily misread, not without."""
+    """Return a mean gain with half its interval; no gain in quality without an interval, as it is easily misread."""
     if found.gain is None or (found.half is None and measure is QUALITY):
         return NOTHING
     return percent(found.gain) if found.half is None else f"{100 * found.gain:+.1f} ± {100 * found.half:.1f} %"
@@ -227,10 +227,10 @@ def interval_text(found: Estimate | None, digits: int) -> str:
 def _pair_cells(pairing: Pairing, measure: Metric) -> list[TableCell]:
     sign = 0 if pairing.ahead is None else pairing.ahead.sign
     mark = {1: GOOD, 0: "", -1: BAD}[sign]
-    untold = measure is QUALITY and (pairing.ahead is None or pairing.ahead.half is None)
+    hidden = measure is QUALITY and (pairing.ahead is None or pairing.ahead.half is None)
     return [
-        TableCell(NOTHING if untold else percent(pairing.gain), mark),
-        TableCell(NOTHING if untold else interval_text(pairing.ahead, measure.digits), mark),
+        TableCell(NOTHING if hidden else percent(pairing.gain), mark),
+        TableCell(NOTHING if hidden else interval_text(pairing.ahead, measure.digits), mark),
         TableCell(f"{pairing.wins}/{pairing.losses}/{pairing.ties}"),
     ]
 

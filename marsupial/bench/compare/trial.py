@@ -1,29 +1,36 @@
-"""One mission of a comparison, from its scenario to its row; and the worker of the local pool, which does many."""
+"""Run one mission of a comparison and return its row; also the loop of the local pool's workers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from time import process_time
 
-from marsupial.bench.compare.coverage import EVERY_MS, CoverageSampler
+import numpy as np
+
 from marsupial.bench.compare.plan import Case, Trial
-from marsupial.bench.compare.rows import ERROR, Curve, Result, Row, Timing, metrics_of
+from marsupial.bench.compare.rows import COVERAGE_SCALE, ERROR, Curve, MissionRow, Result, Timing, metrics_of
 from marsupial.library.missions import simulate
+from marsupial.mission.observer import Observer
+from marsupial.model.grid import Mask
+from marsupial.model.mission import MissionEnded, MissionEvent, Revealed
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
 from marsupial.processes.channel import Channel
 
+EVERY_MS = 5_000
+"""Simulated time between two samples."""
+
 Terms = tuple[Mapping[Case, Scenario], Budget]
-"""What a worker starts with."""
+"""The argument of a worker."""
 
 READY = None
-"""What a worker says first."""
+"""The first message of a worker."""
 
 
 def serve(terms: Terms, channel: Channel) -> None:
-    """Take trials and send their results back until there is no other one; the function of a job.
+    """Receive trials and send their results until there are no more; the function of a worker's job.
 
-    Imports, compiled code and scenarios are there once for all of them.
+    All trials share the imports, the compiled code and the scenarios.
     """
     scenarios, budget = terms
     channel.send(READY)
@@ -32,7 +39,7 @@ def serve(terms: Terms, channel: Channel) -> None:
 
 
 def carry_out(trial: Trial, scenario: Scenario, budget: Budget) -> Result:
-    """Run a mission and return what is kept of it; one that raises an exception has a row that says so."""
+    """Run a mission and return its result; an exception becomes a row of status `ERROR`."""
     began = process_time()
     try:
         sampler = CoverageSampler()
@@ -45,9 +52,48 @@ def carry_out(trial: Trial, scenario: Scenario, budget: Budget) -> Result:
             observer=sampler,
         )
     except Exception as error:
-        return Result(row=Row(trial=trial, status=ERROR, reason=f"{type(error).__name__}: {error}"))
+        return Result(row=MissionRow(trial=trial, status=ERROR, reason=f"{type(error).__name__}: {error}"))
     return Result(
-        row=Row(trial=trial, status=str(summary.status), reason=summary.reason, **metrics_of(Row, summary)),
+        row=MissionRow(
+            trial=trial, status=str(summary.status), reason=summary.reason, **metrics_of(MissionRow, summary)
+        ),
         timing=Timing(trial=trial, cpu_s=round(process_time() - began, 4), **metrics_of(Timing, summary)),
         curve=Curve(trial=trial, every_s=EVERY_MS / 1000, known=tuple(sampler.known)),
     )
+
+
+class CoverageSampler(Observer):
+    """Samples coverage, in parts of `COVERAGE_SCALE`, every `EVERY_MS` of simulated time.
+
+    A sample holds everything up to its moment; the last one is the mission's end.
+    """
+
+    def __init__(self) -> None:
+        self.known: list[int] = []
+        self._upto: list[int] = []
+        self._area = 1
+        self._cells = 0
+
+    def reachable(self, area: Mask) -> None:
+        """Set the cells to explore."""
+        # cumulative counts: the explorable cells of a run of cells are a difference of two entries
+        self._upto = np.concatenate([[0], np.cumsum(area.ravel())]).tolist()
+        self._area = max(1, self._upto[-1])
+
+    def event(self, event: MissionEvent) -> None:
+        """Count revealed cells, and sample up to the moment of the event."""
+        if isinstance(event, Revealed):
+            self._catch_up(event.t_ms)
+            for i in range(0, len(event.runs), 3):
+                start, length = event.runs[i], event.runs[i + 1]
+                self._cells += self._upto[start + length] - self._upto[start]
+        elif isinstance(event, MissionEnded):
+            self._catch_up(event.t_ms)
+            self._note()
+
+    def _catch_up(self, t_ms: int) -> None:
+        while len(self.known) * EVERY_MS < t_ms:
+            self._note()
+
+    def _note(self) -> None:
+        self.known.append(round(COVERAGE_SCALE * self._cells / self._area))

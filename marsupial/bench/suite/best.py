@@ -1,11 +1,11 @@
-"""The best plans known for the instances of the suite: they live in ``best.json`` and only ever improve.
+"""The best known plans for the instances of the suite, stored in ``best.json``; they only improve.
 
 ::
 
     {"suite": VERSION, "best": {instance: {"digest", "makespan_ms", "found_by", "lower_bound_ms", "bound_by",
                                            "plan": [lines in IPC format]}}}
 
-A plan is believed because the checker accepts it; a bound because of the engine that proved it, so that one is named.
+A plan is verified by the checker. A bound is not: it rests on the engine that proved it, so that engine is named.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from marsupial.planning.checker import check
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Best:
-    """The best plan known for an instance.
+    """The best known plan for an instance.
 
     Parameters
     ----------
     digest
-        Of the situation it is for, see `digest_of`.
+        Digest of its situation, see `digest_of`.
     plan
         Lines in IPC format.
     lower_bound_ms
-        No plan has a shorter makespan, says the engine `bound_by`; 0 where none has said anything.
+        Lower bound of the makespan by the engine `bound_by`; 0 for none.
     """
 
     digest: str
@@ -50,21 +50,21 @@ class Best:
 
     @property
     def optimal(self) -> bool:
-        """Whether the plan is proven best."""
+        """Whether the plan is proven optimal."""
         return self.lower_bound_ms == self.makespan_ms
 
     def read_plan(self, situation: Situation) -> Plan:
-        """Return the plan; not checked."""
+        """Return the plan, unchecked."""
         return read_plan_text("\n".join(self.plan), situation)
 
 
 def digest_of(situation: Situation) -> str:
-    """Return what tells a situation from any other: the start of a hash of its JSON."""
+    """Return an identifier of a situation: the start of a hash of its JSON."""
     return hashlib.sha256(situation_to_json(situation).encode()).hexdigest()[:16]
 
 
 def known_best() -> dict[str, Best]:
-    """Return the best plans that come with marsupial, by instance."""
+    """Return the best plans shipped with marsupial, by instance."""
     return read_best((files("marsupial.bench.suite") / "best.json").read_text(encoding="utf-8"))
 
 
@@ -74,7 +74,7 @@ def read_best(text: str) -> dict[str, Best]:
     Raises
     ------
     InputError
-        If it is no such file, or of another version of the suite.
+        If the file is invalid, or for another version of the suite.
     """
     try:
         data = parse_json(text)
@@ -96,18 +96,18 @@ def _read(row: Mapping[str, Any]) -> Best:
 
 
 def write_best(best: Mapping[str, Best]) -> str:
-    """Return the text of a file of best plans, one line of a plan a line."""
+    """Return the text of a file of best plans, with one line per line of a plan."""
     rows: dict[str, Any] = {name: asdict(best[name]) for name in sorted(best)}
     return json.dumps({"suite": VERSION, "best": rows}, indent=1) + "\n"
 
 
 def verified(best: Best, situation: Situation) -> Best:
-    """Return `best` if it is what it says: for this situation, accepted by the checker, and as long.
+    """Return `best` if its digest, plan and makespan are right for this situation.
 
     Raises
     ------
     InvalidPlanError
-        If it is not.
+        If they are not.
     """
     if best.digest != digest_of(situation):
         raise InvalidPlanError("the best plan known is for another situation")
@@ -120,7 +120,7 @@ def verified(best: Best, situation: Situation) -> Best:
 
 
 def better(one: Best | None, other: Best | None) -> Best | None:
-    """Return the shorter of two plans for the same situation, with the higher of their bounds that it does not refute.
+    """Return the shorter of two plans for the same situation, with the higher bound that it does not refute.
 
     Raises
     ------
@@ -138,14 +138,14 @@ def better(one: Best | None, other: Best | None) -> Best | None:
 
 
 def with_plan(known: Best | None, situation: Situation, plan: Plan, found_by: str) -> Best:
-    """Return `known`, or where `plan` is shorter than its plan a new one with `plan`.
+    """Return `known`, improved by `plan` if that is shorter.
 
-    A bound that the plan refutes is dropped.
+    A bound refuted by the plan is dropped.
 
     Raises
     ------
     InvalidPlanError
-        If the checker refuses the plan, or what is known is for another situation.
+        If the checker refuses the plan, or `known` is for another situation.
     """
     verdict = check(situation, plan)
     if not verdict.valid:
@@ -163,7 +163,7 @@ def with_plan(known: Best | None, situation: Situation, plan: Plan, found_by: st
 
 
 def with_bound(known: Best, bound_ms: int, bound_by: str) -> Best:
-    """Return `known` with a higher bound; one that its plan refutes changes nothing."""
+    """Return `known` with the bound if that is higher, and not refuted by its plan."""
     if not known.lower_bound_ms < bound_ms <= known.makespan_ms:
         return known
     return replace(known, lower_bound_ms=bound_ms, bound_by=bound_by)

@@ -1,16 +1,18 @@
-"""The instances of the planner suite: floors drawn by number, and moments of missions on built-in maps.
+"""The instances of the planner suite: random floors by seed, and moments of missions on built-in maps.
 
-The suite is fixed: an instance never changes its name or its situation. What has to change is a new instance, and a
-new `VERSION`; results of different versions are not compared.
+The suite is fixed: an instance never changes its name or its situation. Any change is a new instance and a new
+`VERSION`; results of different versions are not compared.
 """
 
 from __future__ import annotations
 
+import gzip
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 
 from marsupial.bench.suite.floors import Floor
-from marsupial.bench.suite.moments import MissionMoment
+from marsupial.formats.situation import situation_from_json
 from marsupial.model.situation import Situation
 
 VERSION = 1
@@ -18,9 +20,9 @@ VERSION = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Instance:
-    """One instance: its team as "carriers x rovers of each", how many targets it has, and its family.
+    """One instance: its team as "carriers x rovers of each", number of targets, and family.
 
-    `situation` makes its situation, the same every time.
+    `situation` returns its situation, the same every time.
     """
 
     name: str
@@ -28,6 +30,39 @@ class Instance:
     targets: int
     family: str
     situation: Callable[[], Situation]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionMoment:
+    """A moment of a mission with the greedy planner, `at_ms` after its start, stored in a file.
+
+    Missions change with every change of marsupial, the stored moments do not.
+
+    Parameters
+    ----------
+    rovers
+        Rovers of each carrier.
+    recover
+        Whether the goal requires all rovers aboard at the end, which the mission at that moment did not yet.
+    """
+
+    scenario: str
+    carriers: int
+    rovers: int
+    seed: int
+    at_ms: int
+    targets: int
+    recover: bool = False
+
+    @property
+    def name(self) -> str:
+        """Name of the instance."""
+        return f"mission-{self.scenario}-{self.carriers}x{self.rovers}-{self.targets}"
+
+    def situation(self) -> Situation:
+        """Read the situation from its file."""
+        data = (files("marsupial.bench.suite") / "moments" / f"{self.name}.json.gz").read_bytes()
+        return situation_from_json(gzip.decompress(data).decode())
 
 
 ROOMS = (
@@ -49,7 +84,7 @@ TWO_DOORS = (
           scattered=True),
     Floor(seed=25, carriers=34, rovers=3, targets=150, rooms=50, doors=2, lot_ms=(20_000, 6_000), scattered=True),
 )  # fmt: skip
-"""Two doors on opposite sides of wide rooms: a rover is soon across, a carrier goes all the way round."""
+"""Two doors on opposite sides of wide rooms: a rover crosses quickly, a carrier has to drive around."""
 
 PRESSURE = (
     Floor(seed=31, carriers=1, rovers=1, targets=3, rooms=2, recover=True),
@@ -59,7 +94,7 @@ PRESSURE = (
     Floor(seed=35, carriers=12, rovers=3, targets=50, rooms=45, recover=True, scattered=True),
     Floor(seed=36, carriers=34, rovers=3, targets=150, rooms=135, recover=True, scattered=True),
 )
-"""Fewer rovers than rooms for rovers only: they have to be picked up, used again, and be aboard at the end."""
+"""Fewer rovers than rover-only rooms: they must be picked up, used again, and be aboard at the end."""
 
 HOMES = (
     Floor(seed=41, carriers=1, rovers=2, targets=5, rooms=2, recover=True, homes=True, roaming=True),
@@ -67,14 +102,14 @@ HOMES = (
     Floor(seed=43, carriers=4, rovers=3, targets=16, rooms=6, recover=True, homes=True, roaming=True),
     Floor(seed=144, carriers=6, rovers=3, targets=20, rooms=12, recover=True, homes=True, scattered=True),
 )
-"""At the end rovers are aboard and carriers where they started; where rovers roam they drive in corridors too."""
+"""At the end rovers are aboard and carriers at their start; roaming rovers drive in corridors too."""
 
 IN_FLIGHT = (
     Floor(seed=51, carriers=2, rovers=2, targets=8, rooms=5, in_flight=True),
     Floor(seed=52, carriers=3, rovers=2, targets=12, rooms=7, in_flight=True, recover=True),
     Floor(seed=53, carriers=6, rovers=3, targets=20, rooms=10, in_flight=True, recover=True, scattered=True),
 )
-"""Some carriers are busy, half of the rovers on the ground, here and there."""
+"""Some carriers are busy, and half of the rovers are on the ground in rooms."""
 
 MISSIONS: tuple[MissionMoment, ...] = (
     MissionMoment(scenario="lobby", carriers=1, rovers=2, seed=1, at_ms=3_000, targets=5),
@@ -89,8 +124,7 @@ MISSIONS: tuple[MissionMoment, ...] = (
     MissionMoment(scenario="cave", carriers=6, rovers=3, seed=1, at_ms=68_273, targets=21, recover=True),
     MissionMoment(scenario="office", carriers=6, rovers=3, seed=1, at_ms=168_363, targets=0),
 )
-"""Moments of missions with the greedy planner and 8 steps; at the last nothing is left but to fetch 17 rovers."""
-
+"""Moments of missions with the greedy planner and 8 steps; at the last only 17 rovers are left to pick up."""
 
 FAMILIES: Mapping[str, tuple[Floor | MissionMoment, ...]] = {
     "rooms": ROOMS,

@@ -1,11 +1,14 @@
-"""Draws situations on made-up floors: rooms for rovers only between corridors for carriers.
+"""Random situations on synthetic floors: rover-only rooms between corridors for carriers.
 
-Corridors run between lots of different sizes like streets between blocks, and a room fills its lot. A carrier drives
-along corridors, a rover straight or diagonally inside a room, at half the speed; doors are the meeting points. Where
-rovers are `roaming` they leave rooms by their doors and drive along corridors too.
+    +=====+=======+     =, |: corridors, like streets between blocks of different sizes
+    |  .  D   .   |     each block is a room; D: a door, which is a meeting point
+    +=====+===D===+     .: targets, most of them in rooms
 
-Positions are integers, in ms at a carrier's speed, and only `random.Random.random` draws them, whose numbers are the
-same on every machine and with every Python: a floor never changes.
+A carrier drives along corridors; a rover drives straight or diagonally inside a room, at half the speed. `roaming`
+rovers also pass doors and drive along corridors.
+
+Positions are integers, in ms at a carrier's speed. Only `random.Random.random` draws them, whose sequence is the same
+on every machine and Python version, so a floor never changes.
 """
 
 from __future__ import annotations
@@ -31,7 +34,7 @@ from marsupial.model.situation import (
 DOCK_MS, UNDOCK_MS = 10_000, 5_000
 ROVER_SLOWNESS = 2
 OWN_TARGETS = 10
-"""One target in so many lies in a corridor."""
+"""One target in this many is in a corridor."""
 
 FAR = 10**12
 """No path, while tables are computed."""
@@ -39,24 +42,24 @@ FAR = 10**12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Floor:
-    """What to draw.
+    """The parameters of a floor.
 
     Parameters
     ----------
     rovers
-        Aboard each carrier, as many as it has places for.
+        Rovers aboard each carrier, which is its capacity.
     rooms, doors
-        Number of rooms for rovers only, and of doors of each: the second is opposite the first.
+        Number of rover-only rooms, and of doors of each; the second is opposite the first.
     lot_ms
-        Least width and height of a lot; they are up to twice as much.
+        Least width and height of a block; the greatest is twice that.
     scattered
-        Carriers start anywhere in the corridors, not all on the first one.
+        Carriers start in any corridor, not all in the first one.
     roaming
         Rovers drive along corridors too.
     in_flight
         Every other carrier is busy, and every other rover on the ground in a room, half of those busy.
     homes
-        Every carrier has to end where it starts.
+        Every carrier must return to its start.
     """
 
     seed: int
@@ -74,12 +77,12 @@ class Floor:
 
     def situation(self) -> Situation:
         """Draw the situation."""
-        return _Drawing(self).situation()
+        return _FloorDrawing(self).situation()
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Where a place is, in the corridors, in a room (its number), or in both: at a door."""
+    """A position in a corridor, in a room (its number), or in both: at a door."""
 
     x: int
     y: int
@@ -87,7 +90,7 @@ class Point:
     room: int | None = None
 
 
-class _Drawing:
+class _FloorDrawing:
     """One drawing of a floor: its corridors first, then doors, targets and robots."""
 
     def __init__(self, floor: Floor) -> None:
@@ -103,7 +106,9 @@ class _Drawing:
     def situation(self) -> Situation:
         floor = self._floor
         meetings = [point for room in range(floor.rooms) for point in self._doors(room)]
+        # the order of draws is part of the suite: any other order would make other floors
         own = max(1, floor.targets // OWN_TARGETS)
+        # the first targets go to one room each, so that no room is empty
         targets = [self._inside(i % floor.rooms if i < floor.rooms else self._below(floor.rooms))
                    for i in range(floor.targets - own)]  # fmt: skip
         targets += [self._in_corridor() for _ in range(own)]
@@ -137,7 +142,7 @@ class _Drawing:
         return lines
 
     def _doors(self, room: int) -> list[Point]:
-        """Return the doors of a room: on one side, and where it has two on the side opposite."""
+        """Return the doors of a room: one on a random side, a second on the opposite side."""
         i, j = self._rooms[room]
         west, east, north, south = self._xs[i], self._xs[i + 1], self._ys[j], self._ys[j + 1]
         side = self._below(4)
@@ -188,7 +193,7 @@ class _Drawing:
         return RobotState(name=name, type="rover", place=f"{name}_start", free_at_ms=busy)
 
     def _carriers_table(self, points: Sequence[Point]) -> TravelTable:
-        """Return the ms (n, n) between points along corridors."""
+        """Return the travel times in ms (n, n) between points along corridors."""
         table = np.full((len(points), len(points)), UNREACHABLE, dtype=np.int64)
         exits = [self._crossings(point) if point.corridor else [] for point in points]
         for a, p in enumerate(points):
@@ -198,6 +203,7 @@ class _Drawing:
         return table
 
     def _along(self, p: Point, q: Point, out: Sequence[tuple[int, int]], into: Sequence[tuple[int, int]]) -> int:
+        # on one corridor directly, else by the best pair of crossings
         if (p.x == q.x and p.x in self._xs) or (p.y == q.y and p.y in self._ys):
             return abs(p.x - q.x) + abs(p.y - q.y)
         return min(
@@ -207,7 +213,7 @@ class _Drawing:
         )
 
     def _crossings(self, point: Point) -> list[tuple[int, int]]:
-        """Return the crossings at both ends of the stretch of corridor a point is on."""
+        """Return the crossings at both ends of a point's section of corridor."""
         if point.y in self._ys:
             i = min(bisect_right(self._xs, point.x), len(self._xs) - 1)
             return [(self._xs[i - 1], point.y), (self._xs[i], point.y)]
@@ -215,7 +221,7 @@ class _Drawing:
         return [(point.x, self._ys[j - 1]), (point.x, self._ys[j])]
 
     def _rovers_table(self, points: Sequence[Point]) -> TravelTable:
-        """Return the ms (n, n) between points inside a room, and where rovers roam through doors and corridors."""
+        """Return the travel times in ms (n, n) between points of a room and, if rovers roam, by corridors."""
         n = len(points)
         table = np.full((n, n), FAR, dtype=np.int64)
         if self._floor.roaming:
@@ -226,13 +232,13 @@ class _Drawing:
                 if p.room is not None and p.room == q.room:
                     table[a, b] = min(table[a, b], _straight_ms(p, q))
         np.fill_diagonal(table, np.where(table.diagonal() < FAR, 0, FAR))
-        for k in range(n):
+        for k in range(n):  # Floyd-Warshall
             np.minimum(table, table[:, k, None] + table[None, k, :], out=table)
         table[table >= FAR] = UNREACHABLE
         return table
 
 
 def _straight_ms(p: Point, q: Point) -> int:
-    """Return a rover's ms between points of a room, straight and diagonally, rounded up."""
+    """Return a rover's travel time in ms between points of a room, eight-connected, rounded up."""
     short, long = sorted((abs(p.x - q.x), abs(p.y - q.y)))
     return -(-ROVER_SLOWNESS * (1_000_000 * long + 414_214 * short) // 1_000_000)

@@ -1,4 +1,4 @@
-"""`marsupial bench`: all planners on a fixed suite; in a checkout also what times marsupial itself."""
+"""`marsupial bench`: all planners on a fixed suite; in a checkout also timings of marsupial itself."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli import completing
-from marsupial.cli.options import Quiet
+from marsupial.cli.options import completing
+from marsupial.cli.options.shared import Quiet
 from marsupial.errors import UsageError
 
 bench = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Compare planners on a fixed suite; in a checkout, time marsupial.\n\nExample: marsupial bench planners",
+    help="Compare planners on a fixed suite; time marsupial.\n\nExample: marsupial bench planners",
 )
 
 
@@ -38,20 +38,20 @@ def planners(
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Every planner on a fixed suite of situations, beside the best plans known.
+    """Run planners on a fixed suite of situations and compare with the best known plans.
 
     Example: marsupial bench planners --engine anytime --instance 'rooms-*'
     """
     from marsupial.bench.planner_report import table
     from marsupial.cli.display.tables import print_report
-    from marsupial.cli.planner_bench import Selection, rows_of_bench
+    from marsupial.cli.work.planner_bench import Selection, rows_of_bench
 
     chosen = Selection.of(engines or (), instances or (), budgets or ())
     print_report(table(rows_of_bench(chosen, json=json, update=update), chosen.absent))
 
 
 def _of_checkout(context: typer.Context) -> None:
-    """Run the program of this name from `benchmarks`, which is no part of the wheel."""
+    """Run the program of this name from `benchmarks`, which is not in the wheel."""
     name = context.info_name
     try:
         program = import_module(f"benchmarks.speed.{name}")

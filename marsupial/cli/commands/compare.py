@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli import completing
-from marsupial.cli.late_help import STRATEGIES
-from marsupial.cli.options import (
+from marsupial.cli.options import completing
+from marsupial.cli.options.late_help import STRATEGIES
+from marsupial.cli.options.shared import (
     COMPARE_STEPS,
     Quiet,
     RayAddress,
@@ -74,9 +74,8 @@ def compare(
     Example: marsupial compare lobby --carriers 1-2 --runs 4 --out compared
     """
     from marsupial.bench.compare.plan import Comparison
-    from marsupial.cli.cases import cases_of
-    from marsupial.cli.contenders import contenders, numbers, warn_of_ignored
-    from marsupial.cli.missions import limits_of, routed
+    from marsupial.cli.work.compare_arguments import cases_of, contenders, numbers, warn_of_ignored
+    from marsupial.cli.work.missions import limits_of, routed
     from marsupial.errors import UsageError
     from marsupial.library.choices import budget_of
     from marsupial.model.bounds import BOUNDS
@@ -85,7 +84,7 @@ def compare(
         others = options_given(context, "report", "quiet", "verbose")
         if others:
             raise UsageError(f"--report takes no {' and no '.join(others)}: it only reads and writes its folder")
-        from marsupial.cli.comparing import report as write_report
+        from marsupial.cli.work.comparing import report as write_report
 
         write_report(report)
         return
@@ -103,7 +102,7 @@ def compare(
         numbers(rovers, "--rovers", BOUNDS["rovers_per_carrier"]),
     )
     cases = {case: routed(scenario, routes) for case, scenario in cases_of(scenarios, *teams, limits).items()}
-    from marsupial.cli import comparing  # takes a second: only now is it clear that it is needed
+    from marsupial.cli.work import comparing  # takes a second: only now is it clear that it is needed
 
     comparison = Comparison(contenders=compared, scenarios=cases, runs=runs, budget=chosen)
     comparing.carry_out(comparison, out, workers=workers, ray=ray, retry_failed=retry_failed)

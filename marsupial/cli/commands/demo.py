@@ -1,4 +1,4 @@
-"""`marsupial demo`: one whole mission with the temporal planner, beside the baseline, and a replay to look at."""
+"""`marsupial demo`: a mission with temporal planning, the same with the baseline, and a replay of both."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from marsupial.cli import completing
-from marsupial.cli.exit_codes import MISSION_CODES
-from marsupial.cli.options import Quiet, Seed, Verbose
+from marsupial.cli.options import completing
+from marsupial.cli.options.shared import Quiet, Seed, Verbose
+from marsupial.cli.process.exit_codes import MISSION_CODES
 
 if TYPE_CHECKING:
     from marsupial.library.metrics import Summary
 
 STEPS = 100
-"""For each planning without a budget: counted, so that the demo comes out the same on every machine."""
+"""Steps per planning call without a budget: reproducible on every machine."""
 
 
 def demo(
@@ -37,9 +37,9 @@ def demo(
     Example: marsupial demo --out demo
     """
     from marsupial.cli.display.messages import say
+    from marsupial.cli.display.outputs import make_folder, write_file
     from marsupial.cli.display.report import print_comparison
-    from marsupial.cli.missions import MissionRequest, carry_out
-    from marsupial.cli.outputs import make_folder, write_file
+    from marsupial.cli.work.missions import MissionRequest, carry_out
     from marsupial.formats.missionlog import read_log
     from marsupial.replay.page import replay_page
 

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli import completing
-from marsupial.cli.options import Quiet
+from marsupial.cli.options import completing
+from marsupial.cli.options.shared import Quiet
 
 
 def export(
@@ -29,16 +29,16 @@ def export(
 ) -> None:
     """Write the planning problem of one moment.
 
-    That is situation.json, domain.pddl and problem.pddl, at which any PDDL 2.1 planner can be pointed.
+    Writes situation.json, domain.pddl and problem.pddl, which any PDDL 2.1 planner can read.
 
-    From a log: that moment of the mission, and where a plan was made at it, what that plan was made for. From a
-    scenario: the same after a mission up to that moment with the greedy planner.
+    From a log: the moment of that mission; if a plan was made then, the problem it was made for. From a scenario: the
+    same after running the mission up to that moment with the greedy planner.
 
     Example: marsupial export lobby --at 10 -o moment
     """
     from marsupial.cli.display.messages import say
-    from marsupial.cli.moments import moment_of
-    from marsupial.cli.outputs import make_folder, write_file
+    from marsupial.cli.display.outputs import make_folder, write_file
+    from marsupial.cli.work.moments import moment_of
 
     moment = moment_of(source, at, carriers=carriers, rovers=rovers, seed=seed)
     from marsupial.library.situations import situation_files

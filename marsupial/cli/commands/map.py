@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from marsupial.cli import completing
-from marsupial.cli.options import Json, Quiet
+from marsupial.cli.options import completing
+from marsupial.cli.options.shared import Json, Quiet
 
 if TYPE_CHECKING:
     from marsupial.maps.describe import MapDescription
@@ -89,7 +89,7 @@ def _write_map(out: Path, grid: Grid, how: str) -> None:
     import numpy as np
 
     from marsupial.cli.display.messages import say, warn
-    from marsupial.cli.outputs import write_bytes
+    from marsupial.cli.display.outputs import write_bytes
     from marsupial.errors import UsageError
     from marsupial.formats.mapfiles.nav2 import nav2_files
     from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
@@ -105,13 +105,13 @@ def _write_map(out: Path, grid: Grid, how: str) -> None:
 
 
 def _show(classes: CellArray) -> None:
-    """Print the picture; quarters of characters only where stdout can have it."""
+    """Print the picture, with quarters of characters if the encoding of stdout has them."""
     import sys
 
     from rich.console import Console
 
     from marsupial.cli.display.map_picture import QUARTERS, map_picture
-    from marsupial.cli.outputs import writing
+    from marsupial.cli.display.outputs import writing
 
     try:
         QUARTERS.encode(sys.stdout.encoding or "ascii")
@@ -128,7 +128,7 @@ def _write_picture(
     out: Path, file: str, description: MapDescription, grid: Grid, classes: CellArray, scenario: Scenario | None
 ) -> None:
     from marsupial.cli.display.messages import say
-    from marsupial.cli.outputs import write_bytes
+    from marsupial.cli.display.outputs import write_bytes
     from marsupial.exports.mapfigure import map_figure
 
     title = f"{Path(file).stem}: {description.width_m:.4g} m x {description.height_m:.4g} m"
@@ -140,7 +140,7 @@ def _write_picture(
 
 
 def _starts(scenario: Scenario | None, seed: int = 1) -> tuple[dict[str, Cell], str]:
-    """Return where robots would start, and what that is called; nowhere if there is no room for them."""
+    """Return the start cells of robots with a name for them; none if there is no room."""
     from marsupial.errors import ScenarioError
     from marsupial.mission.placement import place_team
 
@@ -157,7 +157,7 @@ def _starts(scenario: Scenario | None, seed: int = 1) -> tuple[dict[str, Cell], 
 
 
 def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None, Scenario | None]:
-    """Return a map, the robot types it is looked at with, how its file was read, and the scenario it makes, if any."""
+    """Return a map, the robot types to describe it for, how its file was read, and its scenario, if any."""
     from marsupial.errors import ScenarioError
     from marsupial.formats.mapfiles.read import read_map
     from marsupial.formats.scenario import is_scenario_file

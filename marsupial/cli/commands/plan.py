@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.options import Json, Planner, Quiet
+from marsupial.cli.options.shared import Json, Planner, Quiet
 
 DEFAULT_BUDGET_S = 10.0
 
@@ -23,17 +23,16 @@ def plan(
 ) -> None:
     """Plan for one situation: improving plans.
 
-    Improving plans are told on stderr as they come; the best goes to stdout, or the file named, in IPC format. Last
-    comes how good it is: the makespan is optimal, or no plan ends before a lower bound, and the gap is what the
-    makespan has above it, as a share of the makespan. All of that is to 1 ms,
-    with 1 ms between the actions of a robot.
+    Prints a line on stderr for each better plan, and the best plan in IPC format on stdout or to a file. The last
+    line rates it: its makespan is optimal, or a lower bound is given with the gap, as a share of the makespan. Both
+    are exact to 1 ms, with 1 ms between the actions of a robot.
 
     Example: marsupial export lobby -o moment
 
     marsupial plan moment/situation.json --budget 5 -o plan.txt
     """
+    from marsupial.cli.display.outputs import write_file
     from marsupial.cli.display.tables import print_json, print_text
-    from marsupial.cli.outputs import write_file
     from marsupial.library.choices import DEFAULT_PLANNER, budget_of
     from marsupial.library.situations import situation_of
     from marsupial.planning.engines import engine
@@ -41,8 +40,8 @@ def plan(
     limit = budget_of(budget, steps, default_s=DEFAULT_BUDGET_S)
     asked = planner or DEFAULT_PLANNER
     wanted = situation_of(situation)
-    engine(asked)  # refuses an unknown name before the imports below, which take a second
-    from marsupial.cli.planning import exit_code, search, search_json
+    engine(asked)  # raises for an unknown name before the imports below, which take a second
+    from marsupial.cli.work.planning import exit_code, search, search_json
     from marsupial.formats.pddl.plantext import write_plan_text
 
     found = search(wanted, asked, limit)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from marsupial.cli.options import JsonList
+from marsupial.cli.options.shared import JsonList
 
 
 def planners(json: JsonList = False) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from marsupial.cli.options import Quiet
+from marsupial.cli.options.shared import Quiet
 from marsupial.errors import UsageError
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def replay(
 
 def _page(events: Sequence[MissionEvent], other: Sequence[MissionEvent] | None, path: Path) -> None:
     from marsupial.cli.display.messages import say
-    from marsupial.cli.outputs import write_file
+    from marsupial.cli.display.outputs import write_file
     from marsupial.replay.page import replay_page
 
     write_file(path, replay_page(events, other))
@@ -84,7 +84,7 @@ def _page(events: Sequence[MissionEvent], other: Sequence[MissionEvent] | None, 
 
 def _export(events: Sequence[MissionEvent], path: Path, options: ExportOptions) -> None:
     from marsupial.cli.display.messages import say
-    from marsupial.cli.outputs import write_bytes
+    from marsupial.cli.display.outputs import write_bytes
     from marsupial.exports.write import export_mission
     from marsupial.mission.rebuild import check_moment
 
@@ -97,7 +97,7 @@ def _export(events: Sequence[MissionEvent], path: Path, options: ExportOptions) 
 
 
 def _events(log: Path) -> tuple[MissionEvent, ...]:
-    """Return the events of a log, with a notice where its last line is cut off."""
+    """Return the events of a log, with a warning if its last line is cut off."""
     from marsupial.cli.display.messages import warn
     from marsupial.formats.missionlog import read_log
 

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli import completing
-from marsupial.cli.options import COMPARE_STEPS, Quiet, RayAddress, RetryFailed, Verbose, Workers
+from marsupial.cli.options import completing
+from marsupial.cli.options.shared import COMPARE_STEPS, Quiet, RayAddress, RetryFailed, Verbose, Workers
 
 
 def reproduce(
@@ -61,7 +61,7 @@ def reproduce(
     if whole is None:
         raise UsageError(unknown_name("paper", paper, PAPERS))
     from marsupial.bench.compare.statements import ExperimentTerms
-    from marsupial.cli import comparing
+    from marsupial.cli.work import comparing
     from marsupial.model.planning import Budget
     from marsupial.papers.wurm2008 import experiment as wurm2008
     from marsupial.planning.engines import mission_engine
@@ -70,7 +70,7 @@ def reproduce(
         raise UsageError(f"--maps: {paper} is carried out on maps of its own; only {wurm2008.NAME} takes others")
     budget = Budget(steps=steps)
     planner = planner or whole.planner
-    mission_engine(planner, budget)  # refuses what can't be used before anything is started
+    mission_engine(planner, budget)  # raises early if it can't be used
     parts = {folder: found for folder, name in whole.parts.items() if (found := experiment(name)) is not None}
     for folder, part in {"": whole, **parts}.items():
         asked = runs if part is whole else None

@@ -1,4 +1,4 @@
-"""`marsupial ros`: robots with ROS 2 do what a mission of the service commands."""
+"""`marsupial ros`: run a mission of the service on robots with ROS 2."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from marsupial.cli.exit_codes import INTERRUPTED, MISSION_CODES
-from marsupial.cli.options import Json, Quiet
+from marsupial.cli.options.shared import Json, Quiet
+from marsupial.cli.process.exit_codes import INTERRUPTED, MISSION_CODES
 from marsupial.errors import EngineUnavailable, UsageError
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from marsupial_ros.settings import Settings
 
 PATIENCE_S = 300.0
-"""How long the service may be away; robots finish their drives meanwhile, and stand."""
+"""How long the service may be unreachable; robots finish their drives meanwhile, and wait."""
 
 
 def ros(
@@ -73,8 +73,8 @@ def ros(
 
 def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | None) -> BridgeOutcome:
     from marsupial.cli.display.messages import say
-    from marsupial.cli.interrupt import stop_requests
-    from marsupial.cli.outputs import writing
+    from marsupial.cli.display.outputs import writing
+    from marsupial.cli.process.interrupt import stop_requests
     from marsupial_client import AsyncClient, Busy, ClientError
     from marsupial_ros.bridge import Bridge
 
@@ -100,7 +100,7 @@ def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | No
 
 
 def check_extra() -> None:
-    """Say what to install where the libraries of the bridge are missing."""
+    """Raise an error that names what to install if libraries of the bridge are missing."""
     try:
         import cbor2  # noqa: F401
         import httpx2  # noqa: F401

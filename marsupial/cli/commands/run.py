@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli import completing
-from marsupial.cli.exit_codes import MISSION_CODES
-from marsupial.cli.late_help import STRATEGIES
-from marsupial.cli.options import Json, Planner, PlanningBudget, Quiet, RouteChoice, Seed, TimeLimit, Verbose
+from marsupial.cli.options import completing
+from marsupial.cli.options.late_help import STRATEGIES
+from marsupial.cli.options.shared import Json, Planner, PlanningBudget, Quiet, RouteChoice, Seed, TimeLimit, Verbose
+from marsupial.cli.process.exit_codes import MISSION_CODES
 
 
 def run(
@@ -49,7 +49,7 @@ def run(
 
     Example: marsupial run office --seed 2 --log office.jsonl
     """
-    from marsupial.cli.missions import MissionRequest, carry_out
+    from marsupial.cli.work.missions import MissionRequest, carry_out
 
     request = MissionRequest(
         source=scenario,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from marsupial.cli.options import JsonList
+from marsupial.cli.options.shared import JsonList
 
 
 def scenarios(json: JsonList = False) -> None:

@@ -1,4 +1,4 @@
-"""`marsupial serve`: the HTTP service, and the API keys of those who use it from elsewhere."""
+"""`marsupial serve`: the HTTP service, and the API keys of its remote users."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from marsupial.cli.options import options_given
+from marsupial.cli.options.shared import options_given
 from marsupial.errors import EngineUnavailable, UsageError
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def run(
     check_extra()
     from marsupial.cli.display.messages import say
     from marsupial.cli.display.tables import print_text
-    from marsupial.cli.interrupt import Interrupted
+    from marsupial.cli.process.interrupt import Interrupted
     from marsupial.wording import unknown_name
     from marsupial_service.http.openapi import kept_text
     from marsupial_service.server import serve as run_server
@@ -184,7 +184,7 @@ def _keys(data: Path, store: str | None) -> Iterator[Keys]:
 
 
 def check_extra() -> None:
-    """Say what to install where the service's libraries are missing."""
+    """Raise an error that names what to install if libraries of the service are missing."""
     try:
         import fastapi  # noqa: F401
         import prometheus_client  # noqa: F401

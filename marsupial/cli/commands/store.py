@@ -1,4 +1,4 @@
-"""`marsupial serve store`: what is done with the store of the service besides serving."""
+"""`marsupial serve store`: maintenance of the service's store."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.commands.serve import DEFAULT_DATA, Data, Shared, check_extra
-from marsupial.cli.options import Quiet
+from marsupial.cli.options.shared import Quiet
 from marsupial.errors import UsageError
 
 store = typer.Typer(no_args_is_help=True, help="Inspect, back up, restore and prune a store.")

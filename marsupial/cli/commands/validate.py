@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.exit_codes import INVALID_PLAN
+from marsupial.cli.process.exit_codes import INVALID_PLAN
 
 
 def validate(
@@ -15,7 +15,7 @@ def validate(
     problem: Annotated[Path, typer.Argument(help="A problem of that domain.")],
     plan: Annotated[Path, typer.Argument(help="A plan in IPC format.")],
 ) -> None:
-    """Say whether a plan is valid, or what is wrong with it.
+    """Check a plan and print its first violation, if any.
 
     What is wrong is the first violation, with its time and action. Where a
     planner has printed times rounded to hundredths of a second, the plan is

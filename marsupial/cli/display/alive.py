@@ -1,4 +1,4 @@
-"""What is going on, told now and then while it takes long."""
+"""Occasional messages during long work."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from threading import Event, Thread
 from marsupial.cli.display.messages import say
 
 FIRST_S, LAST_S = 5.0, 60.0
-"""Wall-clock time after which silence is broken: each time twice as long as the time before, up to the last."""
+"""Wall-clock time without a message before one is printed: doubled each time, up to the last value."""
 
 
 class Alive:
-    """Says what is going on whenever nothing has been said for a while, from its start to its end.
+    """A context manager that prints a message whenever nothing was printed for a while.
 
-    Whoever waits soon knows that it is at work; what takes hours is no flood of lines.
+    The first comes soon, to show that the program works; the intervals grow, so that hours of work print few lines.
 
     Parameters
     ----------
     what
-        Returns what is going on; it is called by another thread.
+        Returns the message; called in another thread.
     """
 
     def __init__(self, what: Callable[[], str], first_s: float = FIRST_S, last_s: float = LAST_S) -> None:
@@ -40,7 +40,7 @@ class Alive:
         self._thread.join()
 
     def say(self, text: str) -> None:
-        """Print a message, and be silent for a while."""
+        """Print a message, and restart the interval."""
         say(text)
         self._spoken.set()
 

@@ -1,4 +1,4 @@
-"""Progress of a comparison on stderr: a bar with the time left on a terminal, now and then a line elsewhere."""
+"""Progress of a comparison on stderr: a bar with the time left on a terminal, else occasional lines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 
 from marsupial.bench.compare.conduct import Watch
-from marsupial.bench.compare.rows import Row
+from marsupial.bench.compare.rows import MissionRow
 from marsupial.cli.display.messages import Volume, say, volume
 from marsupial.wording import clock, counted
 
@@ -21,12 +21,12 @@ LINE_EVERY_S = 30.0
 """Wall-clock time between two lines."""
 
 FRAME_EVERY_S = 0.2
-"""Wall-clock time between two pictures."""
+"""Wall-clock time between two updates of the bar."""
 
 
 @contextmanager
 def compare_progress(now: Callable[[], float] = time.monotonic) -> Iterator[Watch]:
-    """Yield what is told of each mission of a comparison; `now` gives wall-clock seconds."""
+    """Yield the callback for the missions of a comparison; `now` returns wall-clock seconds."""
     console = Console(file=sys.stderr)
     if volume() is Volume.QUIET or not console.is_terminal or console.is_dumb_terminal:
         yield Lines(now).watch
@@ -36,18 +36,18 @@ def compare_progress(now: Callable[[], float] = time.monotonic) -> Iterator[Watc
 
 
 class Lines:
-    """Says how far a comparison is: at its start and end, at each failure, and now and then."""
+    """Prints the progress of a comparison: at its start and end, at each failure, and every `LINE_EVERY_S`."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
-        self._begun = now()
-        self._told = self._begun
+        self._began_s = now()
+        self._printed_s = self._began_s
         self._before = 0
 
-    def watch(self, row: Row | None, done: int, total: int) -> None:
-        """Take in that a mission is done."""
+    def watch(self, row: MissionRow | None, done: int, total: int) -> None:
+        """Print what a finished mission (None: the start) requires."""
         if row is None:
-            self._begun = self._told = self._now()
+            self._began_s = self._printed_s = self._now()
             self._before = done
             say(counted(total, "mission") + (f", {done} of them done before" if done else ""))
             return
@@ -59,8 +59,8 @@ class Lines:
             self.show(done, total)
 
     def show(self, done: int, total: int) -> None:
-        """Print how far it is."""
-        self._told = self._now()
+        """Print the progress."""
+        self._printed_s = self._now()
         say(self.words(done, total))
 
     def tell(self, text: str) -> None:
@@ -68,14 +68,14 @@ class Lines:
         say(text)
 
     def words(self, done: int, total: int) -> str:
-        """Return how far it is, and how long it will take at the pace so far."""
-        elapsed = self._now() - self._begun
+        """Return the progress as text, with the time left at the present rate."""
+        elapsed = self._now() - self._began_s
         left = elapsed / max(1, done - self._before) * (total - done)
         ending = f"about {clock(left)} left" if done < total else f"done in {clock(elapsed)}"
         return f"{done:>{len(str(total))}} of {counted(total, 'mission')} ({done / total:.0%}), {ending}"
 
     def _is_due(self) -> bool:
-        return self._now() - self._told >= LINE_EVERY_S
+        return self._now() - self._printed_s >= LINE_EVERY_S
 
 
 class _Bar(Lines):
@@ -86,7 +86,7 @@ class _Bar(Lines):
         self._live = live
 
     def show(self, done: int, total: int) -> None:
-        self._told = self._now()
+        self._printed_s = self._now()
         bar = Table.grid(padding=(0, 1))
         bar.add_row(ProgressBar(total=total, completed=done, width=40), self.words(done, total))
         self._live.update(bar, refresh=True)
@@ -97,4 +97,4 @@ class _Bar(Lines):
         self._live.console.print(text, markup=False, highlight=False)
 
     def _is_due(self) -> bool:
-        return self._now() - self._told >= FRAME_EVERY_S
+        return self._now() - self._printed_s >= FRAME_EVERY_S

@@ -1,4 +1,4 @@
-"""The symbols of a map file in a few lines: many greys that were read as the same are told as a range."""
+"""The legend of a map file in a few rows: many greys of the same meaning become a range."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from itertools import groupby
 from marsupial.model.mapreading import LegendEntry
 
 _NUMBERED = re.compile(r"(\w+) (\d+)")
-"""A symbol that stands in an order with others, as ``grey 205`` does."""
+"""A numbered symbol such as ``grey 205``."""
 
 MOST, LEAST_SHARE = 3, 0.05
-"""More symbols than this make a range, of which so many are named: those with at least this share of its cells."""
+"""More symbols than this become a range; at most this many are named, those with at least this share of its cells."""
 
 HEADS = ("symbol in the file", "means", "cells", "most of them")
 
 
 def legend_rows(legend: Sequence[LegendEntry], names: Mapping[int, str]) -> list[tuple[str, str, str, str]]:
-    """Return rows for `HEADS`; more than a few numbered symbols that follow each other and mean the same share one.
+    """Return rows for `HEADS`; a sequence of many numbered symbols with the same meaning shares a row.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def legend_rows(legend: Sequence[LegendEntry], names: Mapping[int, str]) -> list
 
 
 def _kind(entry: LegendEntry) -> tuple[str, int]:
-    """Return what entries of the same range have in common: the word before their number, and what they mean."""
+    """Return the key of an entry's range: the word before its number, and its terrain code."""
     numbered = _NUMBERED.fullmatch(entry.symbol)
     return numbered[1] if numbered else entry.symbol, entry.code
 
@@ -46,7 +46,7 @@ def _symbols(run: Sequence[LegendEntry]) -> str:
 
 
 def _commonest(run: Sequence[LegendEntry]) -> str:
-    """Name the symbols of a range that most of its cells have."""
+    """Return the most frequent symbols of a range as text."""
     if len(run) == 1:
         return ""
     cells = sum(entry.cells for entry in run)

@@ -1,4 +1,4 @@
-"""A map as it was understood, as text: walls as quarters of characters or ``#``, ground in colours or letters.
+"""A map as interpreted, as text: walls as quarters of characters or ``#``, ground in colours or letters.
 
 A character stands for 2 x 4 small squares of the map. Each of its quarters is a wall if there is one in either of its
 two squares; its background is what most of the ground in it is. Where there are no colours a letter says that, and
@@ -30,22 +30,22 @@ LETTERS = {
 }
 
 QUARTERS = " ▘▝▀▖▌▞▛▗▚▐▜▄▙▟█"
-"""A character by its quarters: 1 for the upper left one, 2 the upper right, 4 the lower left, 8 the lower right."""
+"""Characters by the sum of their quarters: 1 upper left, 2 upper right, 4 lower left, 8 lower right."""
 
 DOTS = np.array([[1, 2], [1, 2], [4, 8], [4, 8]])
-"""To which quarter each of the small squares of a character belongs, (4, 2), the uppermost row first."""
+"""The quarter of each small square of a character, (4, 2), top row first."""
 
 ROWS, COLUMNS = DOTS.shape
 
 CROSSING = 2
-"""So many small squares of walls make a character of letters a wall: a line from side to side has at least as many."""
+"""Small squares of wall that make a letter a wall: a line from side to side has at least as many."""
 
 PLAIN_WIDTH, LINES_BESIDE = 80, 4
-"""Columns where there is no terminal, and lines that a terminal keeps for the key and the prompt."""
+"""Columns without a terminal; lines of a terminal that are left for the key and the prompt."""
 
 
 def map_picture(classes: CellArray, console: Console, *, blocks: bool) -> Text:
-    """Return the picture of what is known, as large as the console has room for, and its key below."""
+    """Return the picture of the known part, as large as fits the console, with its key below."""
     coloured = console.is_terminal and console.color_system is not None and not console.no_color
     wide = console.width if console.is_terminal else PLAIN_WIDTH
     high = max(4, console.height - LINES_BESIDE) if console.is_terminal else classes.shape[0]
@@ -58,14 +58,14 @@ def map_picture(classes: CellArray, console: Console, *, blocks: bool) -> Text:
 
 
 def coarse_map(classes: CellArray, block: int) -> CellArray:
-    """Return one class for each `block` x `block`: walls stay, and so do leaks, wherever there are any."""
+    """Return one class per block of `block` x `block` cells; any wall or leak in a block decides its class."""
     picture = coarse(classes, block)
     leaks = coarse(np.where(classes == MapClass.LEAK, np.uint8(MapClass.LEAK), np.uint8(MapClass.UNSEEN)), block)
     return np.where(leaks == MapClass.LEAK, leaks, picture).astype(np.uint8)
 
 
 def characters(picture: CellArray, *, blocks: bool, plain: bool) -> list[list[tuple[str, MapClass]]]:
-    """Return each line of characters, the uppermost first: what it shows, and of which ground it is."""
+    """Return the lines of characters, top first, each with the class of its ground."""
     height, width = picture.shape
     upright = picture[::-1]  # row 0 of a map is its lowest
     padded = np.pad(upright, ((0, -height % ROWS), (0, -width % COLUMNS)), constant_values=MapClass.UNSEEN)
@@ -103,7 +103,7 @@ def _style(kind: MapClass) -> str:
 
 
 def _key(classes: CellArray, wide: int, *, coloured: bool) -> list[Text]:
-    """Return lines of what the colours or letters mean, of those that occur."""
+    """Return the key: lines with the meaning of the colours or letters that occur."""
     there = set(np.unique(classes).tolist())
     lines = [Text(no_wrap=True)]
     for kind, text in TEXTS.items():

@@ -1,7 +1,7 @@
 """Messages to people, on stderr.
 
-There are three volumes for all commands: `--quiet` leaves errors, `--verbose` adds each step of what goes on. The
-volume is one for the process, since messages also come from threads.
+All commands have three volumes: `--quiet` prints errors only, `--verbose` also prints each step. The volume is one for
+the process, since messages also come from threads.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from enum import IntEnum
 
 
 class Volume(IntEnum):
-    """How much is told."""
+    """How much is printed."""
 
     QUIET = 0
     NORMAL = 1
@@ -23,13 +23,13 @@ _volume = Volume.NORMAL
 
 
 def set_volume(volume: Volume) -> None:
-    """Set how much is told from now on."""
+    """Set how much is printed from now on."""
     global _volume
     _volume = volume
 
 
 def volume() -> Volume:
-    """Return how much is told."""
+    """Return how much is printed."""
     return _volume
 
 
@@ -45,14 +45,14 @@ def warn(text: str) -> None:
 
 
 def complain(text: str) -> None:
-    """Print what went wrong, whatever the volume.
+    """Print an error, whatever the volume.
 
-    A full disk below stderr ends nothing: what is lost are words. That nobody reads any more does.
+    A full disk behind stderr is ignored, since only messages are lost; a reader that has gone ends the program.
     """
     try:
         print(text, file=sys.stderr, flush=True)
     except BrokenPipeError:
         raise
     except OSError:
-        with suppress(OSError):  # text kept for the next try would be refused again
+        with suppress(OSError):  # drops the buffered text, which the next write would try again
             sys.stderr.flush()

@@ -1,7 +1,7 @@
-"""A moment of a mission as text: the map with its robots, and who does what.
+"""A moment of a mission as text: the map with its robots, and their actions.
 
 Two cells of the picture share a character (an upper half block, in two colours). Each cell of the picture stands for
-a square of map cells: a wall where a wall crosses it, else what most of it is. Robots are letters, carriers capital
+a square of map cells: a wall if a wall crosses it, else its most frequent class. Robots are letters, carriers capital
 ones, in the colour of the carrier they started on.
 """
 
@@ -36,7 +36,7 @@ class Picture:
     Parameters
     ----------
     shown
-        Mask (height, width) of the cells that have to be in the picture; all of them where it is empty.
+        Mask (height, width) of the cells that must be in the picture; all if it is empty.
     """
 
     def __init__(self, mission: MissionStarted, shown: Mask, console: Console) -> None:
@@ -48,7 +48,7 @@ class Picture:
         self._marks = _marks(mission)
 
     def map(self, cells: CellArray, robots: Sequence[RobotView]) -> Text:
-        """Return the map, as large as the console has room for."""
+        """Return the map, as large as fits the console."""
         bottom, top, left, right = self._box
         rows = max(3, self._console.height - len(robots) - _LINES_BESIDE_MAP)
         block = max(1, math.ceil((right - left) / self._console.width), math.ceil((top - bottom) / (2 * rows)))
@@ -61,7 +61,7 @@ class Picture:
         return self._picture_text(picture, marks)
 
     def team(self, robots: Sequence[RobotView]) -> Table:
-        """Return a row for each robot: its letter, name, what it does and whom it carries."""
+        """Return a row for each robot: its letter, name, action and cargo."""
         table = Table.grid(padding=(0, 2))
         for robot in robots:
             mark, style = self._marks[robot.name]
@@ -70,7 +70,7 @@ class Picture:
         return table
 
     def _picture_text(self, picture: CellArray, marks: dict[tuple[int, int], tuple[str, str]]) -> Text:
-        """Return the picture, its uppermost rows first; a mark replaces the character it stands on."""
+        """Return the picture, top row first; a mark replaces the character below it."""
         if len(picture) % 2:
             picture = np.vstack([picture, np.full((1, picture.shape[1]), UNKNOWN, dtype=np.uint8)])
         lines = []
@@ -88,12 +88,12 @@ class Picture:
 
 
 def moves(console: Console) -> bool:
-    """Say whether a picture can be drawn again and again on a console."""
+    """Return whether a console can show a picture that is redrawn."""
     return console.is_terminal and not console.is_dumb_terminal and not console.no_color
 
 
 def doing(robot: RobotView) -> str:
-    """Say what a robot does."""
+    """Return the action of a robot as text."""
     if robot.lost:
         return "lost"
     if robot.carrier is not None:
@@ -109,12 +109,12 @@ def doing(robot: RobotView) -> str:
 
 
 def plan_text(plan: Planned) -> str:
-    """Say which plan it is and what it was made for."""
+    """Return the number and the trigger of a plan as text."""
     return printable(f"plan {plan.revision}: {trigger_text(plan.trigger)}")
 
 
 def plan_line(plan: Planned) -> str:
-    """Say which plan it is, what it was made for, and how much is in it."""
+    """Return the number, the trigger and the size of a plan as text."""
     counts = ((plan.actions, "action"), (plan.targets, "target"), (plan.meetings, "meeting point"))
     return f"{plan_text(plan)}; {', '.join(counted(len(items), noun) for items, noun in counts)}"
 
@@ -138,5 +138,5 @@ def _cell(text: str) -> Text:
 
 
 def printable(text: str) -> str:
-    """Return `text` without what would steer the terminal."""
+    """Return `text` without terminal control characters."""
     return "".join(letter if letter.isprintable() else "?" for letter in text)

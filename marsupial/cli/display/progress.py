@@ -1,4 +1,4 @@
-"""Progress of a mission on stderr: a live picture on a terminal, now and then a line elsewhere."""
+"""Progress of a mission on stderr: a live picture on a terminal, else occasional lines."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rich.text import Text
 from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.messages import Volume, volume
 from marsupial.cli.display.picture import Picture, moves, plan_line, plan_text, printable
-from marsupial.cli.display.watch import Watch
+from marsupial.cli.display.watch import MissionWatch
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.grid import Mask
 from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, Planned
@@ -26,64 +26,66 @@ from marsupial.model.strategy import PlanningReport
 from marsupial.wording import clock, counted
 
 LINE_EVERY_MS = ((3_600_000, 60_000), (36_000_000, 600_000), (math.inf, 3_600_000))
-"""Simulated time between two lines: up to each time its own, so that long missions are no flood of lines."""
+"""Simulated time between two lines, as (up to this time, interval): longer missions print fewer lines."""
 
 FRAME_EVERY_S = 0.1
 """Least wall-clock time between two pictures."""
 
 FRAME_SHARE = 0.05
-"""Most of the wall-clock time that pictures take; one of a large map takes long."""
+"""Greatest share of wall-clock time for drawing pictures, which takes long for large maps."""
 
 PREPARING = "preparing the mission ..."
-"""Said before the first event."""
+"""Message before the first event."""
 
 _WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)
-"""Outcomes that are no failure of a planner; with no plan in them, there was nothing to do."""
+"""Outcomes that are no failure of a planner, even without a plan: there was nothing to do."""
 
 
 @contextmanager
 def progress() -> Iterator[Observer]:
-    """Yield an observer that shows a mission as it goes."""
+    """Yield an observer that shows the progress of a mission."""
     if volume() is Volume.QUIET:
         yield Observer()
         return
-    watch = Watch()
+    watch = MissionWatch()
     console = Console(file=sys.stderr)
     if not moves(console):
         lines = _Lines(watch)
         with Alive(lines.now) as lines.alive:
-            yield Observers([lines, *_told(watch, lines.alive.say)])
+            yield Observers([lines, *_planning_observers(watch, lines.alive.say)])
         return
     with Live(Text(PREPARING), console=console, auto_refresh=False, transient=True) as live:
-        yield Observers([_Moving(watch, live, console), *_told(watch, lambda text: console.print(Text(text)))])
+        yield Observers(
+            [_Moving(watch, live, console), *_planning_observers(watch, lambda text: console.print(Text(text)))]
+        )
 
 
-def _told(watch: Watch, tell: Callable[[str], None]) -> Iterator[Observer]:
-    """Yield what tells something of plannings, beside the picture or the lines."""
+def _planning_observers(watch: MissionWatch, tell: Callable[[str], None]) -> Iterator[Observer]:
+    """Yield the observers that report plannings, beside the picture or the lines."""
     yield _FirstFailure(tell)
     if volume() is Volume.VERBOSE:
         yield _EachPlan(watch, tell)
 
 
 class _FirstFailure(Observer):
-    """Says once that the planner failed, with its last words: nobody else notices, since other plans are followed."""
+    """Reports the first failure of the planner with its message: nothing else shows it, as other plans are used."""
 
     def __init__(self, tell: Callable[[str], None]) -> None:
-        self._tell = tell
-        self._told = False
+        self._print = tell
+        self._reported = False
 
     def planned(self, report: PlanningReport) -> None:
-        if report.detail and report.outcome not in _WITH_PLAN and not self._told:
-            self._told = True
-            self._tell(printable(f"{report.detail}; the mission goes on without (said once)"))
+        if report.detail and report.outcome not in _WITH_PLAN and not self._reported:
+            self._reported = True
+            self._print(printable(f"{report.detail}; the mission goes on without (said once)"))
 
 
 class _EachPlan(Observer):
-    """Says of each plan what it was made for, how much is in it, and how long the planning took."""
+    """Reports each plan: its trigger, its size, and the time of planning."""
 
-    def __init__(self, watch: Watch, tell: Callable[[str], None]) -> None:
+    def __init__(self, watch: MissionWatch, tell: Callable[[str], None]) -> None:
         self._watch = watch
-        self._tell = tell
+        self._print = tell
         self._took = ""
 
     def planned(self, report: PlanningReport) -> None:
@@ -91,7 +93,7 @@ class _EachPlan(Observer):
 
     def event(self, event: MissionEvent) -> None:
         if isinstance(event, Planned):
-            self._tell(f"{headline(self._watch)}  {plan_line(event)}{self._took}")
+            self._print(f"{headline(self._watch)}  {plan_line(event)}{self._took}")
 
 
 class _Lines(Observer):
@@ -100,19 +102,19 @@ class _Lines(Observer):
     Attributes
     ----------
     alive
-        Prints its lines, and what is told by `now` when none has been printed for a while.
+        Prints its lines, and `now` if none was printed for a while.
     """
 
     alive: Alive
 
-    def __init__(self, watch: Watch) -> None:
+    def __init__(self, watch: MissionWatch) -> None:
         self._watch = watch
         self._next_ms = 0
         self._plans = 0
         self._targets = 0
 
     def now(self) -> str:
-        """Return how far the mission is."""
+        """Return the progress of the mission as a line."""
         if not self._plans:
             return PREPARING
         plans, targets = counted(self._plans, "plan"), counted(self._targets, "target")
@@ -137,21 +139,21 @@ class _Lines(Observer):
             self.alive.say(self.now())
 
 
-def headline(watch: Watch) -> str:
-    """Return when it is in a mission, and how much is known."""
+def headline(watch: MissionWatch) -> str:
+    """Return mission time and coverage as text."""
     return f"{clock(watch.t_ms / 1000):>8}  {watch.coverage:>4.0%}"
 
 
 def _line_after(t_ms: int) -> int:
-    """Return when the line after the one at `t_ms` is due: at a full minute, or more of them in a long mission."""
+    """Return when the next line after `t_ms` is due: at a multiple of the interval."""
     every_ms = next(every for until, every in LINE_EVERY_MS if t_ms < until)
     return (t_ms // every_ms + 1) * every_ms
 
 
 class _Moving(Observer):
-    """Redraws the map, the clock and what every robot does, a few times a second."""
+    """Redraws the map, the clock and the robots' actions a few times a second."""
 
-    def __init__(self, watch: Watch, live: Live, console: Console) -> None:
+    def __init__(self, watch: MissionWatch, live: Live, console: Console) -> None:
         self._watch = watch
         self._live = live
         self._console = console
@@ -166,7 +168,7 @@ class _Moving(Observer):
         if isinstance(event, MissionStarted):
             self._title = f"{event.scenario}: {event.strategy} ({event.planner}), seed {event.seed}"
             self._picture = Picture(event, self._watch.area, self._console)
-        elif event.t_ms > self._watch.t_ms:  # amid the events of one moment robots seem to have nothing to do
+        elif event.t_ms > self._watch.t_ms:  # between events of the same moment robots seem idle
             self._draw()
         self._watch.event(event)
 
@@ -175,6 +177,7 @@ class _Moving(Observer):
         if self._picture is not None and began_s >= self._next_s:
             self._live.update(self._frame(self._picture), refresh=True)
             ended_s = time.monotonic()
+            # a slow picture is followed by a long pause, so that drawing never dominates
             self._next_s = ended_s + max(FRAME_EVERY_S, (ended_s - began_s) / FRAME_SHARE)
 
     def _frame(self, picture: Picture) -> Group:

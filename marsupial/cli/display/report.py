@@ -11,7 +11,7 @@ from marsupial.model.mission import Remaining
 from marsupial.wording import counted
 
 SAVED = ("exploration_time_s", "mission_time_s", "distance_m", "energy_j")
-"""Metrics of which less is better, each with its saving beside it."""
+"""Metrics of which less is better, shown with their saving."""
 
 OTHERS = (
     "coverage", "quality", "deployments", "retrievals", "replans", "plans_invalid", "planning_s.median",
@@ -26,29 +26,29 @@ def print_summary(summary: Summary, grid: Grid) -> None:
 
 
 def facts(summary: Summary) -> list[tuple[str, str]]:
-    """Return what people want to know of a mission, by name."""
-    told = {metric.title: metric.shown(summary) for metric in METRICS.values()}
+    """Return the lines of a mission's summary as names and values."""
+    shown = {metric.title: metric.shown(summary) for metric in METRICS.values()}
     times = ("median", "p95", "max", "total")
     lines = {
         "status": f"{summary.status}: {summary.reason}",
         "mission": f"{summary.scenario}, {summary.strategy} ({summary.planner}), seed {summary.seed}",
         "team": f"{counted(summary.carriers, 'carrier')}, {counted(summary.robots - summary.carriers, 'rover')}",
-        "exploration time": told["exploration time"],
-        "mission time": told["mission time"],
-        "coverage": f"{told['coverage']} ({summary.explored_area_m2:.1f} of {told['reachable area']})",
-        "distance": told["distance"],
-        "quality Q": told["quality Q"],
-        "deployments": f"{told['deployments']}, retrievals {told['retrievals']}",
-        "plans": f"{told['replans']} followed, {told['invalid plans']} invalid, "
-        f"{told['refused plans']} refused from engines",
-        "planning": ", ".join(f"{time} {told[f'planning, {time}']}" for time in times),
-        "analysis": told["analysis"],
+        "exploration time": shown["exploration time"],
+        "mission time": shown["mission time"],
+        "coverage": f"{shown['coverage']} ({summary.explored_area_m2:.1f} of {shown['reachable area']})",
+        "distance": shown["distance"],
+        "quality Q": shown["quality Q"],
+        "deployments": f"{shown['deployments']}, retrievals {shown['retrievals']}",
+        "plans": f"{shown['replans']} followed, {shown['invalid plans']} invalid, "
+        f"{shown['refused plans']} refused from engines",
+        "planning": ", ".join(f"{time} {shown[f'planning, {time}']}" for time in times),
+        "analysis": shown["analysis"],
     }
     return list(lines.items())
 
 
 def remaining_lines(summary: Summary, grid: Grid) -> list[str]:
-    """Return the stop report in short: a line for each reason why frontiers are left."""
+    """Return the stop report as a line for each reason why frontiers are left."""
     groups: dict[str, list[Remaining]] = {}
     for frontier in summary.remaining:
         groups.setdefault(frontier.reason, []).append(frontier)
@@ -64,13 +64,13 @@ def _frontiers(frontiers: list[Remaining], grid: Grid) -> str:
 
 
 def place_text(grid: Grid, cell: Cell) -> str:
-    """Return where a cell is: its centre in metres of the map frame, and its column and row."""
+    """Return the position of a cell as text: its centre in metres, and its column and row."""
     x, y = (round(metres, 1) + 0.0 for metres in grid.centre_m(cell))
     return f"x {x:.1f}, y {y:.1f} m (cell {cell.x}, {cell.y}, counted from the lower left)"
 
 
 def print_comparison(summaries: Sequence[Summary]) -> None:
-    """Print a table with a column for each mission, and what the first saves against the last."""
+    """Print a table with a column per mission, and the savings of the first against the last."""
     from marsupial.bench.compare.plan import Contender
 
     heads = ["", *(str(Contender(summary.strategy, summary.planner)) for summary in summaries), "saved"]

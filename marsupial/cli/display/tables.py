@@ -1,6 +1,6 @@
 """Data on stdout: tables for people, JSON for programs.
 
-A table is as wide as the terminal and wraps; where stdout is no terminal it has 100 columns at most.
+A table is as wide as the terminal, or at most 100 columns if stdout is no terminal.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from marsupial.cli.outputs import writing
+from marsupial.cli.display.outputs import writing
 
 WIDE = 100
-"""Columns of what is not a terminal: what fits a window, a mail and a page of paper."""
+"""Columns of output that is not a terminal: fits a window, a mail and a page."""
 
 
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()) -> None:
-    """Print a table with a line of heads; the columns numbered in `right` are aligned to the right."""
+    """Print a table with a header; the columns numbered in `right` are right-aligned."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for i, head in enumerate(heads):
         table.add_column(head, justify="right" if i in right else "left", overflow="fold")
@@ -35,13 +35,13 @@ def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, right: S
 
 
 def print_facts(facts: Sequence[tuple[str, str]]) -> None:
-    """Print named values, one a line, the values below each other."""
+    """Print named values, one per line, in two columns."""
     widest = max(len(name) for name, _ in facts)
     print_text("".join(f"{name:<{widest}}  {value}\n" for name, value in facts))
 
 
 def print_report(text: str) -> None:
-    """Print a report of lines; the long ones go on at a word on the next line, further in."""
+    """Print the lines of a report; long ones are wrapped at words and indented."""
     lines = (_wrapped(line) if len(line) > WIDE else [line] for line in text.splitlines())
     print_text("".join(f"{line}\n" for parts in lines for line in parts))
 
@@ -52,13 +52,13 @@ def _wrapped(line: str) -> list[str]:
 
 
 def print_text(text: str) -> None:
-    """Print `text` as it is, at once; a `UsageError` says why stdout can't be written to."""
+    """Print `text` unchanged and flush; raise a `UsageError` if stdout can't be written to."""
     with writing("to stdout"):
         print(text, end="", flush=True)
 
 
 def print_json(value: Any) -> None:
-    """Print one JSON value; every number in it has to be finite."""
+    """Print one JSON value, which must not contain infinite numbers or NaN."""
     print_text(json.dumps(value, indent=2, allow_nan=False, default=_plain) + "\n")
 
 

@@ -1,6 +1,6 @@
-"""A mission played in the terminal: map, robots, clock and who does what, on one screen that moves.
+"""A mission played in the terminal: map, robots, clock and actions, animated on one screen.
 
-Where the output is no terminal, or has no colours, nothing moves: every plan and the end are one line each, at once.
+If the output is no terminal, or has no colours, it prints one line for every plan and for the end instead.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def play(
     Parameters
     ----------
     clock, sleep
-        Seconds that pass while one watches, and how to wait for some.
+        Functions that return the wall-clock seconds, and that wait for some.
     """
     playback = Playback(events)
     if moves(console):
@@ -72,7 +72,7 @@ class _Screen:
         self._picture = Picture(playback.mission, playback.cells_at(playback.end_ms) != UNKNOWN, console)
 
     def frame(self, t_ms: int) -> Group:
-        """Return what the screen shows at `t_ms`."""
+        """Return the screen at `t_ms`."""
         robots = self._playback.state_at(t_ms).robots
         cells = self._playback.cells_at(t_ms)
         return Group(self._picture.map(cells, robots), self._headline(t_ms), self._picture.team(robots))

@@ -1,4 +1,4 @@
-"""What is going on in a mission, kept up to date from its events, beside what there is to explore."""
+"""The state of a running mission, updated by its events, and its coverage."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from marsupial.mission.state import MissionTracker, RobotView, views
 from marsupial.model.grid import UNKNOWN, Mask
 
 
-class Watch(MissionTracker):
-    """The state of a mission.
+class MissionWatch(MissionTracker):
+    """The state of a running mission.
 
     Attributes
     ----------
     area
-        Cells (height, width) that there are to explore.
+        Mask (height, width) of the cells to explore.
     """
 
     def __init__(self) -> None:
@@ -22,7 +22,7 @@ class Watch(MissionTracker):
         self.area: Mask = np.zeros((0, 0), dtype=np.bool_)
 
     def reachable(self, area: Mask) -> None:
-        """Take in what there is to explore."""
+        """Set the cells to explore."""
         self.area = area
 
     @property
@@ -32,5 +32,5 @@ class Watch(MissionTracker):
         return int(np.count_nonzero(self.cells[self.area] != UNKNOWN)) / wanted if wanted else 1.0
 
     def views(self) -> tuple[RobotView, ...]:
-        """Return every robot as it is now, in the order of the team."""
+        """Return the present state of every robot, in the order of the team."""
         return views(self.tracks, self.t_ms, whole_cells=True)

@@ -23,13 +23,13 @@ from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Scenario
 
 NAME, WEIGHTS = "alkhawaldah", "alkhawaldah-weights"
-"""What the experiment and its part are called."""
+"""Names of the experiment and of its part."""
 
 CELLS = 25
 """Columns and rows of most worlds of Al-Khawaldah et al."""
 
 SEED = 1
-"""Of the obstacles' places."""
+"""Seed of the obstacles' places."""
 
 HOPPER = RobotType(
     name="robot",
@@ -40,7 +40,7 @@ HOPPER = RobotType(
     terrains=frozenset({FLOOR}),
     diagonal=1.0,
 )
-"""Sees its eight neighbours; each move takes a second."""
+"""A robot that sees its eight neighbours and moves one cell a second."""
 
 ROBOTS = 2
 BIDDING, SHENG = Contender("bidding"), Contender("sheng")
@@ -58,14 +58,14 @@ PRINTED = {
 """Table 2: steps of Sheng's and of the paper's bidding function, by the number of obstacles."""
 
 NEAR = 0.05
-"""How far from the printed numbers ours may be, as a share of them, and how much means may vary to count as fixed."""
+"""Tolerance of our numbers relative to the printed ones, and greatest variation of means that count as constant."""
 
 FEW_STEPS = 115
-"""How many steps temporal planning may take in the mean; a printed mean is 125."""
+"""Greatest mean number of steps of temporal planning; a printed mean is 125."""
 
 
 def cell_world(name: str, columns: int, rows: int, obstacles: int, robots: int) -> Scenario:
-    """Return the scenario of that many robots in a world of cells of 1 m, some of which are obstacles."""
+    """Return the scenario of robots in a world of 1 m cells, some of which are obstacles."""
     return explorers(name, scattered(columns, rows, obstacles, SEED), HOPPER, robots)
 
 
@@ -134,7 +134,7 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return what the data say of the statements of section III."""
+    """Return the findings on the statements of section III."""
     return [_always_better(outcome), _fixed(outcome), _as_printed(outcome), _planning(outcome)]
 
 

@@ -1,4 +1,4 @@
-"""Bids for frontier cells by unknown neighbours, by the distance from the other robot, and by the way.
+"""Bids for frontier cells by unknown neighbours, distance from the other robot, and route length.
 
 References
 ----------
@@ -27,11 +27,11 @@ class Bidding(Bidders):
     Parameters
     ----------
     W_n
-        Weight of N_u, how many of the eight neighbours are unknown.
+        Weight of N_u, the number of unknown cells among the eight neighbours.
     W_p
-        Weight of D_p, how far the nearest other robot is from the cell in a straight line, in cells.
+        Weight of D_p, the straight distance of the nearest other robot from the cell, in cells.
     W_c
-        Weight of D_r, the length of the way there, in cells.
+        Weight of D_r, the length of the route there, in cells.
     """
 
     name: ClassVar[str] = "bidding"

@@ -33,15 +33,15 @@ WORLDS = {
 "has."""
 
 VALUES = tuple(map(float, range(11)))
-"""Of W_n and W_p, with W_c = 1: from 0 to 10 as in the paper, in steps of 1 where it has 0.1."""
+"""Values of W_n and W_p, with W_c = 1: from 0 to 10 as in the paper, in steps of 1 instead of 0.1."""
 
 BEST = 0.10
-"""Up to which share of the range from the shortest to the longest time a time counts as one of the best."""
+"""Share of the range from the shortest to the longest time in which times count as best."""
 
 GREATEST = 7.0
 RECOMMENDED = (2.0, 2.0)
 RATIO = 2.0
-"""How many times as much one of W_n and W_p may be of the other to lie near the line of slope 1."""
+"""Greatest ratio of W_n and W_p near the line of slope 1."""
 
 
 def comparison(terms: ExperimentTerms) -> Comparison:
@@ -59,7 +59,7 @@ def _contender(of_neighbours: float, of_partner: float) -> Contender:
 
 
 def _times(outcome: ComparisonOutcome, world: str) -> Floats:
-    """Return the mean steps (W_n, W_p), nan where there are none yet."""
+    """Return the mean steps (W_n, W_p), NaN without data."""
     times = np.full((len(VALUES), len(VALUES)), np.nan)
     for (i, of_neighbours), (j, of_partner) in product(enumerate(VALUES), enumerate(VALUES)):
         found = outcome.estimate(Case(world, ROBOTS, 0), _contender(of_neighbours, of_partner), TIME)
@@ -69,7 +69,7 @@ def _times(outcome: ComparisonOutcome, world: str) -> Floats:
 
 
 def best(times: Floats) -> Flags:
-    """Say which times are among the best 10 % of their range, as the paper has it; nan is none of them."""
+    """Return which times are in the best 10 % of their range, as in the paper; False for NaN."""
     if np.isnan(times).all():
         return np.zeros(times.shape, dtype=np.bool_)
     low, high = np.nanmin(times), np.nanmax(times)
@@ -112,7 +112,7 @@ def _recommended(times: Floats) -> float:
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return what the data say of the statements of section II-B."""
+    """Return the findings on the statements of section II-B."""
     times = {world: _times(outcome, world) for world in WORLDS}
     return [_never_great(times), _near_the_line(times), _recommended_is_good(times)]
 
@@ -165,7 +165,7 @@ def _recommended_is_good(times: dict[str, Floats]) -> Finding:
 
 
 def _position(times: Floats) -> float:
-    """Return where in the range of times the recommended weights are, from 0 to 1."""
+    """Return the position of the recommended weights in the range of times, from 0 to 1."""
     low, high = np.nanmin(times), np.nanmax(times)
     return float((_recommended(times) - low) / (high - low)) if high > low else 0.0
 

@@ -42,11 +42,11 @@ ROBOT = RobotType(
     energy=EnergyModel(metre_j=1.0, stop_j=0.5, turn_j=(0.4, 0.6, 0.8, 1.0)),
     routes=Routes.ENERGY,
 )
-"""Section V-A: a cell is a metre, and what driving a metre takes is a joule."""
+"""Section V-A: a cell is a metre, and driving a metre takes a joule."""
 
 RANDOM = "random obstacles"
 SHARE = 0.1
-"""Of random obstacles: with it, as in Fig. 10, the ways are about 1.1 km long and energy is 1.17 times the distance."""
+"""Share of random obstacles at which, as in Fig. 10, routes are about 1.1 km and energy is 1.17 times the distance."""
 
 STRUCTURED = tuple(WALLED)
 PRINTED = {
@@ -57,14 +57,14 @@ PRINTED = {
 """Figs. 8 to 10: distance and energy of the paper's method and of the widest frontier."""
 
 MUCH = 0.3
-"""How much less distance and energy on structured maps counts as the paper's about 40 %."""
+"""Savings of distance and energy on structured maps that count as the paper's about 40 %."""
 
 NEAR_SAVED, NEAR_LONGER = 0.015, 0.005
-"""How far from the printed means of routes ours may be."""
+"""Tolerance of our means of routes relative to the printed ones."""
 
 
 def comparison(terms: ExperimentTerms) -> Comparison:
-    """Return the comparison on two structured maps and a random one, from starts anywhere."""
+    """Return the comparison on two structured maps and a random one, from random starts."""
     return _comparison(terms, NAME, {name: explorers(name, grid, ROBOT, 1) for name, grid in _grids().items()})
 
 
@@ -89,7 +89,7 @@ def _grids() -> dict[str, Grid]:
 
 
 def random_area(seed: int) -> Grid:
-    """Return an area of random obstacles that is bounded by obstacles, as all areas of the paper are."""
+    """Return an area of random obstacles with a closed border, as in the paper."""
     grid = scattered(SIDE, SIDE, round(SHARE * SIDE * SIDE), seed)
     cells = grid.cells.copy()
     close_border(cells)
@@ -110,7 +110,7 @@ def _case(name: str) -> Case:
 
 @cache
 def routes_table(*, cuts_corners: bool) -> RoutePairs:
-    """Return the comparison of routes by either rule of movement."""
+    """Return the comparison of routes with both rules of movement."""
     return paths.path_table(cuts_corners=cuts_corners)
 
 
@@ -180,7 +180,7 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
 
 
 def _corner_figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    """Yield Figs. 8 to 10 with our maps, then those after them."""
+    """Yield Figs. 8 to 10 on our maps, then Figs. 11 to 13."""
     scenarios = {name: _from_corner(name, grid) for name, grid in _grids().items()}
     for number, (name, scenario) in enumerate(scenarios.items(), start=8):
         if any(row.trial.case.scenario == name for row in outcome.rows):
@@ -189,12 +189,12 @@ def _corner_figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return what the data say of the statements of section V."""
+    """Return the findings on the statements of section V."""
     return [_routes_save(outcome), *corner_findings(outcome)]
 
 
 def corner_findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return what the data say of the statements of section V-C."""
+    """Return the findings on the statements of section V-C."""
     return [
         _much_less(outcome),
         _less_among_random_obstacles(outcome),

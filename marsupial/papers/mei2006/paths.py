@@ -1,9 +1,9 @@
-"""Routes of least energy beside shortest ones, as in Mei et al. 2006, section V-B.
+"""Routes of least energy compared with shortest ones, as in Mei et al. 2006, section V-B.
 
-On a map with a fifth of its cells blocked at random, both are planned between many pairs of cells. Shortest paths are
-those of Dijkstra's algorithm as textbooks have it: among equals it keeps the one it finds first, and nothing makes
-that one straight. Robots move to any free neighbour, past corners too: "if both cells are free" (section IV-A).
-Between the same pairs, the movement rule of marsupial's robots, which keeps corners, saves less and takes longer ways.
+Both are planned between many pairs of cells on a map with a fifth of its cells blocked at random. Shortest paths are
+those of the textbook version of Dijkstra's algorithm: of equal ones it keeps the first, which nothing makes straight.
+Robots move to any free neighbour, past corners too: "if both cells are free" (section IV-A). With the movement rule of
+marsupial's robots, which cuts no corners, the same pairs save less and have longer routes.
 
 References
 ----------
@@ -26,11 +26,11 @@ from marsupial.paths.energy import EnergySearch, MotionCosts, route_energy
 from marsupial.paths.routes import STEPS, Route, route_length
 
 SIDE = 100
-"""Edge of the map in cells: that of areas whose exploration takes as long as the paper's."""
+"""Side of the map in cells: that of areas whose exploration takes as long as the paper's."""
 
 SHARE = 0.2
 MAPS, ENDS = 24, 13
-"""Maps, and sources and goals on each, drawn at random: each to each makes 4056 pairs, "more than 3800"."""
+"""Random maps, and random sources and goals on each: all combinations are 4056 pairs, "more than 3800"."""
 
 PRINTED_SAVED, PRINTED_LONGER = 0.084, 0.007
 
@@ -57,7 +57,7 @@ class RoutePairs:
 
     @property
     def longer(self) -> float:
-        """How much longer the ways are: the mean of the ratios minus one."""
+        """Extra length: the mean of the ratios minus one."""
         return float(np.mean(self.cheapest[:, 0] / self.shortest[:, 0])) - 1.0
 
     @property
@@ -67,21 +67,21 @@ class RoutePairs:
 
     @property
     def longer_in_all(self) -> float:
-        """How much longer the sum of all ways is."""
+        """Extra length over the sum of all pairs."""
         return float(self.cheapest[:, 0].sum() / self.shortest[:, 0].sum()) - 1.0
 
 
 def blocked_at_random(side: int, share: float, seed: int) -> Mask:
-    """Return which cells of a square map are passable, each blocked with the probability `share`."""
+    """Return the passable cells of a square map, each blocked with probability `share`."""
     return np.random.default_rng(seed).random((side, side)) >= share
 
 
 def route_pairs(
     passable: Mask, ends: int, seed: int, *, costs: MotionCosts | None = None, cuts_corners: bool = True
 ) -> RoutePairs:
-    """Plan both ways from each of `ends` cells drawn by the seed to each of as many others.
+    """Plan both routes from each of `ends` random cells to each of as many others.
 
-    Pairs that no path connects are left out.
+    Pairs without a path are left out.
     """
     motion = MotionCosts() if costs is None else costs
     sources, goals = _drawn(passable, ends, seed)
@@ -108,7 +108,7 @@ def path_table(*, cuts_corners: bool = True, maps: int = MAPS, ends: int = ENDS,
 
 
 def together(pairs: Sequence[RoutePairs]) -> RoutePairs:
-    """Return the pairs of several maps as one."""
+    """Join the pairs of several maps."""
     return RoutePairs(
         shortest=np.concatenate([one.shortest for one in pairs]),
         cheapest=np.concatenate([one.cheapest for one in pairs]),
@@ -150,7 +150,7 @@ def path_to(goal: Cell, before: dict[int, int], width: int) -> Route:
 
 
 def _inner(framed: int, row: int) -> int:
-    """Return the row-major index of a cell of a grid with a frame, whose rows are so long."""
+    """Return the row-major index of a cell in a framed grid with rows of this length."""
     return (framed // row - 1) * (row - 2) + framed % row - 1
 
 

@@ -1,4 +1,4 @@
-"""The routes of two strategies through the same area, beside each other.
+"""The routes of two strategies through the same area, side by side.
 
 References
 ----------
@@ -23,14 +23,14 @@ from marsupial.paths.routes import route_of
 
 
 class _Trail(Observer):
-    """The cells that a robot comes to; what of a drive was not carried out is left out."""
+    """Collects the cells that a robot drives to, without the unfinished part of a drive."""
 
     def __init__(self) -> None:
         self.cells: list[Cell] = []
         self._drive: tuple[Cell, ...] = ()
 
     def event(self, event: MissionEvent) -> None:
-        """Take in a drive, or its end."""
+        """Add the cells of a drive, or cut it at its end."""
         if isinstance(event, DriveStarted):
             self._drive = route_of(event.cell, event.steps)
         elif isinstance(event, DriveEnded) and event.cell in self._drive:
@@ -38,11 +38,11 @@ class _Trail(Observer):
 
 
 SEED = 1
-"""Draws the start."""
+"""Seed of the start."""
 
 
 def routes_figure(scenario: Scenario, contenders: Sequence[Contender], *, name: str, about: str) -> Figure:
-    """Return the routes of contenders that ask no planner, from the start that a seed draws."""
+    """Return the routes of contenders without a planner, from a random start."""
     from matplotlib.figure import Figure as Drawing
 
     drawing = Drawing(figsize=(3.4 * len(contenders), 3.7), layout="constrained")

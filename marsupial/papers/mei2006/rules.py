@@ -1,8 +1,9 @@
-"""Exploring by orientation: what is to the left first, so that nothing is left behind; and the widest frontier.
+"""Two rules for a single robot: by orientation, what is to the left first so that nothing is left behind; and the
+widest frontier.
 
-A single robot. Both rules look at the frontier cells within the sensing region, which are those in line of sight
-within sensor range; where there are none, at the closest one outside. The robot looks around at every cell, and chooses
-again as soon as the cell that it goes to is no frontier cell any more, as happens long before it gets there.
+Both consider the frontier cells of the sensing region, those in line of sight within sensor range; if there are none,
+the closest one outside. The robot senses at every cell, and chooses again as soon as its goal is no frontier cell any
+more, which happens long before it arrives.
 
 References
 ----------
@@ -26,19 +27,19 @@ from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 FULL_TURN = 2 * np.pi
 ANGLE_DIGITS = 9
-"""Angles that agree in so many decimals are the same."""
+"""Decimals to which equal angles agree."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Sensing(ABC):
-    """A robot that goes to a frontier cell of its sensing region, or else to the closest one outside."""
+class _SensingRule(ABC):
+    """Base of both rules: go to a frontier cell of the sensing region, else to the closest one outside."""
 
     each_step: ClassVar[bool] = True
     gives_up: ClassVar[bool] = True
     most_robots: ClassVar[int | None] = 1
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return the cell that the robot goes to next, unless it is on its way or can get nowhere."""
+        """Return the robot's next goal, if it needs one and can reach any."""
         chosen: dict[str, int] = {}
         for robot in view.robots:
             if robot.goal is not None:
@@ -54,20 +55,20 @@ class _Sensing(ABC):
 
     @abstractmethod
     def pick(self, view: FrontierView, robot: Explorer, cells: Ints) -> int:
-        """Return one of the frontier cells of the sensing region, of which there is at least one."""
+        """Choose one of the frontier cells of the sensing region, of which there is at least one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Orientation(_Sensing):
+class Orientation(_SensingRule):
     """Section IV-B: frontier cells in clockwise order from the robot's left.
 
-    The robot goes as far along the list as its cells are neighbours without a jump and less than a share of the sensor
-    range d_s away from the first: so the sensors see what is to the left, and it does not creep along walls.
+    The robot goes as far along the list as cells are neighbours and less than a share of the sensor range d_s away from
+    the first: so it sees what is to the left, without following walls closely.
 
     Parameters
     ----------
     share
-        Of d_s.
+        Share of d_s.
     """
 
     name: ClassVar[str] = "orientation"
@@ -81,6 +82,7 @@ class Orientation(_Sensing):
         limit = self.share * robot.kind.sensor_range_m / view.grid.resolution_m
         last = 0
         for k, follower in pairwise(range(len(listed))):
+            # a gap in the list means that a wall or another frontier lies between
             jump = max(abs(x[follower] - x[k]), abs(y[follower] - y[k])) > 1
             if jump or np.hypot(x[follower] - x[0], y[follower] - y[0]) >= limit:
                 break
@@ -89,31 +91,32 @@ class Orientation(_Sensing):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WidestFrontier(_Sensing):
-    """Section V-C: the middle of the frontier with the most cells, a frontier being a group of cells that touch."""
+class WidestFrontier(_SensingRule):
+    """Section V-C: the middle of the frontier (group of touching cells) with the most cells."""
 
     name: ClassVar[str] = "widest-frontier"
 
     def pick(self, view: FrontierView, robot: Explorer, cells: Ints) -> int:
-        """Return the cell of the widest frontier that is nearest to its centre of gravity."""
+        """Return the cell of the widest frontier that is nearest to its centroid."""
         widest = max(groups(cells, view.grid.cells.shape), key=len)
         return int(middle(widest, view.grid.width))
 
 
 def clockwise(view: FrontierView, robot: Explorer, cells: Ints) -> Ints:
-    """Return cells in clockwise order from a robot's left; of those in the same direction the farthest first.
+    """Return cells in clockwise order from a robot's left, the farthest first in each direction.
 
     A robot that has not moved yet faces along x.
     """
     x, y = view.xy(cells)
     dx, dy = x - robot.cell.x, y - robot.cell.y
     left = np.pi / 2 + (robot.heading or 0) * FULL_TURN / 8
+    # rounded, so that cells in one direction have equal angles; 360 degrees wrap to 0 afterwards
     behind_left = np.round(np.mod(left - np.arctan2(dy, dx), FULL_TURN), ANGLE_DIGITS)
     behind_left[behind_left >= round(FULL_TURN, ANGLE_DIGITS)] = 0.0
     return cells[np.lexsort((cells, -np.hypot(dx, dy), behind_left))]
 
 
 def _region(view: FrontierView, robot: Explorer) -> Ints:
-    """Return the cells (n,) that a robot sees where it is."""
+    """Return the cells (n,) that a robot sees from its cell."""
     sight = Sight(view.grid.cells, view.grid.opaque_codes())
     return sight.visible(robot.cell, robot.kind.sensor_range_m / view.grid.resolution_m)

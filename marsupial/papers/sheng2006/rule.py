@@ -1,9 +1,9 @@
-"""Bids for frontier cells by what would be seen from there, and by the way.
+"""Bids for frontier cells by what would be seen from there, and by route length.
 
 References
 ----------
 W. Sheng, Q. Yang, J. Tan, N. Xi: Distributed multi-robot coordination in area exploration, Robotics and Autonomous
-Systems 54(12), 2006; as it is compared with in Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two
+Systems 54(12), 2006; as compared with in Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two
 Cooperating Mobile Robots, section III, Eq. 2.
 """
 
@@ -26,15 +26,15 @@ from marsupial.strategies.frontier.view import Explorer, FrontierView
 class Sheng(Bidders):
     """Eq. 2 of Al-Khawaldah et al. without the nearness measure: g = w_1 I - w_2 D.
 
-    They leave that measure out, too (w_3 = 0), where robots can always communicate.
+    They leave that measure out too (w_3 = 0) if robots can always communicate.
 
     Parameters
     ----------
     w_1
-        Weight of I, how many cells in sensor range of the cell are unknown and neither in range of another robot nor of
-        the cell that it goes to.
+        Weight of I, the number of unknown cells in sensor range of the cell that are in range neither of another robot
+        nor of its goal.
     w_2
-        Weight of D, the length of the way there, in cells.
+        Weight of D, the length of the route there, in cells.
     """
 
     name: ClassVar[str] = "sheng"
@@ -48,6 +48,7 @@ class Sheng(Bidders):
         """Return the bids (n,) for the frontier cells."""
         width = view.grid.width
         left = view.grid.cells == UNKNOWN
+        # what others see or will see from their goals counts for nobody else
         for other in others:
             around = _around(other, view.grid)
             aim = [view.cell(cell) for cell in aims]
@@ -61,7 +62,7 @@ class Sheng(Bidders):
 
 
 def _around(robot: Explorer, grid: Grid) -> Ints:
-    """Return the offsets (k, 2) of the cells in a robot's range; none that lead off the map from everywhere on it."""
+    """Return the offsets (k, 2) of the cells in a robot's range, limited to the size of the map."""
     across = math.hypot(grid.width, grid.height)
     offsets = disc(min(robot.kind.sensor_range_m / grid.resolution_m, across))
     return offsets[(np.abs(offsets) < (grid.width, grid.height)).all(axis=1)]

@@ -27,22 +27,22 @@ from marsupial.papers.wurm2008.figure import segments_figure
 NAME = "wurm2008"
 TEAMS = {"fr079": (2, 3, 4, 5, 6), "cartesium": (2, 3, 4, 5, 6, 7, 8)}
 STAND_INS = {"fr079": "office", "cartesium": "rooms"}
-"""The built-in maps that are explored where the real ones are not at hand."""
+"""Built-in maps that replace real ones that are not available."""
 
 MAPS = Path("../shared/maps")
-"""Where the real maps are looked for, unless another folder is named."""
+"""Default folder of the real maps."""
 
 SHOWN_TEAM = 3
-"""Robots of the mission of which Figs. 2 and 3 are drawn."""
+"""Robots of the mission of Figs. 2 and 3."""
 
 RADIUS_M, SPEED_MPS, RANGE_M = 0.15, 0.5, 5.0
-"""Of each robot: the paper gives none of them. A wider one is kept out of much of both maps as they were drawn."""
+"""Properties of each robot, which the paper does not give. A wider one can't reach much of both maps as drawn."""
 
 SEGMENTS, CLOSEST = Contender("segmentation"), Contender("closest-frontier")
 
 
 def comparison(terms: ExperimentTerms) -> Comparison:
-    """Return the comparison: for each map and team, from the same starts."""
+    """Return the comparison: each map with each team, from the same starts."""
     scenarios: dict[Case, Scenario] = {}
     for name, sizes in TEAMS.items():
         found, grid = _map(name, terms.maps)
@@ -53,7 +53,7 @@ def comparison(terms: ExperimentTerms) -> Comparison:
 
 
 def _map(name: str, folder: Path) -> tuple[str, Grid]:
-    """Return a real map, or the built-in one that stands in for it, with its name."""
+    """Return a real map or its built-in replacement, with its name."""
     file = folder / f"{name}.yaml"
     if file.exists():
         return name, read_map(file).grid
@@ -76,7 +76,7 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return what the data say of each statement of section VI-A."""
+    """Return the findings on the statements of section VI-A."""
     by_map = {
         name: [outcome.pairing(case, SEGMENTS, TIME) for case in outcome.cases_of(name)] for name in _maps(outcome)
     }

@@ -32,19 +32,19 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 HUE_STEP = 0.618034
-"""From a segment to the next, the golden ratio: any few in a row differ well."""
+"""Step of hue from a segment to the next, the golden ratio: neighbours in the sequence differ well."""
 
 PALE = 0.35
 """Saturation of the segments."""
 
 MARGIN_M = 0.5
-"""What is shown around the known map."""
+"""Margin around the known map."""
 
 WIDTH_IN = 7.0
 
 
 def segments_figure(scenario: Scenario, *, share: float = 0.4, seed: int = 1) -> Figure:
-    """Return what the strategy `segmentation` makes of a map after that share of a mission's time."""
+    """Return the figure of a map's segmentation after a share of a mission's time."""
     grid, frontier = _moment(scenario, share, seed)
     terrains = frozenset[int]().union(*(kind.terrains for kind in scenario.robot_types))
     found = segment(grid, terrains, frontier)
@@ -65,12 +65,12 @@ class _Events(Observer):
         self.kept: list[MissionEvent] = []
 
     def event(self, event: MissionEvent) -> None:
-        """Keep it."""
+        """Keep an event."""
         self.kept.append(event)
 
 
 def _moment(scenario: Scenario, share: float, seed: int) -> tuple[Grid, Ints]:
-    """Return the known map after a share of a mission's time, and the frontier cells that are left to explore."""
+    """Return the known map after a share of a mission's time, and its remaining frontier cells."""
     events = _Events()
     simulate(scenario, strategy="segmentation", planner="none", budget=Budget(steps=1), seed=seed, observer=events)
     played = Playback(events.kept)
@@ -122,7 +122,7 @@ def _hues(count: int) -> Floats:
 
 
 def _painted(grid: Grid, found: Segmentation, colours: Floats) -> Floats:
-    """Return the map (height, width, 3): segments in these colours, the unknown grey, obstacles dark."""
+    """Return the map (height, width, 3): segments in their colours, unknown cells grey, obstacles dark."""
     picture = np.where((grid.cells == UNKNOWN)[:, :, None], 0.78, 0.15) * np.ones(3)
     inside = found.labels > 0
     picture[inside] = colours[found.labels[inside]]
@@ -130,7 +130,7 @@ def _painted(grid: Grid, found: Segmentation, colours: Floats) -> Floats:
 
 
 def _shaded(grid: Grid, found: Segmentation, blank: Floats) -> Floats:
-    """Return the map with its ground the darker the farther from obstacles."""
+    """Return the map with ground darker with the distance from obstacles."""
     space = found.blocks
     clearance = np.where(space.known, space.clearance, 0.0)
     rows, columns = (np.arange(n) // space.scale for n in grid.cells.shape)
@@ -159,6 +159,6 @@ def _graph(axes: Axes, found: Segmentation, *, width: float) -> None:
 
 
 def _points(axes: Axes, found: Segmentation) -> None:
-    """Mark the critical points, and those that were dismissed."""
+    """Mark the critical points, and the dismissed ones."""
     axes.plot(*found.blocks.xy(found.dismissed), "o", markersize=3.5, markerfacecolor="none", markeredgecolor=INK)
     axes.plot(*found.blocks.xy(found.critical), "o", markersize=5, color=COLOURS[0], markeredgecolor="white")

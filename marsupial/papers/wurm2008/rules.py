@@ -1,17 +1,17 @@
-"""Each robot to a segment of the map of its own: a room, a corridor, or a part of one; or to the closest frontier.
+"""Two rules: each robot gets its own segment of the map (a room, corridor or part of one), or the closest frontier.
 
-Segments that have something left to explore are assigned to the robots by the Hungarian method, at the length of the
-way to their nearest frontier; one's own segment is cheaper, so that robots finish what they have begun. Robots that
-share a segment share out its frontiers likewise. A frontier is a group of frontier cells that touch.
+Segments with something left to explore are assigned to robots by the Hungarian method, at the cost of the route to
+their nearest frontier. A robot's own segment costs less, so that robots finish what they began. Robots in the same
+segment share its frontiers in the same way. A frontier is a group of touching frontier cells.
 
-The closest frontier, what the segmentation is compared with, is as close as the nearest of its cells. Robots that have
-none choose one after the other, in the order of the team; once every frontier has a robot they choose among all.
+The closest frontier is the baseline. Its distance is that of its nearest cell. Robots without a frontier choose one
+after the other, in the order of the team; once every frontier has a robot they choose among all.
 
 References
 ----------
 Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
-sections III, V and VI-A, Algorithm 1, Eq. 4. In their simulations the segmentation was given; ours is made of the map
-known so far, as in section IV and as on their robots.
+sections III, V and VI-A, Algorithm 1, Eq. 4. In their simulations the segmentation was given; ours is computed from the
+known map, as in section IV and on their robots.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Segments:
     Parameters
     ----------
     discount
-        Factor of the cost of the segment that a robot is in. The paper has a constant and does not say which.
+        Factor on the cost of a robot's own segment, a constant that the paper does not give.
     """
 
     name: ClassVar[str] = "segmentation"
@@ -47,7 +47,7 @@ class Segments:
     discount: float = 0.5
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return the nearest cell of a frontier in the segment of each robot that can get to one."""
+        """Return for each robot the nearest cell of a frontier in its segment, if it can reach one."""
         cells = np.unique(np.concatenate([frontier.cells for frontier in view.frontiers.values()]))
         ways = _ways(view, cells)
         labels = segment(view.grid, _terrains(view), cells).labels.ravel()
@@ -65,7 +65,7 @@ class Segments:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClosestFrontier:
-    """The closest frontier without a robot."""
+    """Assigns the closest frontier without a robot."""
 
     name: ClassVar[str] = "closest-frontier"
     each_step: ClassVar[bool] = False
@@ -73,7 +73,7 @@ class ClosestFrontier:
     most_robots: ClassVar[int | None] = None
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return the nearest cell of the frontier for each robot that has none and can get to one."""
+        """Return for each robot without a goal the nearest cell of its frontier, if it can reach one."""
         taken = {robot.goal for robot in view.robots if robot.goal is not None}
         chosen: dict[str, int] = {}
         for robot in view.robots:
@@ -93,31 +93,32 @@ class ClosestFrontier:
 
 
 def assignment(costs: Floats) -> Ints:
-    """Return the column that each row is assigned, -1 for rows of which no finite one is left.
+    """Return the column assigned to each row, -1 for rows with no finite cost left.
 
-    With more rows than columns, columns are duplicated: none is assigned once more often than another that could be.
-    The sum of the costs is the least there is under these conditions; columns that are left over are assigned to no
-    row.
+    If there are more rows than columns, columns are duplicated, so that they are used equally often as far as costs are
+    finite. The sum of the costs is minimal under these conditions.
 
     Parameters
     ----------
     costs
-        (rows, columns): 0 or more, inf for what must not be assigned.
+        (rows, columns): 0 or more, inf for forbidden assignments.
     """
     rows, columns = costs.shape
     if not costs.size:
         return np.full(rows, -1, dtype=np.int64)
     finite = np.isfinite(costs)
-    more = 1.0 + rows * costs[finite].max(initial=0.0)  # than whole assignments differ by
+    # more than any two assignments of finite costs differ by: a copy of a column is used only if nothing else is left
+    more = 1.0 + rows * costs[finite].max(initial=0.0)
     copies = -(-rows // columns)
     layered = np.concatenate([costs + more * copy for copy in range(copies)], axis=1)
+    # the solver needs finite costs: forbidden assignments cost more than all others together
     layered[~np.isfinite(layered)] = more * rows * (copies + 1)
     found = least_assignment(layered)[1] % columns
     return np.where(finite[np.arange(rows), found], found, -1).astype(np.int64)
 
 
 def _ways(view: FrontierView, cells: Ints) -> Floats:
-    """Return the lengths (robots, n) of ways to where each robot explores these cells, inf for those it can't."""
+    """Return the lengths (robots, n) of the routes to the cells' viewpoints, inf for unreachable ones."""
     lengths = np.full((len(view.robots), len(cells)), np.inf)
     for i, robot in enumerate(view.robots):
         lengths[i, np.searchsorted(cells, view.frontier(robot).cells)] = view.ways(robot)
@@ -125,7 +126,7 @@ def _ways(view: FrontierView, cells: Ints) -> Floats:
 
 
 def _terrains(view: FrontierView) -> frozenset[int]:
-    """Return the codes of the terrain that some robot can drive on."""
+    """Return the terrain codes that some robot can drive on."""
     return frozenset[int]().union(*(robot.kind.terrains for robot in view.robots))
 
 
@@ -139,9 +140,9 @@ def _cheapest(ways: Floats, of: Ints) -> tuple[Floats, Ints]:
 
 
 def _share(ways: Floats, cells: Ints, shape: tuple[int, int]) -> list[int]:
-    """Return the cell that each robot (row of `ways`) goes to within a segment: the nearest of a frontier of its own.
+    """Return the goal of each robot (row of `ways`) in a segment: the nearest cell of the frontier assigned to it.
 
-    `cells` are the columns of `ways`, on a map of that shape (height, width).
+    `cells` are the columns of `ways`, on a map of shape (height, width).
     """
     frontier = np.empty(len(cells), dtype=np.int64)
     for k, group in enumerate(groups(cells, shape)):

@@ -1,15 +1,20 @@
 """Segments of a partly known map: rooms, corridors, or parts of them, that lead into the unknown.
 
-The Voronoi graph is cut at its critical points, and each known drivable cell belongs to the part of the graph that is
-nearest on the ground, in straight steps. A critical point is where the clearance along the graph is least, such as in
-a doorway, if
+    #############      1. the Voronoi graph runs in the middle between walls   (voronoi.py)
+    #     #     #      2. narrow points (x) have a local minimum of clearance
+    #  +--x--+  ?      3. critical ones cut the graph into pieces
+    #     #     ?      4. each cell joins the segment of the nearest piece
+    #############
+
+The Voronoi graph is cut at its critical points, and each known drivable cell belongs to the nearest part of the graph,
+in straight steps over the ground. A critical point is a minimum of the clearance along the graph, such as in a doorway,
+if
 
 - it has degree 2,
 - its neighbour along the graph, of all narrow points, junctions and ends, is a junction, and
-- it leads from there into the unknown: what lies beyond has something to explore that can be reached without passing
-  another such point.
+- it leads into the unknown: something beyond it can be explored without passing another such point.
 
-Where there is none, what is connected is one segment.
+Without critical points, connected ground is one segment.
 
 References
 ----------
@@ -33,23 +38,23 @@ from marsupial.native import native
 from marsupial.papers.wurm2008.voronoi import Blocks, VoronoiGraph, voronoi_graph
 
 RISE = 1.3
-"""A point is narrow if the clearance rises by this factor on both sides of it: less is the unevenness of walls."""
+"""A point is narrow if the clearance rises by this factor on both sides; less comes from uneven walls."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Segmentation:
-    """The segments of a map, and what they were made of.
+    """The segments of a map, with the intermediate results.
 
     Attributes
     ----------
     labels
-        (height, width): the segment of each known drivable cell, from 1 on else 0.
+        (height, width): the segment of each known drivable cell, from 1; 0 for other cells.
     count
-        How many segments there are.
+        Number of segments.
     blocks, graph
         The map in blocks and its Voronoi graph.
     critical, dismissed
-        Blocks (row-major) of the critical points; of those that were none for leading to nothing unknown.
+        Blocks (row-major) of the critical points, and of those dismissed since they lead to nothing unknown.
     """
 
     labels: Ints32
@@ -68,9 +73,9 @@ class _Cuts(NamedTuple):
     place
         (c,) Position in the graph's `inner`.
     edge
-        (c,) The edge that each lies on.
+        (c,) Edge of each.
     from_start, from_end
-        (c,) Whether it is next to a junction at the first, at the second end of its edge.
+        (c,) Whether it is next to a junction at the first, or second, end of its edge.
     """
 
     place: Ints
@@ -85,19 +90,21 @@ def segment(grid: Grid, terrains: frozenset[int], frontier: Ints | None = None) 
     Parameters
     ----------
     terrains
-        Codes of the terrain that robots drive on; other known cells are obstacles.
+        Terrain codes that robots drive on; other known cells are obstacles.
     frontier
-        The cells (row-major indices) from which there is something left to explore. If None, a point need not lead
-        into the unknown to be critical: all rooms are segments.
+        The cells (row-major indices) with something left to explore. If None, critical points need not lead into the
+        unknown, so that all rooms are segments.
     """
     space = Blocks.of(grid, terrains)
     drivable = code_table(terrains)[grid.cells[space.window.cut]]
     graph = voronoi_graph(space)
     cuts = _narrow(graph, space.clearance)
     sources, pieces = _sources(graph, cuts, space, drivable)
+    # piece by cell; cells that no source reaches have source -1, which picks the appended -1
     source = _nearest(drivable.ravel(), drivable.shape[1], sources)
     piece = np.append(pieces, -1)[source]
     links = np.concatenate([_links(graph, cuts), _bridges(graph, cuts, piece, drivable.shape[1])])
+    # a narrow point is critical only if its far side, seen from the junction, leads to a frontier
     critical = np.ones(len(cuts.place), dtype=np.bool_)
     if frontier is not None:
         component = _components(graph, cuts, links)
@@ -106,6 +113,7 @@ def segment(grid: Grid, terrains: frozenset[int], frontier: Ints | None = None) 
         leads[component[reached[reached >= 0]]] = True
         before, after = leads[component[_beside(graph, cuts)]].T
         critical = (cuts.from_start & after) | (cuts.from_end & before)
+    # dismissed points separate nothing: join the pieces on both sides
     component = _components(graph, cuts, np.concatenate([links, _beside(graph, cuts)[~critical]]))
     found, count = _labels(drivable, sources, source, component[pieces])
     labels = np.zeros(grid.cells.shape, dtype=np.int32)
@@ -131,9 +139,9 @@ def _narrow(graph: VoronoiGraph, clearance: Floats) -> _Cuts:
 
 
 def _sources(graph: VoronoiGraph, cuts: _Cuts, space: Blocks, drivable: Mask) -> tuple[Ints, Ints]:
-    """Return a drivable cell of each block of the graph that has one, and the piece of the graph that it is of.
+    """Return a drivable cell of each block of the graph that has one, and its piece of the graph.
 
-    Pieces are the nodes, then for each edge what its cuts leave of it, in order.
+    Pieces are the nodes, then for each edge its parts between cuts, in order.
     """
     nodes, inner = len(graph.nodes), np.arange(len(graph.inner))
     edge = np.repeat(np.arange(len(graph.ends)), np.diff(graph.bounds))
@@ -145,7 +153,7 @@ def _sources(graph: VoronoiGraph, cuts: _Cuts, space: Blocks, drivable: Mask) ->
 
 
 def _links(graph: VoronoiGraph, cuts: _Cuts) -> Ints:
-    """Return the pairs (n, 2) of pieces that nodes link: an edge's ends with its first and its last piece."""
+    """Return the pairs (n, 2) of pieces linked at nodes: the ends of an edge with its first and last piece."""
     edges = np.arange(len(graph.ends))
     first, last = (edges + np.searchsorted(cuts.edge, edges, side=side) for side in ("left", "right"))
     beside = len(graph.nodes) + np.stack([first, last], axis=1)
@@ -153,7 +161,7 @@ def _links(graph: VoronoiGraph, cuts: _Cuts) -> Ints:
 
 
 def _beside(graph: VoronoiGraph, cuts: _Cuts) -> Ints:
-    """Return the pieces (c, 2) before and behind each cut."""
+    """Return the pieces (c, 2) before and after each cut."""
     before = len(graph.nodes) + cuts.edge + np.arange(len(cuts.place))
     return np.stack([before, before + 1], axis=1)
 
@@ -166,9 +174,9 @@ def _components(graph: VoronoiGraph, cuts: _Cuts, links: Ints) -> Ints:
 
 
 def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
-    """Return the pairs (n, 2) of pieces that hold together what no narrow point parts.
+    """Return the pairs (n, 2) of pieces that join parts which no narrow point separates.
 
-    Parts of the graph that only the unknown links are joined where the ground nearest to them has the longest border.
+    Parts of the graph that are linked only through the unknown are joined where their ground has the longest border.
     """
     links = _links(graph, cuts)
     room = _components(graph, cuts, links)
@@ -177,6 +185,7 @@ def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
     borders = _borders(piece, room, whole, width)
     pairs, lengths = np.unique(borders, axis=0, return_counts=True)
     bridges = []
+    # as in Kruskal's algorithm: longest borders first, skipping parts that are joined already
     for a, b in pairs[np.argsort(-lengths, kind="stable")].tolist():
         if whole[a] != whole[b]:
             whole[whole == whole[b]] = whole[a]
@@ -185,10 +194,10 @@ def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
 
 
 def _labels(drivable: Mask, sources: Ints, source: Ints32, component: Ints) -> tuple[Ints32, int]:
-    """Return the segment of each cell (height, width) and their number.
+    """Return the segment of each cell (height, width), and the number of segments.
 
-    Segments are the components of the graph, by source, and connected ground where the graph has no part; none
-    reaches from one connected part of the ground to another.
+    Segments are the components of the graph, by source, and connected ground without a part of the graph; none spans
+    two separate parts of the ground.
     """
     part, most = parts(drivable)
     keys, label = np.unique(component * (most + 1) + part.ravel()[sources], return_inverse=True)
@@ -199,9 +208,9 @@ def _labels(drivable: Mask, sources: Ints, source: Ints32, component: Ints) -> t
 
 @native
 def _nearest(drivable: Flags, width: int, sources: Ints) -> Ints32:
-    """Return for each cell the position in `sources` of the nearest of them in straight steps, -1 for none.
+    """Return for each cell the position in `sources` of the nearest one in straight steps, -1 for none.
 
-    Cells are row-major in rows of that width.
+    Cells are row-major in rows of `width`.
     """
     found = np.full(drivable.size, -1, dtype=np.int32)
     queue = np.empty(drivable.size, dtype=np.int64)
@@ -228,14 +237,15 @@ def _nearest(drivable: Flags, width: int, sources: Ints) -> Ints32:
 
 @native
 def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> tuple[Ints, Ints]:
-    """Return the first and the last narrow point of each edge as places in `inner`, -1 where there is none.
+    """Return the first and the last narrow point of each edge as positions in `inner`, -1 for none.
 
-    Of equally narrow places side by side the middle one counts. `at_nodes` and `at_inner` are clearances.
+    Of adjacent equally narrow positions the middle one counts. `at_nodes` and `at_inner` are clearances.
     """
     first = np.full(len(ends), -1, dtype=np.int64)
     last = first.copy()
     for edge in range(len(ends)):
         begin, end = bounds[edge], bounds[edge + 1]
+        # `extreme` is the highest clearance while it rises, the lowest after a fall by the factor RISE
         falls = False
         extreme = at_nodes[ends[edge, 0]]
         left = right = begin
@@ -249,7 +259,7 @@ def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> 
                 extreme, left, right = value, place, place
             elif value == extreme:
                 right = place
-            elif value > RISE * extreme:
+            elif value > RISE * extreme:  # it has risen again: the minimum in between is a narrow point
                 last[edge] = (left + right) // 2
                 if first[edge] < 0:
                     first[edge] = last[edge]
@@ -259,12 +269,12 @@ def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> 
 
 @native
 def _borders(piece: Ints, room: Ints, whole: Ints, width: int) -> Ints:
-    """Return a pair (n, 2) of rooms for each pair of cells side by side that belong to different wholes, lower first.
+    """Return a pair (n, 2) of rooms, lower first, for each pair of adjacent cells in different wholes.
 
     Parameters
     ----------
     piece
-        Piece of the graph of each cell, row-major on a map of that width; -1 for none.
+        Piece of each cell, row-major on a map of `width`; -1 for none.
     room, whole
         Room of each piece, whole of each room.
     """

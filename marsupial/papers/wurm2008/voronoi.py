@@ -1,14 +1,14 @@
-"""The Voronoi graph of a partly known map: where the nearest obstacles on two sides are equally far away.
+"""The Voronoi graph of a partly known map: the points with equally near obstacles on two sides.
 
-The graph is the skeleton of the open space, thinned out of the map in blocks of about 10 cm, which keeps doors and is
-quick to thin. The unknown counts as open as far as `UNSEEN_M` from what is known: a frontier is no wall, and a door
-seen from one side has both its posts. Obstacles so small that one walks round them bound no room and are left out. Of
-the skeleton what lies on known ground is the graph, without the branches into mere corners.
+The graph is the skeleton of the open space, computed by thinning in blocks of about 10 cm, which keeps doors and is
+fast. Unknown cells up to `UNSEEN_M` from known ones count as open: a frontier is no wall, and a door seen from one side
+has both its posts. Small obstacles such as furniture bound no room and are ignored. The graph is the part of the
+skeleton on known ground, without branches into mere corners.
 
 References
 ----------
 Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
-section IV, Eqs. 1 and 2, Figs. 2 and 3. Which branches to prune it does not say; ours is the rule of Attali, Sanniti
+section IV, Eqs. 1 and 2, Figs. 2 and 3. It does not say which branches to prune; ours is the rule of Attali, Sanniti
 di Baja and Thiel: Skeleton simplification through non significant branch removal, Image Processing and Communications
 3, 1997: by how far the disc at a branch's end stands out of the disc where the branch is widest, which mostly is where
 it begins.
@@ -29,18 +29,18 @@ from marsupial.model.grid import UNKNOWN, Grid, Mask, code_table
 from marsupial.native import inlined, native
 
 BLOCK_M = 0.1
-"""Edge of a block: a door is some eight of them wide, and thinning costs a tenth of what it does on cells of 5 cm."""
+"""Side of a block: a door is about eight wide, and thinning costs a tenth of that on 5 cm cells."""
 
 UNSEEN_M = 1.5
-"""How far the unknown counts as open: about half a corridor's width, so that its middle does not bend at a frontier."""
+"""How far the unknown counts as open: about half a corridor's width, so that the graph stays straight at frontiers."""
 
 CLUTTER_M = 0.5
-"""Largest extent of an obstacle that is left out: legs of tables, chairs, bins, people."""
+"""Largest extent of an ignored obstacle: legs of tables, chairs, bins, people."""
 
 PROTRUSION = 0.5
 """A branch is pruned beyond its widest point if it stands out from there by less than this share of its clearance.
 
-Into the square corner of a room it does by sqrt(2) - 1 of it, through a door by about all of it.
+The share is sqrt(2) - 1 in the square corner of a room, and about 1 through a door.
 """
 
 _TOUCHING: Mask = np.ones((3, 3), dtype=np.bool_)
@@ -48,22 +48,22 @@ _TOUCHING: Mask = np.ones((3, 3), dtype=np.bool_)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Blocks:
-    """The part of a map around what is known, in square blocks of cells; arrays are (rows, columns) of blocks.
+    """The known part of a map and its margin, in square blocks of cells; arrays are (rows, columns) of blocks.
 
     Attributes
     ----------
     scale
         Cells along the edge of a block.
     row, column
-        Which row and column of blocks of the map the first ones are; -1 where they are the obstacle all around it.
+        Row and column on the map of the first block; -1 for the closed border around the map.
     window
-        The cells of the map that lie in blocks.
+        The cells of the map in these blocks.
     known
         Blocks of known ground: without a wall, and at least half drivable or with clutter.
     open
-        These, and the unknown that counts as open.
+        Known blocks, and unknown ones that count as open.
     clearance
-        Distance from a block's centre to that of the closest wall, in blocks; their whole extent where there is none.
+        Distance between the centres of a block and of the closest wall, in blocks; the whole extent without any wall.
     """
 
     scale: int
@@ -76,7 +76,7 @@ class Blocks:
 
     @classmethod
     def of(cls, grid: Grid, terrains: frozenset[int]) -> Blocks:
-        """Return the blocks of a map; known cells that are not of these terrain codes are obstacles."""
+        """Return the blocks of a map; known cells of other terrain codes are obstacles."""
         scale = max(1, round(BLOCK_M / grid.resolution_m))
         block_m = scale * grid.resolution_m
         margin = max(1, round(UNSEEN_M / block_m))
@@ -85,6 +85,7 @@ class Blocks:
         cells = grid.cells[window.cut]
         drivable = code_table(terrains)[cells]
         blocked = cut.cells_in((cells != UNKNOWN) & ~drivable, window, outside=True) > 0
+        # a block with any obstacle is a wall: at this size walls of a single cell must not vanish
         wall = blocked & ~_clutter(blocked, CLUTTER_M / block_m)
         ground = 2 * cut.cells_in(drivable, window, outside=False) >= scale * scale
         known = (blocked | ground) & ~wall
@@ -116,7 +117,7 @@ class Blocks:
 
 
 class _Cut(NamedTuple):
-    """Rows `bottom` to before `top` of blocks, columns `left` to before `right`."""
+    """Rows `bottom` up to `top` of blocks, columns `left` up to `right`, both ends excluded."""
 
     bottom: int
     top: int
@@ -126,7 +127,7 @@ class _Cut(NamedTuple):
 
     @classmethod
     def around(cls, seen: Mask, scale: int, margin: int) -> _Cut:
-        """Return the blocks with a seen cell and `margin` more, as far as one block beyond the map."""
+        """Return the blocks with a known cell and a margin, up to one block beyond the map."""
         rows, columns = (np.flatnonzero(seen.any(axis=axis)) // scale for axis in (1, 0))
         if not len(rows):
             return cls(0, 1, 0, 1, scale)
@@ -138,14 +139,14 @@ class _Cut(NamedTuple):
         )  # fmt: skip
 
     def window(self, grid: Grid) -> Window:
-        """Return the cells of a map that lie in these blocks."""
+        """Return the cells of a map in these blocks."""
         return Window(
             max(0, self.bottom) * self.scale, min(grid.height, self.top * self.scale),
             max(0, self.left) * self.scale, min(grid.width, self.right * self.scale),
         )  # fmt: skip
 
     def cells_in(self, mask: Mask, window: Window, *, outside: bool) -> Ints:
-        """Return how many cells of each block a mask of the window holds; cells beyond the map are `outside`."""
+        """Return the number of set cells of a mask per block; cells beyond the map count as `outside`."""
         rows, columns = (self.top - self.bottom) * self.scale, (self.right - self.left) * self.scale
         y, x = window.bottom - self.bottom * self.scale, window.left - self.left * self.scale
         cells = np.full((rows, columns), outside, dtype=np.bool_)
@@ -161,7 +162,7 @@ class _Cut(NamedTuple):
 class VoronoiGraph:
     """A graph whose nodes are junctions and ends and whose edges are strings of blocks of degree 2.
 
-    Blocks are linked to the eight around them, but not diagonally where there is a link round the corner.
+    Blocks are linked to their eight neighbours, but not diagonally if straight links connect the two.
 
     Attributes
     ----------
@@ -183,21 +184,22 @@ class VoronoiGraph:
 
 def voronoi_graph(space: Blocks) -> VoronoiGraph:
     """Return the pruned Voronoi graph of a map in blocks."""
-    from skimage.morphology import skeletonize  # takes a tenth of a second to import
+    from skimage.morphology import skeletonize  # its import takes a tenth of a second
 
     skeleton: Mask = skeletonize(space.open) & space.known
     clearance, width = space.clearance.ravel(), space.known.shape[1]
+    # pruning turns junctions into inner blocks, which makes longer branches: repeat until none is insignificant
     while True:
         graph = _traced(skeleton)
         pruned = _insignificant(graph.nodes, graph.degrees, graph.ends, graph.bounds, graph.inner, clearance, width)
         if not len(pruned):
             return graph
         skeleton.ravel()[pruned] = False
-        skeleton = skeletonize(skeleton)  # where all branches of a crossing are gone it leaves a ring of four
+        skeleton = skeletonize(skeleton)  # a crossing without branches is left as a ring of four blocks
 
 
 def _clutter(blocked: Mask, extent: float) -> Mask:
-    """Return the blocks of the obstacles that extend no further, in blocks, on both axes and lie off the rim."""
+    """Return the blocks of obstacles off the rim whose extent on both axes is at most this, in blocks."""
     labels, _ = ndimage.label(blocked, _TOUCHING)
     small = [max(y.stop - y.start, x.stop - x.start) <= extent + 1e-9 for y, x in ndimage.find_objects(labels)]
     table = np.array([False, *small])
@@ -208,7 +210,7 @@ def _clutter(blocked: Mask, extent: float) -> Mask:
 
 
 def _traced(skeleton: Mask) -> VoronoiGraph:
-    """Return the graph of a skeleton, none of whose blocks lies on the rim."""
+    """Return the graph of a skeleton, which has no blocks on the rim."""
     width = skeleton.shape[1]
     blocks = np.flatnonzero(skeleton)
     count = len(blocks)
@@ -233,7 +235,7 @@ def _traced(skeleton: Mask) -> VoronoiGraph:
 
 
 class _Tracing(NamedTuple):
-    """What a tracing works in; flat arrays of blocks unless another shape is given.
+    """The arrays of a tracing, flat over blocks unless a shape is given.
 
     Attributes
     ----------
@@ -242,7 +244,7 @@ class _Tracing(NamedTuple):
     degree, node
         Number of links of each block; its position in `nodes` or -1, and -2 once it is in `inner`.
     nodes, ends, bounds, inner
-        Receive what those of `VoronoiGraph` hold.
+        Output, as in `VoronoiGraph`.
     """
 
     skeleton: Flags
@@ -257,7 +259,7 @@ class _Tracing(NamedTuple):
 
 @inlined
 def _linked(work: _Tracing, block: int, turn: int) -> bool:
-    """Say whether a block is linked to the next one in a direction."""
+    """Return whether a block is linked to its neighbour in a direction."""
     if not work.skeleton[block + work.around[turn]]:
         return False
     if not turn & 1:
@@ -267,12 +269,13 @@ def _linked(work: _Tracing, block: int, turn: int) -> bool:
 
 @inlined
 def _follow(work: _Tracing, start: int, edges: int) -> int:
-    """Enter the edges of a node that have not been entered yet; return how many there are now."""
+    """Append the edges of a node that are not traced yet; return the number of edges."""
     filled = work.bounds[edges]
     for turn in range(8):
         if not _linked(work, start, turn):
             continue
         before, block = start, start + work.around[turn]
+        # traced from the other end; a link of two nodes without inner blocks is traced from the lower one only
         if work.node[block] == -2 or (work.node[block] >= 0 and block <= start):
             continue
         while work.node[block] == -1:
@@ -292,7 +295,7 @@ def _follow(work: _Tracing, start: int, edges: int) -> int:
 
 @native
 def _trace(blocks: Ints, work: _Tracing) -> tuple[int, int]:
-    """Trace the graph of the skeleton's blocks; return how many nodes and edges it has."""
+    """Trace the graph of the skeleton's blocks; return its numbers of nodes and edges."""
     nodes = edges = 0
     for block in blocks:
         for turn in range(8):
@@ -303,7 +306,7 @@ def _trace(blocks: Ints, work: _Tracing) -> tuple[int, int]:
     for k in range(nodes):
         edges = _follow(work, work.nodes[k], edges)
     for block in blocks:
-        if work.node[block] == -1:  # on a ring without a junction
+        if work.node[block] == -1:  # a ring without a junction gets a node here
             work.nodes[nodes], work.node[block] = block, nodes
             nodes += 1
             edges = _follow(work, block, edges)
@@ -314,14 +317,14 @@ def _trace(blocks: Ints, work: _Tracing) -> tuple[int, int]:
 def _insignificant(
     nodes: Ints, degrees: Ints, ends: Ints, bounds: Ints, inner: Ints, clearance: Floats, width: int
 ) -> Ints:
-    """Return the blocks to prune: of each branch what lies beyond its widest point and adds little to it.
+    """Return the blocks to prune: the part of each branch beyond its widest point, if it stands out little from there.
 
     Parameters
     ----------
     nodes, degrees, ends, bounds, inner
         Those of `VoronoiGraph`; a branch is an edge from a junction to an end.
     clearance
-        Of each block, row-major in rows of that width.
+        Clearance of each block, row-major in rows of this width.
     """
     found = np.empty(len(nodes) + len(inner), dtype=np.int64)
     count = 0

@@ -1,7 +1,7 @@
 """The experiment of Wurm et al. 2010: temporal planning against the deployment heuristic, in an office and a maze.
 
-The paper's maps are not public; ours are made after their descriptions. It prints no numbers beside its figures, so
-what can be compared are its figures' shapes and its statements.
+The paper's maps are not public; ours follow their descriptions. It prints no numbers except in figures, so only the
+shapes of figures and the statements can be compared.
 
 References
 ----------
@@ -30,17 +30,17 @@ CARRIERS, ROVERS = (1, 2, 3, 4, 5, 6), (1, 2, 3)
 FIGURE_6_ROVERS = 2
 
 MARGINAL = 0.10
-"""How much of the time of a single carrier the carriers after the third may save to count as marginal."""
+"""Greatest saving by carriers after the third that counts as marginal, as a share of a single carrier's time."""
 
 FLAT = 0.05
-"""How much less time one more carrier has to take at least to be of use."""
+"""Least saving of time by one more carrier that counts as useful."""
 
 
 def comparison(terms: ExperimentTerms) -> Comparison:
-    """Return the comparison: for each team, environment and method."""
+    """Return the comparison: each team in each environment with each method."""
     scenarios = {}
     for name in (OFFICE, MAZE):
-        grid = builtin_scenario(name).grid  # one for all teams: it travels to each worker once
+        grid = builtin_scenario(name).grid  # shared by all teams, so that it is sent to each worker once
         for carriers in CARRIERS:
             for rovers in ROVERS:
                 scenario = replace(builtin_scenario(name, carriers, rovers), grid=grid)
@@ -63,7 +63,7 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return what the data say of each statement of section IV-C and the conclusion."""
+    """Return the findings on the statements of section IV-C and the conclusion."""
     return [
         _everywhere(
             outcome,
@@ -104,7 +104,7 @@ def _everywhere(
     statement: str,
     where: str,
 ) -> Finding:
-    """Judge that temporal planning is better in every cell of these."""
+    """Judge whether temporal planning is better in each of these cells."""
     planned = outcome.contenders[0]
     cases = [c for c in outcome.cases if c.scenario in scenarios and c.rovers in rovers]
     pairings = [outcome.pairing(case, planned, measure) for case in cases]
@@ -191,7 +191,7 @@ def _knee_depends_on_the_environment(outcome: ComparisonOutcome) -> Finding:
 
 
 def _knee(times: dict[int, float]) -> int | None:
-    """Return the number of carriers after which one more is of little use; the greatest there is if always of use."""
+    """Return the number of carriers after which one more is of little use; the greatest number if always useful."""
     if len(times) < len(CARRIERS):
         return None
     for few, more in pairwise(CARRIERS):

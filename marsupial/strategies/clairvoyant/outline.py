@@ -15,8 +15,9 @@ from itertools import pairwise
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.maps.survey import Poses, Survey, planning_type, travel_times
+from marsupial.maps.survey import Survey, planning_type
 from marsupial.maps.targets import Target
+from marsupial.maps.travel import Poses, travel_times
 from marsupial.model.grid import Cell
 from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.plan import Action, ActionName, Plan

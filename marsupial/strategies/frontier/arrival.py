@@ -1,4 +1,4 @@
-"""When robots that drive to frontiers are to be told anew where to go: as soon as they know what is there."""
+"""When to assign new frontiers: as soon as a robot has arrived, or its frontier has been seen by others."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ from marsupial.model.world import News, RobotReport
 
 
 class OnArrival(Lookout):
-    """Asks for another decision when a robot has arrived, failed, or drives to what has been seen by now."""
+    """Replans when a robot has arrived or failed, or drives to a frontier that has been seen meanwhile."""
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Return who has arrived or failed, and whose frontier has been seen through."""
+        """Return the triggers: robots that arrived or failed, or whose frontier is gone."""
         arrived = {action.robot for action in done if action.name is ActionName.EXPLORE}
-        told = {Cause.ROBOT_FREE: sorted(arrived)}
+        robots_by_cause = {Cause.ROBOT_FREE: sorted(arrived)}
         if news.revealed:
-            told[Cause.GONE] = self._seen_through(self._aims(work))
-        triggers = setbacks_in(news) + tuple(Trigger(cause, tuple(names)) for cause, names in told.items() if names)
+            robots_by_cause[Cause.GONE] = self._seen_through(self._aims(work))
+        triggers = setbacks_in(news)
+        triggers += tuple(Trigger(cause, tuple(names)) for cause, names in robots_by_cause.items() if names)
         if triggers or work.idle:
             return triggers or (Trigger(Cause.CARRIED_OUT),)
         if self._due:
@@ -39,7 +40,7 @@ class OnArrival(Lookout):
         return ()
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return what the map known so far means for the team."""
+        """Return the survey of the known map for the team."""
         robots = self._world.robots()
         left = self._surveyor.anything_left(robots)
         if not late:
@@ -48,26 +49,26 @@ class OnArrival(Lookout):
         return self._surveyor.survey(robots, self._world.now_ms, keep, targets)
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
-        """Take in that robots drive to where they were sent."""
+        """Note that a plan for a survey is being carried out."""
         self._looked(fresh=since is not None)
 
     @abstractmethod
     def _aims(self, work: PlanProgress) -> Mapping[str, int]:
-        """Return the frontier cell (row-major index) of each robot on the way to one that it may give up."""
+        """Return the frontier cell (row-major index) of each robot on its way to one, if it may give that up."""
 
     @abstractmethod
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
-        """Return the targets for the robots that are not lost, as long as anything is left to explore."""
+        """Return the targets for the robots that are not lost, while something is left to explore."""
 
     def _seen_through(self, aims: Mapping[str, int]) -> list[str]:
-        """Return the robots whose frontier cell is none any more."""
+        """Return the robots whose cell is no frontier cell any more."""
         cells = np.array(list(aims.values()), dtype=np.int64)
         left = self._surveyor.finder.at_unknown(cells)
         return [name for name, still in zip(list(aims), left.tolist(), strict=True) if not still]
 
 
 class WholeFrontiers(OnArrival):
-    """Surveys with a target for each frontier, a group of cells that touch, at its cell that is nearest to a robot."""
+    """Surveys with one target per frontier (group of touching cells), at the cell that a robot reaches first."""
 
     _cells: Mapping[str, Cell] = MappingProxyType({})
 
@@ -85,7 +86,7 @@ class WholeFrontiers(OnArrival):
         return aims
 
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
-        """Return the targets; nobody is sent to where a robot stands already."""
+        """Return the targets; a robot is not sent to where it stands already."""
         now_ms = self._world.now_ms
         frontiers = self._surveyor.frontiers(self._world.robots())
         soonest_s: dict[str, Floats] = {}
@@ -95,7 +96,7 @@ class WholeFrontiers(OnArrival):
                 if robot.type != name or robot.cell is None:
                     continue
                 ways = self._surveyor.lengths(name, robot.cell, frontier.viewpoints, robot.heading)
-                if robot.free_at_ms <= now_ms:
+                if robot.free_at_ms <= now_ms:  # standing there already has revealed nothing more
                     ways[ways == 0] = np.inf
                 np.minimum(soonest_s[name], ways / self._territory.kinds[name].speed_mps, out=soonest_s[name])
         targets = self._surveyor.finder.find_whole(frontiers, soonest_s)

@@ -1,8 +1,7 @@
-"""Robots that bid: each takes the frontier cell that it bids most for, and bids anew at every cell it comes to.
+"""Rules by bids: each robot takes the frontier cell with its highest bid, and bids again at every cell it reaches.
 
-All robots bid on the same map, in the order of the team. Of equal bids the one for the first cell counts, row by row. A
-robot that goes to and fro between two cells, since the bids for two targets change with every step, is sent to a
-neighbouring cell by lot.
+All robots bid on the same map, in the order of the team. Of equal bids that for the first cell wins, row by row. Bids
+may change with every step, so that a robot oscillates between two cells: it is sent to a random neighbouring cell then.
 """
 
 from __future__ import annotations
@@ -18,19 +17,19 @@ from marsupial.arrays import Flags, Floats, Ints
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 EQUAL = 1e-9
-"""Bids that differ by no more are equal."""
+"""Greatest difference of equal bids."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bidders(ABC):
-    """Robots that bid one after the other."""
+    """Base of the rules by bids: robots bid one after the other."""
 
     each_step: ClassVar[bool] = True
     gives_up: ClassVar[bool] = True
     most_robots: ClassVar[int | None] = None
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return the cell with the highest bid for each robot that can get to one."""
+        """Return the cell with the highest bid for each robot that can reach one."""
         goals = {robot.name: robot.goal for robot in view.robots}
         for robot in view.robots:
             others = [other for other in view.robots if other is not robot]
@@ -39,7 +38,7 @@ class Bidders(ABC):
             bids = self.bids(view, robot, ways, others, aims)
             bids[~np.isfinite(ways)] = -np.inf
             if robot.oscillates:
-                goals[robot.name] = _aside(view, robot)
+                goals[robot.name] = _random_step(view, robot)
             elif np.isfinite(bids).any():
                 best = int(np.argmax(bids >= bids.max() - EQUAL))
                 goals[robot.name] = int(view.frontier(robot).cells[best])
@@ -56,35 +55,35 @@ class Bidders(ABC):
         Parameters
         ----------
         ways
-            (n,) lengths of its ways there, in cells.
+            (n,) lengths of its routes there, in cells.
         others
             The other robots.
         aims
-            The frontier cells that they go to.
+            The frontier cells that the others drive to.
         """
 
 
 def counted(mask: Flags, around: Ints, cells: Ints) -> Floats:
-    """Return how many cells of a mask lie around each of some cells.
+    """Return the number of set cells of a mask around each of some cells, by a Fourier transform.
 
     Parameters
     ----------
     mask
         (height, width).
     around
-        (k, 2): dx, dy of the cells that count, from a cell; (0, 0) at least.
+        (k, 2): offsets dx, dy of the cells to count; at least (0, 0).
     cells
         (n,) row-major indices.
     """
     reach = int(np.abs(around).max())
     shape = (mask.shape[0] + 2 * reach, mask.shape[1] + 2 * reach)
     kernel = np.zeros(shape)
-    kernel[-around[:, 1], -around[:, 0]] = 1.0  # negative ones count from the end, where the transform goes on
+    kernel[-around[:, 1], -around[:, 0]] = 1.0  # negative indices count from the end, where a periodic signal continues
     found = np.fft.irfft2(np.fft.rfft2(mask, shape) * np.fft.rfft2(kernel), shape)
     return np.rint(found[: mask.shape[0], : mask.shape[1]].ravel()[cells])
 
 
-def _aside(view: FrontierView, robot: Explorer) -> int | None:
-    """Return one of the cells around a robot that it can step to, by lot."""
+def _random_step(view: FrontierView, robot: Explorer) -> int | None:
+    """Return a random cell that a robot can step to."""
     near = view.around(robot)
     return int(view.rng.choice(near)) if len(near) else None

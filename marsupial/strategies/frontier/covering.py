@@ -1,10 +1,10 @@
-"""Ways on which the whole team sees everything, as if all that is unknown were free ground.
+"""Tours on which the team sees everything, assuming that all unknown cells are free.
 
-Such ways are searched for as the clairvoyant searches them, on the known map with its unknown cells taken for ground.
-Robots follow them as long as they can. Whenever the map turns out to be another one, and a way is blocked or a robot
-has come some way since, the ways are made to fit it: what of them is left is kept, stops are put in for what they miss,
-and a few rounds of the search follow. Unlike a plan that visits frontiers, they count what is seen in passing, so
-little is left behind that costs a way back.
+The search of the clairvoyant plans the tours, on the known map with unknown cells taken for free ground. Robots follow
+them while the assumption holds. If the map turned out differently, and a tour is blocked or a robot has driven some
+distance since, the tours are repaired: stops that remain useful are kept, stops are inserted for what is missed, and a
+few rounds of the search follow. Unlike a plan that visits frontiers, tours count what is seen in passing, so they leave
+little behind that costs a detour later.
 
 References
 ----------
@@ -31,24 +31,24 @@ from marsupial.strategies.clairvoyant.search import best_outline, fitted
 from marsupial.strategies.frontier.view import FrontierView
 
 FIRST_SHARE = 4.0
-"""How many times the rounds of a later search the first one has, before anything is explored."""
+"""Effort of the first search, before anything is explored, as a multiple of that of later ones."""
 
 LATER_SHARE = 0.2
-"""By which share of its sensor range a robot has to move before ways are searched for again that are not blocked."""
+"""Share of its sensor range that a robot drives before tours that are not blocked are planned again."""
 
 
 @dataclass(slots=True, kw_only=True)
-class _Ways:
-    """What robots follow.
+class _Tours:
+    """The tours that robots follow.
 
     Parameters
     ----------
     guess
-        The cells (height, width) of the map that the ways were made for.
+        The map (height, width) that the tours were planned for.
     routes
-        The cells that each robot is still to pass, its own first.
+        The remaining cells of each robot, its present one first.
     begun
-        Where the robots were when the ways were made.
+        The robots' cells when the tours were planned.
     """
 
     guess: CellArray
@@ -59,12 +59,12 @@ class _Ways:
 
 @dataclass(slots=True, kw_only=True)
 class Covering:
-    """Follows ways that see everything.
+    """Follows tours that see everything.
 
     Parameters
     ----------
     rounds, seconds
-        Of the search whenever ways are made to fit the map: it ends with whatever comes first.
+        Limits of each search after the first; it ends at the first that is reached.
     """
 
     name: ClassVar[str] = "covering"
@@ -74,16 +74,17 @@ class Covering:
 
     rounds: float = 4.0
     seconds: float = math.inf
-    _ways: _Ways | None = field(default=None, init=False)
+    _tours: _Tours | None = field(default=None, init=False)
     _searches: int = field(default=0, init=False)
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return the next cell of each robot's way, or the nearest frontier cell where no robot has any."""
+        """Return the next cell of each robot's tour, or the nearest frontier cells if no robot has any left."""
         guess = view.grid.cells.copy()
+        # any terrain that a robot can drive on will do; the lowest code, to be reproducible
         guess[guess == UNKNOWN] = min(frozenset[int]().union(*(robot.kind.terrains for robot in view.robots)))
-        ways = self._ways = self._fitting(guess)
+        ways = self._tours = self._usable(guess)
         if ways is None or not _follow(ways, view) or self._is_overtaken(ways, view, guess):
-            ways = self._ways = self._searched(view, guess)
+            ways = self._tours = self._plan(view, guess)
         chosen = {}
         for robot in view.robots:
             route = ways.routes[robot.name]
@@ -94,12 +95,12 @@ class Covering:
         closest = {robot.name: view.closest(robot, view.ways(robot)) for robot in view.robots}
         return {name: goal for name, goal in closest.items() if goal is not None}
 
-    def _fitting(self, guess: CellArray) -> _Ways | None:
-        """Return the ways that were made before, unless the frame of the map has grown: their cells are others now."""
-        return None if self._ways is None or self._ways.guess.shape != guess.shape else self._ways
+    def _usable(self, guess: CellArray) -> _Tours | None:
+        """Return the last tours, unless the map's frame grew: their cells have other indices now."""
+        return None if self._tours is None or self._tours.guess.shape != guess.shape else self._tours
 
-    def _is_overtaken(self, ways: _Ways, view: FrontierView, guess: CellArray) -> bool:
-        """Say whether the map has turned out another one, and some robot is blocked or has come far since."""
+    def _is_overtaken(self, ways: _Tours, view: FrontierView, guess: CellArray) -> bool:
+        """Return whether the map turned out differently, and a robot is blocked or has driven far since."""
         if np.array_equal(guess, ways.guess):
             return False
         for robot in view.robots:
@@ -111,36 +112,38 @@ class Covering:
                 return True
         return False
 
-    def _used(self, share: float) -> Callable[[int], float]:
-        """Return what says which share of the effort is used after so many rounds, of `share` times the usual ones."""
+    def _effort(self, share: float) -> Callable[[int], float]:
+        """Return a function from rounds done to the share of the effort used; `share` scales the usual rounds."""
         if not self.rounds or not self.seconds:
             return lambda _: 1.0
         began = perf_counter()
         return lambda done: max(done / (share * self.rounds), (perf_counter() - began) / self.seconds)
 
-    def _searched(self, view: FrontierView, guess: CellArray) -> _Ways:
-        """Return ways for the map as it is now."""
+    def _plan(self, view: FrontierView, guess: CellArray) -> _Tours:
+        """Plan tours for the present map."""
         placed = tuple(PlacedRobot(name=robot.name, type=robot.kind.name, cell=robot.cell) for robot in view.robots)
         kinds = {robot.kind.name: robot.kind for robot in view.robots}
         seen = np.flatnonzero(view.grid.cells != UNKNOWN)
         ground = Ground(replace(view.grid, cells=guess), tuple(kinds.values()), placed, seen)
+        # tours start at the robots' cells, which need distances too
         for robot in view.robots:
             ground.add_sites(robot.kind.name, [robot.cell])
-        if self._ways is None:
-            outline = best_outline(ground, self._used(FIRST_SHARE), self._searches)
+        # the number of searches seeds each one
+        if self._tours is None:
+            outline = best_outline(ground, self._effort(FIRST_SHARE), self._searches)
         else:
-            outline = fitted(_left_of(self._ways.outline, ground), self._used(1.0), self._searches)
+            outline = fitted(_feasible_part(self._tours.outline, ground), self._effort(1.0), self._searches)
         self._searches += 1
         routes = {robot.name: [robot.cell] for robot in view.robots}
         for tour in outline.tours():
             for a, b in pairwise(tour.cells):
                 routes[tour.robot] += ground.route(tour.kind, a, b)[1:]
         begun = {robot.name: robot.cell for robot in view.robots}
-        return _Ways(guess=guess, outline=outline, routes=routes, begun=begun)
+        return _Tours(guess=guess, outline=outline, routes=routes, begun=begun)
 
 
-def _follow(ways: _Ways, view: FrontierView) -> bool:
-    """Take what was passed off the routes; say whether every robot is on its own."""
+def _follow(ways: _Tours, view: FrontierView) -> bool:
+    """Cut what was passed from the routes; return whether every robot is on its route."""
     for robot in view.robots:
         route = ways.routes.get(robot.name, [])
         if robot.cell not in route:
@@ -149,8 +152,8 @@ def _follow(ways: _Ways, view: FrontierView) -> bool:
     return len(ways.routes) == len(view.robots)
 
 
-def _left_of(outline: Outline, ground: Ground) -> Outline:
-    """Return what of an outline can still be done on other ground."""
+def _feasible_part(outline: Outline, ground: Ground) -> Outline:
+    """Return the part of an outline that is feasible on new ground."""
     reach = ground.reach.by_type
     stops = tuple(
         stop
@@ -164,7 +167,7 @@ def _left_of(outline: Outline, ground: Ground) -> Outline:
     for stop in stops:
         for kind, cell in stop.viewpoints.items():
             ground.add_sites(kind, [cell])
-    # Reach says where a type can come, but this robot may be cut off from there: a wall where free ground was assumed.
+    # Reach is that of a type. A single robot may be cut off from it, by a wall where free ground was assumed.
     viewpoints = {stop.name: stop.viewpoints for stop in stops}
     errands = tuple(
         errand
@@ -178,5 +181,5 @@ def _left_of(outline: Outline, ground: Ground) -> Outline:
 
 
 def _reaches(ground: Ground, robot: PlacedRobot, cell: Cell) -> bool:
-    """Return whether a robot has a way from where it stands to a site of its type."""
+    """Return whether a robot has a route from its cell to a site of its type."""
     return robot.cell is not None and math.isfinite(ground.apart(robot.type, robot.cell, [cell])[0])

@@ -1,8 +1,7 @@
-"""Exploring by a rule of frontiers: robots are sent to the cells that the rule picks.
+"""Runs a frontier rule in a mission: robots drive to the cells that the rule chooses.
 
-The cells become the targets of a situation, so that the plan that leads there is checked, followed and logged as any
-other. A mission that is explored this way ends when no robot can explore anything any more, by the same rules as with
-every other strategy; carriers then drive home if they are asked to.
+The cells become the targets of a situation, so that the plan is checked, carried out and logged like any other. The
+mission ends as with every other strategy: when no robot can explore anything more, and carriers are home if required.
 """
 
 from __future__ import annotations
@@ -34,12 +33,12 @@ from marsupial.strategies.rules import decide_by
 
 
 class FrontierStrategy:
-    """A strategy that sends robots where a rule says.
+    """A strategy that sends robots to the cells chosen by a rule.
 
     Parameters
     ----------
     name
-        What it is called in logs; the rule's name with the parameters that were asked for.
+        Name in logs: that of the rule, with its parameters if any were given.
     """
 
     def __init__(self, rule: FrontierRule, name: str = "") -> None:
@@ -48,12 +47,12 @@ class FrontierStrategy:
         self._pace: FrontierPace | None = None
 
     def suits(self, team: Iterable[Role]) -> None:
-        """Refuse a team, given by the roles of its robots, that the strategy makes no sense for.
+        """Refuse a team, given by its robots' roles, that the strategy can't lead.
 
         Raises
         ------
         ScenarioError
-            If robots carry others, or there are more than it can lead.
+            If there are rovers, or more robots than the rule can lead.
         """
         roles = Counter(team)
         rovers, most = roles[Role.ROVER], self._rule.most_robots
@@ -65,12 +64,12 @@ class FrontierStrategy:
     def replanning(
         self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
     ) -> FrontierPace:
-        """Return when the rule is asked in a mission, and what its answers mean."""
+        """Return the policy that decides when to ask the rule, and applies its choices."""
         self._pace = FrontierPace(self._rule, world, kinds, homes, goal)
         return self._pace
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the plan by which each robot drives to its frontier; what the rule took counts as planning."""
+        """Return the plan in which each robot drives to its frontier; the rule's time counts as planning time."""
         decision = decide_by(self.name, self._explore, briefing)
         wall_s = decision.report.wall_s + (0.0 if self._pace is None else self._pace.choosing_s)
         return replace(decision, report=replace(decision.report, wall_s=wall_s, first_plan_s=wall_s))
@@ -83,14 +82,14 @@ class FrontierStrategy:
 
 
 class FrontierPace(OnArrival):
-    """Asks the rule whenever that is due.
+    """Asks the rule whenever a robot needs a new goal.
 
     Attributes
     ----------
     ways
-        The target that each robot with a goal is sent to.
+        The target of each robot with a goal.
     choosing_s
-        Wall-clock seconds that the rule took to choose them.
+        Wall-clock seconds that the rule took.
     """
 
     def __init__(
@@ -103,6 +102,7 @@ class FrontierPace(OnArrival):
     ) -> None:
         super().__init__(world, kinds, homes, goal)
         self._rule = rule
+        # seeded by the starts: missions with the same starts are the same
         starts = [value for robot in world.robots() if robot.cell is not None for value in robot.cell]
         self._rng = np.random.default_rng(starts)
         self._goals: dict[str, int] = {}
@@ -119,14 +119,14 @@ class FrontierPace(OnArrival):
         self.ways = {name: shift.place(target) for name, target in self.ways.items()}
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Ask for another decision when a robot has arrived, failed, or drives to what has been seen by now."""
+        """Drop goals that were reached, then return the triggers as `OnArrival` does."""
         if not self._rule.each_step:
             for action in done:
                 self._goals.pop(action.robot, None)
         return super().look(news, done, work)
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Ask the rule, and return the situation whose targets are the frontier cells that robots go to."""
+        """Ask the rule; return the survey whose targets are the frontier cells it chose."""
         self.choosing_s = 0.0
         return super().survey(work, keep, late=late)
 
@@ -140,7 +140,7 @@ class FrontierPace(OnArrival):
         return gone
 
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
-        """Let the rule pick frontier cells; return them as targets, and enter who goes to which."""
+        """Let the rule choose frontier cells; return them as targets and note which robot drives to which."""
         standing = {robot.name for robot in robots if robot.free_at_ms <= self._world.now_ms}
         self._goals = self._open_goals(robots, standing)
         view = self._view(robots)
@@ -152,7 +152,8 @@ class FrontierPace(OnArrival):
         for robot in view.robots:
             if robot.name not in chosen:
                 continue
-            stop = self._stop(view, robot, chosen[robot.name])
+            stop = self._next_stop(view, robot, chosen[robot.name])
+            # an action that ends where the robot stands would reveal nothing, and be planned for ever
             if stop is None or (stop == robot.cell and robot.name in standing):
                 continue
             name = f"t_{stop.x}_{stop.y}"
@@ -163,31 +164,31 @@ class FrontierPace(OnArrival):
         return tuple(targets.values())
 
     def _open_goals(self, robots: Sequence[RobotReport], standing: Set[str]) -> dict[str, int]:
-        """Return the goals that robots have not reached and can still explore."""
+        """Return the goals that were not reached yet and can still be explored."""
         frontiers = self._surveyor.frontiers(self._world.robots())
         kept = {}
         for robot in robots:
             goal, frontier = self._goals.get(robot.name), frontiers[robot.type]
             if goal is None or goal not in frontier.cells:
                 continue
-            if robot.name not in standing or robot.cell != self._place(frontier, goal):
+            if robot.name not in standing or robot.cell != self._viewpoint(frontier, goal):
                 kept[robot.name] = goal
         return kept
 
-    def _place(self, frontier: Frontier, goal: int) -> Cell:
-        """Return where a goal is seen from: a frontier cell from its viewpoint, any other cell from itself."""
+    def _viewpoint(self, frontier: Frontier, goal: int) -> Cell:
+        """Return the cell from which a goal is explored: the viewpoint of a frontier cell, any other cell itself."""
         width = self._territory.grid.width
         return frontier.approach(goal, width) if goal in frontier.cells else cell_at(goal, width)
 
-    def _stop(self, view: FrontierView, robot: Explorer, goal: int) -> Cell | None:
-        """Return where a robot is to drive now on its way to a frontier cell, or None if it can't get there."""
-        place = self._place(view.frontier(robot), goal)
+    def _next_stop(self, view: FrontierView, robot: Explorer, goal: int) -> Cell | None:
+        """Return the next cell to drive to on the way to a goal, or None if there is no route."""
+        place = self._viewpoint(view.frontier(robot), goal)
         route = self._surveyor.route(robot.kind.name, robot.cell, place, robot.heading)
         if route is None:
             return None
         if not self._rule.each_step:
             return place
-        # the lengths of ways of least energy do not add up, as the turns between them count
+        # route lengths by least energy are not additive, since turns between parts count: `step_towards` would err
         if robot.kind.routes is Routes.ENERGY:
             return route[min(1, len(route) - 1)]
         # the step drawn for a plan is kept when the plan is fitted to the time that it took, or it would be lost

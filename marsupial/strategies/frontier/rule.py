@@ -1,4 +1,4 @@
-"""What a strategy of frontiers is: a rule that picks frontier cells, when it is asked, and its parameters."""
+"""The protocol of frontier rules, and their parameters."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from marsupial.strategies.frontier.view import FrontierView
 
 
 class FrontierRule(Protocol):
-    """Picks the frontier cell that each robot goes to. Its dataclass fields are the parameters of the paper.
+    """Chooses a frontier cell for each robot. Its dataclass fields are the parameters of the paper.
 
     Attributes
     ----------
     each_step
-        Whether it is asked anew at each cell that a robot comes to; if not, whenever a robot has arrived.
+        Whether it is asked at each cell that a robot reaches; if not, whenever a robot has arrived.
     gives_up
-        Whether it is asked as soon as another robot, or its own on the way, has seen what is behind a frontier cell
-        that a robot is still driving to.
+        Whether it is asked as soon as the frontier cell that a robot drives to is none any more, since some robot has
+        seen what is behind it.
     most_robots
-        How many robots it can lead; None for any number.
+        Most robots it can lead; None for any number.
     """
 
     name: ClassVar[str]
@@ -31,19 +31,19 @@ class FrontierRule(Protocol):
     most_robots: ClassVar[int | None]
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return a frontier cell (row-major index) for robots by name; the others keep to their ways, or wait.
+        """Return a frontier cell (row-major index) for robots by name; the others keep their goals, or wait.
 
-        It may be another cell that the robot can drive to, for a step aside.
+        Any other cell that the robot can drive to is allowed too, for a step aside.
         """
 
 
 def with_parameters(rule: type[FrontierRule], text: str) -> FrontierRule:
-    """Return the rule with the values that a text like ``W_n=1/W_p=0.5`` gives; the others are the paper's.
+    """Return the rule with the values of a text like ``W_n=1/W_p=0.5``; the others are the paper's.
 
     Raises
     ------
     UsageError
-        If a value is no finite number, 0 or more, or the rule has no such parameter.
+        If a value is not a finite number of 0 or more, or the rule has no such parameter.
     """
     known = [each.name for each in fields(rule) if each.init]  # type: ignore[arg-type]
     values: dict[str, float] = {}

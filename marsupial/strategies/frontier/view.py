@@ -1,4 +1,4 @@
-"""What a strategy of frontiers sees when it decides: the map, its frontiers, the robots and their ways."""
+"""The input of a frontier rule: the known map, its frontiers, the robots and their routes."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from marsupial.paths.kernels import TOLERANCE
 from marsupial.paths.routes import STEPS
 
 TRAIL = 4
-"""How many cells a trail has at most."""
+"""Most cells of a trail."""
 
 SHORTEST_DETOUR = 2.0
-"""Length in cells of the shortest way to a neighbouring cell that is more than one step."""
+"""Length in cells of the shortest route to a neighbouring cell that is blocked from here."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Explorer:
-    """A robot that is sent to frontiers.
+    """A robot that explores frontiers.
 
     Parameters
     ----------
     cell
-        Where it is; while it drives the next cell it passes.
+        Its cell; while it drives the next one it passes.
     heading
         Step digit of its last move (`marsupial.paths.routes`), None before the first.
     goal
-        The frontier cell (row-major index) that it is on its way to, or None.
+        The frontier cell (row-major index) that it drives to, or None.
     trail
-        The last cells where it was at a decision, the present one at the end; four at most.
+        Its cells at the last decisions, at most `TRAIL`, the present one at the end.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Explorer:
 
     @property
     def oscillates(self) -> bool:
-        """Whether it has gone to and fro between two cells."""
+        """Whether it has been moving to and fro between two cells."""
         return len(self.trail) == TRAIL and self.trail[:2] == self.trail[2:] and self.trail[0] != self.trail[1]
 
 
@@ -60,15 +60,15 @@ class FrontierView:
     grid
         The known map.
     robots
-        Those that are not lost, in the order of the team.
+        The robots that are not lost, in the order of the team.
     frontiers
         What each robot type can explore, by its name.
     standable
-        Where each robot type can stand (height, width), by its name.
+        Where each robot type may stand (height, width), by its name.
     lengths
-        Gives the lengths (n,) in cells of a robot's shortest ways to n cells, inf where there is none.
+        Returns the lengths (n,) in cells of a robot's routes to n cells, inf for none.
     rng
-        For whatever is drawn by chance; the same in each mission with the same starts.
+        Random numbers: the same in each mission with the same starts.
     """
 
     grid: Grid
@@ -87,19 +87,19 @@ class FrontierView:
         return cell_at(index, self.grid.width)
 
     def groups(self, robot: Explorer) -> list[Ints]:
-        """Return the frontiers as a whole: the groups of frontier cells that touch, corners included."""
+        """Return whole frontiers: the groups of touching frontier cells, corners included."""
         return groups(self.frontier(robot).cells, self.grid.cells.shape)
 
     def ways(self, robot: Explorer) -> Floats:
-        """Return the lengths (n,) of a robot's ways to where it can see behind each of its frontier cells."""
+        """Return the lengths (n,) of a robot's routes to the viewpoints of its frontier cells."""
         return self.lengths(robot, self.frontier(robot).viewpoints)
 
     def closest(self, robot: Explorer, ways: Floats) -> int | None:
-        """Return the frontier cell of the shortest of a robot's `ways` (n,); None where it can get to none."""
+        """Return the frontier cell of the shortest of a robot's `ways` (n,); None if it can reach none."""
         return int(self.frontier(robot).cells[np.argmin(ways)]) if np.isfinite(ways).any() else None
 
     def around(self, robot: Explorer) -> Ints:
-        """Return the neighbours of a robot's cell, at most eight, to which it is one step."""
+        """Return the neighbours of a robot's cell, at most eight, that it reaches in one step."""
         x, y = robot.cell
         width, height = self.grid.width, self.grid.height
         sides = [(x + dx, y + dy) for dx, dy in STEPS if 0 <= x + dx < width and 0 <= y + dy < height]
@@ -107,7 +107,7 @@ class FrontierView:
         return cells[self.lengths(robot, cells) < SHORTEST_DETOUR]
 
     def step_towards(self, robot: Explorer, place: Cell, before: Cell | None = None) -> Cell:
-        """Return the next cell of a shortest way to another one: `before` if it is one, otherwise one by lot."""
+        """Return the next cell of a shortest route to `place`: `before` if it is one, otherwise a random one."""
         if place == robot.cell:
             return place
         cells = self.around(robot)

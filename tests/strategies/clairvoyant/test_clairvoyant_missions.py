@@ -8,7 +8,7 @@ from small_missions import ANNEX, CORRIDOR, Watcher, kinds_of
 
 from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.trial import carry_out
-from marsupial.cli.contenders import contenders
+from marsupial.cli.work.compare_arguments import contenders
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate

@@ -1,4 +1,4 @@
-"""The work of `marsupial compare` and `marsupial reproduce`: missions and documents."""
+"""The work of `marsupial compare` and `marsupial reproduce`: run missions, write documents."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from marsupial.bench.compare.cells import ComparisonOutcome
-from marsupial.bench.compare.conduct import conduct
+from marsupial.bench.compare.conduct import MissionRunner, conduct
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
 from marsupial.bench.compare.pairs import FOLDER, pair_pages, replays_in
 from marsupial.bench.compare.plan import Comparison
@@ -14,13 +14,12 @@ from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import CRASHED, ERROR
-from marsupial.bench.compare.runner import Runner
 from marsupial.bench.compare.tables import BETTER, headline_table
 from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
+from marsupial.cli.display.outputs import make_folder, writing
 from marsupial.cli.display.tables import print_table
-from marsupial.cli.interrupt import Interrupted
-from marsupial.cli.outputs import make_folder, writing
+from marsupial.cli.process.interrupt import Interrupted
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
 from marsupial.formats.files import replace_file
@@ -31,8 +30,8 @@ from marsupial.strategies.registry import check_suits
 from marsupial.strategies.registry import strategy as made
 
 
-def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> Runner:
-    """Return the runner with so many processes on this machine, one per core unless said otherwise, or on a cluster."""
+def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> MissionRunner:
+    """Return the runner: processes on this machine, by default one per core, or a Ray cluster."""
     if ray is not None:
         if workers is not None:
             raise UsageError("--workers can't be combined with --ray: a Ray cluster uses all its processors")
@@ -43,7 +42,7 @@ def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> Run
 
 
 def check_teams(comparison: Comparison) -> None:
-    """Raise a `ScenarioError` if a contender is not made for the team of one of the scenarios."""
+    """Raise a `ScenarioError` if a contender can't lead the team of one of the scenarios."""
     for contender in comparison.contenders:
         if contender.strategy == CLAIRVOYANT:
             continue
@@ -53,17 +52,18 @@ def check_teams(comparison: Comparison) -> None:
 
 
 def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: str | None, retry_failed: bool) -> None:
-    """Carry out what is left of a comparison, with progress on stderr, and write its documents.
+    """Run the remaining missions of a comparison, with progress on stderr, and write its documents.
 
     Raises
     ------
     UsageError
-        If the folder or the Ray cluster at the address `ray` can't be used, or `workers` are asked for beside it.
+        If the folder or the Ray cluster can't be used, or `workers` and `ray` are both given.
     """
     check_teams(comparison)
     runner = _runner(comparison, workers, ray)
     make_folder(out)
     scenario = next(iter(comparison.scenarios.values()))
+    # otherwise every worker would compile the same code at the same time
     for contender in comparison.contenders:
         prepare_mission(scenario, contender.strategy, contender.planner, say)()  # compiled here, loaded by the workers
     drop = (ERROR, CRASHED) if retry_failed else ()
@@ -83,7 +83,7 @@ def _outcome(out: Path) -> ComparisonOutcome:
 
 
 def _write_pairs(comparison: Comparison, out: Path) -> None:
-    """Write the replays of the best and worst pairs, those of former ones taken away."""
+    """Write the replays of the best and worst pairs, and remove those of former ones."""
     outcome = _outcome(out)
     with writing(out):
         (out / FOLDER).mkdir(exist_ok=True)
@@ -95,7 +95,7 @@ def _write_pairs(comparison: Comparison, out: Path) -> None:
 
 
 def report(out: Path) -> None:
-    """Write the documents of the comparison in a folder, as far as it is done, and print the main table."""
+    """Write the documents of the comparison in a folder, complete or not, and print the main table."""
     outcome = _outcome(out)
     say("writing tables and figures ...")
     with writing(out):
@@ -104,7 +104,7 @@ def report(out: Path) -> None:
         for name, data in documents(outcome, experiment(str(outcome.header.get("paper"))), replays_in(out, outcome)):
             replace_file(out / name, data)
             stale.discard(out / name)
-        for file in stale:  # of what the folder held before it grew, and can't be true of what it holds now
+        for file in stale:  # from before the comparison grew: out of date now
             file.unlink()
     table = headline_table(outcome)
     print_table(table.heads, [[cell.text for cell in row] for row in table.rows], right=range(1, len(table.heads)))

@@ -1,4 +1,4 @@
-"""Help that is completed when it is asked for: what strategies there are is looked up among the installed packages."""
+"""Help that is completed when it is printed: finding the strategies means looking through installed packages."""
 
 from __future__ import annotations
 
@@ -7,19 +7,17 @@ from typing import Any
 from typer.core import TyperCommand, TyperOption
 
 STRATEGIES = "{strategies}"
-"""Stands for the names of all strategies in the help of an option."""
+"""Placeholder for the names of all strategies in the help of an option."""
 
 
 class LateHelp(TyperCommand):
-    """A command whose options may have `STRATEGIES` in their help."""
+    """A command whose options may have the placeholder `STRATEGIES` in their help."""
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write the help of the options, with what is known by now."""
         self._complete_help()
         super().format_options(ctx, formatter)
 
     def shell_complete(self, ctx: Any, incomplete: str) -> Any:
-        """Return the options for the shell, with their help as it is known by now."""
         self._complete_help()
         return super().shell_complete(ctx, incomplete)
 

@@ -1,6 +1,6 @@
-"""One mission as the command line asks for it: scenario, planner and budget chosen, progress shown, log written.
+"""The work of `marsupial run`: choose scenario, planner and budget, run the mission, show progress, write the log.
 
-What is asked for is looked at before anything is imported that takes long.
+Arguments are checked before the slow imports.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.messages import say, warn
-from marsupial.cli.interrupt import asked_to_stop
+from marsupial.cli.process.interrupt import asked_to_stop
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.library.choices import DEFAULT_PLANNER, budget_of, planner_for, takes_budget
 from marsupial.library.scenarios import LoadedScenario, load_scenario
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
 DEFAULT_SEED = 1
 
 PATIENCE_S = 60.0
-"""How long a service is tried that is not there or busy."""
+"""How long to retry a service that is busy or not reachable."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionRequest:
-    """A mission as asked for; None takes the default."""
+    """The arguments of a mission; None takes the default."""
 
     source: str
     strategy: str = "temporal"
@@ -58,24 +58,24 @@ class MissionRequest:
 
 
 def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary, Scenario]:
-    """Run the mission, with progress on stderr, and return its summary, and the scenario as it was carried out.
+    """Run the mission with progress on stderr; return its summary and its scenario.
 
-    The first Ctrl-C ends it with its stop report.
+    The first Ctrl-C ends it with a stop report.
 
     Parameters
     ----------
     again
-        Another mission on the same map was carried out before: its oddities have been told.
+        Whether another mission on this map was run before, so that its warnings need no repetition.
     """
     check_strategy(request.strategy)
     budget = budget_of(request.budget_s, request.steps)
     _warn_of_ignored(request)
-    planner = _planner(request, budget)
+    planner = _planner(request, budget)  # before the map is read: a wrong name is reported at once
     with Alive(lambda: "reading the map ..."):
         loaded = load_scenario(request.source, request.carriers, request.rovers)
-        oddities = [] if again else loaded.warnings()
+        warnings = [] if again else loaded.warnings()
     scenario = _changed(loaded.scenario, request)
-    for text in oddities:
+    for text in warnings:
         warn(text)
     if request.seed is not None and (scenario.start_seed is not None or has_fixed_starts(scenario)):
         warn(f"--seed {request.seed} is ignored: {request.source} says where robots start")
@@ -95,7 +95,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
         if request.server is None:
             run = partial(simulate, cancelled=stack.enter_context(asked_to_stop()))
         else:
-            run = _by(request.server)
+            run = _simulate_by(request.server)
         summary = run(
             scenario,
             strategy=request.strategy,
@@ -108,19 +108,19 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
 
 
 def warn_of(loaded: LoadedScenario) -> None:
-    """Warn of all that is odd about the map of a scenario: the same as `marsupial map` warns of."""
+    """Print the warnings about the map of a scenario, the same as `marsupial map` prints."""
     for text in loaded.warnings():
         warn(text)
 
 
 def check_strategy(name: str) -> None:
-    """Raise a `UsageError` if there is no strategy of that name."""
+    """Raise a `UsageError` if there is no strategy of this name."""
     if name != CLAIRVOYANT and not is_strategy(name):
         raise UsageError(unknown_name("strategy", name, (*strategy_names(), CLAIRVOYANT)))
 
 
 def routed(scenario: Scenario, routes: str | None) -> Scenario:
-    """Return the scenario with the routes that ``--routes`` asks for; None for those of its robot types."""
+    """Return the scenario with the routes of ``--routes``; None keeps those of its robot types."""
     if routes is None:
         return scenario
     if routes not in list(Routes):
@@ -129,7 +129,7 @@ def routed(scenario: Scenario, routes: str | None) -> Scenario:
 
 
 def limits_of(time_limit_s: float | None) -> MissionLimits | None:
-    """Return the limits that ``--time-limit`` asks for, which must be positive and finite; None for the scenario's."""
+    """Return the limits of ``--time-limit``, which must be positive and finite; None keeps the scenario's."""
     if time_limit_s is None:
         return None
     if not (time_limit_s > 0 and math.isfinite(time_limit_s)):
@@ -138,7 +138,7 @@ def limits_of(time_limit_s: float | None) -> MissionLimits | None:
 
 
 def _warn_of_ignored(request: MissionRequest) -> None:
-    """Warn of options that a strategy makes nothing of."""
+    """Warn of options that a strategy does not use."""
     given: dict[str, object] = {"--budget": request.budget_s, "--steps": request.steps}
     ignored: dict[str, object] = {} if takes_budget(request.strategy) else given
     if not asks_planner(request.strategy):
@@ -152,12 +152,12 @@ def _warn_of_ignored(request: MissionRequest) -> None:
 def _planner(request: MissionRequest, budget: Budget) -> str:
     planner = str(planner_for(request.strategy, request.planner or DEFAULT_PLANNER))
     if planner != NO_PLANNER and request.server is None:
-        mission_engine(planner, budget)  # refuses what can't be used before anything is started
+        mission_engine(planner, budget)  # raises early if it can't be used
     return planner
 
 
-def _by(server: str) -> Callable[..., Summary]:
-    """Return what runs a mission that is planned by a service."""
+def _simulate_by(server: str) -> Callable[..., Summary]:
+    """Return a function that runs a mission planned by a service."""
     try:
         from marsupial_client import Busy, Client
     except ImportError as error:

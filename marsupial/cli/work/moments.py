@@ -1,4 +1,4 @@
-"""Finds the moment of a mission that `marsupial export` writes down: in a log, or by running a scenario up to it."""
+"""The work of `marsupial export`: find a moment of a mission in a log, or by running a scenario up to it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from marsupial.cli.missions import DEFAULT_SEED, warn_of
+from marsupial.cli.work.missions import DEFAULT_SEED, warn_of
 from marsupial.errors import UsageError
 from marsupial.formats.files import file_fault
 from marsupial.formats.loglines import FORMAT
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from marsupial.mission.rebuild import Moment
 
 BUDGET = Budget(steps=4)
-"""For the greedy planner on the way: small, and the same on every machine."""
+"""Budget of the greedy planner up to the moment: small, and in steps to be reproducible."""
 
 
 def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | None, seed: int | None) -> Moment:
-    """Return the moment `at_s` seconds into the mission of a log, or of a scenario; it must not be over by then."""
+    """Return the moment `at_s` seconds into a mission of a log or scenario that lasts at least as long."""
     if not (math.isfinite(at_s) and at_s >= 0):
         raise UsageError(f"--at: must be 0 or more, got {at_s:g}")
     at_ms = round(1000 * at_s)
@@ -36,7 +36,7 @@ def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | N
         raise UsageError("--carriers, --rovers and --seed only apply to scenarios, not to logs")
     else:
         events = read_log(source).events
-    from marsupial.mission.rebuild import moment_at  # compiled code takes long to import: only now is it needed
+    from marsupial.mission.rebuild import moment_at  # imports compiled code, which takes long
 
     return moment_at(events, at_ms)
 

@@ -1,4 +1,4 @@
-"""Every exit code, in literal tables: how errors, missions and planners' runs leave the command line.
+"""All exit codes, as literal tables for errors, missions and planning runs.
 
 Missions and planning runs are keyed by the values of `marsupial.model.mission.Status` and
 `marsupial.model.planning.Outcome`, so that this module imports nothing heavy.
@@ -32,7 +32,7 @@ INTERNAL = 70
 INTERRUPTED = 130
 
 READER_LEFT = 141
-"""Who read stdout or stderr has left (`| head`): as shells tell of commands that SIGPIPE has ended."""
+"""The reader of stdout or stderr has gone (`| head`): the code that shells give commands ended by SIGPIPE."""
 
 ERROR_CODES: Mapping[type[MarsupialError], int] = {
     InputError: INVALID_INPUT,
@@ -54,7 +54,7 @@ MISSION_CODES: Mapping[str, int] = {
     "failed": LIMIT,
     "cancelled": INTERRUPTED,
 }
-"""A mission that ended without being complete is never 0; `run --json` says in `status` which way it ended."""
+"""An incomplete mission is never 0; `run --json` has its `status`."""
 
 PLANNING_CODES: Mapping[str, int] = {
     "optimal": DONE,
@@ -67,4 +67,4 @@ PLANNING_CODES: Mapping[str, int] = {
     "killed": LIMIT,
     "unsupported": LIMIT,
 }
-"""Without a plan; a run that ended with a plan the checker accepts is 0 however the engine left."""
+"""Codes for runs without a plan; a run with a plan that the checker accepts is 0, however the engine ended."""

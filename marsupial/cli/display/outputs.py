@@ -1,4 +1,4 @@
-"""Writing for the command line: files whole or not at all, and what goes wrong as a `UsageError`."""
+"""Output files of commands: written completely or not at all; errors become a `UsageError`."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ __all__ = ["make_folder", "write_bytes", "write_file", "writing"]
 
 
 def write_file(path: Path, text: str) -> None:
-    """Write `text` (UTF-8) to `path`, as `write_bytes` does."""
+    """Write `text` (UTF-8) to `path` as `write_bytes` does."""
     write_bytes(path, text.encode())
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write `data` to `path`, replacing what is there; a `UsageError` says why it can't be written."""
+    """Write `data` to `path`, replacing an existing file; raise a `UsageError` if that fails."""
     with writing(path):
         if path.is_dir():
             raise IsADirectoryError(0, "is a directory")
@@ -27,7 +27,7 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder to write to, if it isn't there; a `UsageError` says why it can't be made."""
+    """Create an output folder if it does not exist; raise a `UsageError` if that fails."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:

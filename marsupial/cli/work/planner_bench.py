@@ -1,4 +1,4 @@
-"""The work of `marsupial bench planners`: what to run, progress on stderr, files that grow as rounds are done."""
+"""The work of `marsupial bench planners`: select runs, print progress on stderr, write files after every round."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from marsupial.bench.planners import BUDGETS_S, BenchEngine, EngineRun, Round, c
 from marsupial.bench.suite.best import Best, better, known_best, read_best, verified, write_best
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
 from marsupial.cli.display.messages import say
-from marsupial.cli.outputs import write_file
+from marsupial.cli.display.outputs import write_file
 from marsupial.errors import InputError, UsageError
 from marsupial.formats.files import about, read_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Selection:
-    """Who plays on what, for how many seconds; `absent` can't play here."""
+    """The engines, instances and budgets to run; `absent` engines can't be used here."""
 
     engines: tuple[BenchEngine, ...]
     absent: tuple[BenchEngine, ...]
@@ -31,12 +31,12 @@ class Selection:
 
     @classmethod
     def of(cls, engines: Iterable[str], patterns: Iterable[str], budgets_s: Iterable[float]) -> Selection:
-        """Return what these options ask for; without any, everything.
+        """Return the selection of these options; all engines, instances or budgets if none are named.
 
         Raises
         ------
         UsageError
-            If there is no such engine or instance, a budget is not positive, or no engine is left.
+            If an engine or instance is unknown, a budget is not positive, or no engine can be used.
         """
         patterns, budgets_s = tuple(patterns), tuple(budgets_s) or BUDGETS_S
         asked = contenders(tuple(engines))
@@ -55,23 +55,23 @@ class Selection:
 
 
 def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) -> tuple[RunRow, ...]:
-    """Play all rounds and return their rows.
+    """Run all rounds and return their rows.
 
     Parameters
     ----------
     json, update
-        File for the rows, and file of best plans to improve; both are written after every round. Whatever else has
-        been written to the latter meanwhile is kept.
+        File for the rows, and file of best plans to improve; both are written after every round. Changes that others
+        make to the latter meanwhile are merged.
 
     Raises
     ------
     InputError
-        If `update` is no file of best plans.
+        If `update` is not a file of best plans.
     InvalidPlanError
-        If a plan in it is not what it says.
+        If a plan in it is wrong.
     """
     best = known_best()
-    _take_in(best, update)
+    _merge(best, update)
     for contender in chosen.engines:
         say(f"warming up {contender.name}")
         warm_up(contender)
@@ -82,15 +82,16 @@ def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) 
         rounds.append(play(instance, chosen.engines, chosen.budgets_s, known, partial(_tell, number)))
         if json is not None:
             write_file(json, json_text.dumps([row.values() for row in rows_of(rounds)], indent=1) + "\n")
-        _enter(rounds[-1], best)
+        _store(rounds[-1], best)
+        # another process may have improved the file meanwhile: merge before writing
         if update is not None:
-            _take_in(best, update)
+            _merge(best, update)
             write_file(update, write_best(best))
     return rows_of(rounds)
 
 
-def _take_in(best: dict[str, Best], file: Path | None) -> None:
-    """Enter what a file has that is better, after a look at it."""
+def _merge(best: dict[str, Best], file: Path | None) -> None:
+    """Merge better plans of a file, after checking them."""
     if file is None or not file.exists():
         return
     text = read_text(file, InputError)
@@ -120,8 +121,8 @@ def _tell(number: str, run: EngineRun) -> None:
     say(f"{number}  {progress_line(run)}")
 
 
-def _enter(done: Round, best: dict[str, Best]) -> None:
-    """Note what is better than what was known, and say so."""
+def _store(done: Round, best: dict[str, Best]) -> None:
+    """Store and report an improvement of the best known plan."""
     name, known = done.instance.name, best.get(done.instance.name)
     if done.best is None or done.best == known:
         return

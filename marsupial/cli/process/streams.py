@@ -1,4 +1,4 @@
-"""stdout and stderr as shells hand them over: closed, full, or read by somebody who leaves early."""
+"""stdout and stderr in the state shells pass them: possibly closed, full, or with a reader that leaves early."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ import sys
 from typing import TextIO
 
 from marsupial.cli.display.messages import complain
-from marsupial.cli.exit_codes import DONE, READER_LEFT, USAGE
+from marsupial.cli.process.exit_codes import DONE, READER_LEFT, USAGE
 from marsupial.formats.files import reason
 
 
 def open_closed() -> None:
-    """Open stdout and stderr where they are closed, lest the next file that is opened takes their place.
+    """Reopen closed standard streams, so that the next opened file does not take their place.
 
-    What is written to stdout is refused then, as by a full disk; what is told on stderr is dropped.
+    Writing to stdout fails then, as on a full disk; messages on stderr are dropped.
     """
     for number, flags in enumerate((os.O_RDONLY, os.O_RDONLY, os.O_WRONLY)):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, flags)  # takes the lowest number that is free: this one
+            os.open(os.devnull, flags)  # takes the lowest free number, which is this one
     if sys.stdout is None:
         sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
     if sys.stderr is None:
@@ -28,7 +28,7 @@ def open_closed() -> None:
 
 
 def fault_of(stream: TextIO) -> OSError | None:
-    """Return what the system says against what is left to be written to a stream."""
+    """Flush a stream; return the error if that fails."""
     try:
         stream.flush()
     except OSError as error:
@@ -37,7 +37,7 @@ def fault_of(stream: TextIO) -> OSError | None:
 
 
 def settled(code: int) -> int:
-    """Return the exit code, once all is written; what can't be is dropped, so that Python doesn't try again."""
+    """Flush both streams and return the exit code; drop unwritable output, so that Python does not retry at exit."""
     for stream in (sys.stdout, sys.stderr):
         fault = fault_of(stream)
         if fault is None:

@@ -1,4 +1,4 @@
-"""Asks an engine for plans and says what comes; the work of `marsupial plan`."""
+"""The work of `marsupial plan`: ask an engine for plans and print each as it arrives."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from contextlib import closing
 from typing import Any
 
 from marsupial.cli.display.messages import say
-from marsupial.cli.exit_codes import DONE, INVALID_PLAN, PLANNING_CODES
+from marsupial.cli.process.exit_codes import DONE, INVALID_PLAN, PLANNING_CODES
 from marsupial.library.first_use import prepare_planner
 from marsupial.library.plans import Plans, Proposal
 from marsupial.model.plan import EPSILON_MS
@@ -17,7 +17,7 @@ from marsupial.wording import counted
 
 
 def search(situation: Situation, planner: str, budget: Budget) -> Plans:
-    """Ask `planner` for plans and say on stderr what comes."""
+    """Ask `planner` for plans, and print a line for each on stderr."""
     asked = engine(planner)
     if asked.info.missing is None:
         prepare_planner(planner, say)()
@@ -32,14 +32,14 @@ def search(situation: Situation, planner: str, budget: Budget) -> Plans:
 
 
 def exit_code(found: Plans) -> int:
-    """Return 0 with a plan, 6 where only invalid ones came, else by the outcome."""
+    """Return 0 with a plan, 6 if all plans were invalid, else by the outcome."""
     if found.best is not None:
         return DONE
     return INVALID_PLAN if found.proposals else PLANNING_CODES[found.finished.outcome]
 
 
 def search_json(found: Plans, planner: str) -> dict[str, Any]:
-    """Return what `plan --json` prints besides the plan itself."""
+    """Return the output of `plan --json` without the plan itself."""
     bound = found.bound_ms
     return {
         "planner": planner,

@@ -1,7 +1,7 @@
-"""Ctrl-C and termination: one exception for commands in general, a polite request for missions.
+"""Ctrl-C and termination: an exception in most commands, a request to end in missions.
 
-A command that is interrupted unwinds, so engines' processes are ended and temporary files removed. A mission is asked
-to end at its next event first, so that it can write its stop report; a second signal unwinds it like any other command.
+An interrupted command unwinds, so that planner processes end and temporary files are removed. A mission is first asked
+to end at its next event and write its stop report; a second signal unwinds it like any other command.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from marsupial.cli.display.messages import say
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
-ENDING = "ending the mission; once more to stop at once"
+ENDING = "ending the mission; interrupt once more to stop at once"
 
 Handler = Callable[[int, FrameType | None], object]
 
 
 class Interrupted(BaseException):
-    """The command was asked to end now."""
+    """The command was interrupted."""
 
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Raise `Interrupted` wherever the program is when it is asked to end."""
+    """Raise `Interrupted` in the body on Ctrl-C or termination."""
 
     def leave(number: int, frame: FrameType | None) -> None:
         raise Interrupted
@@ -38,7 +38,7 @@ def interruptible() -> Iterator[None]:
 
 @contextmanager
 def stop_requests() -> Iterator[Callable[[], int]]:
-    """Yield a function that says how often the command was asked to end: for one that ends by itself, in two steps."""
+    """Yield a function that returns the number of signals so far, for a command that ends by itself in two steps."""
     asked: list[int] = []
 
     def note(number: int, frame: FrameType | None) -> None:
@@ -52,7 +52,7 @@ def stop_requests() -> Iterator[Callable[[], int]]:
 
 @contextmanager
 def asked_to_stop() -> Iterator[Callable[[], bool]]:
-    """Yield a function that says whether the command was asked to end; the second time `Interrupted` is raised."""
+    """Yield a function that returns whether there was a signal; a second one raises `Interrupted`."""
     asked = threading.Event()
 
     def note(number: int, frame: FrameType | None) -> None:
@@ -67,7 +67,7 @@ def asked_to_stop() -> Iterator[Callable[[], bool]]:
 
 @contextmanager
 def _handling(handler: Handler) -> Iterator[None]:
-    if threading.current_thread() is not threading.main_thread():  # only the main thread can be told
+    if threading.current_thread() is not threading.main_thread():  # only the main thread receives signals
         yield
         return
     before = [(number, signal.signal(number, handler)) for number in SIGNALS]

@@ -1,6 +1,6 @@
-"""What the shell's TAB completes: names of scenarios, strategies and planners; files where they may stand too.
+"""Shell completion of the names of scenarios, strategies and planners, and of files where these are allowed.
 
-Whatever is asked for is imported then, and nothing that takes long: a person waits at each TAB.
+Imports are made on demand and must be quick: a person waits at each TAB.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 
 
 def scenario_or_file(incomplete: str) -> list[str]:
-    """Return the built-in scenarios and files here that begin like this; files elsewhere are found by the shell."""
+    """Return matching built-in scenarios and files of this folder; the shell completes files elsewhere."""
     from marsupial.generators.builtin import SCENARIOS
 
     names = _starting(incomplete, SCENARIOS)
@@ -21,7 +21,7 @@ def scenario_or_file(incomplete: str) -> list[str]:
 
 
 def strategy(incomplete: str) -> list[str]:
-    """Return the strategies that begin like this."""
+    """Return matching strategies."""
     from marsupial.strategies.clairvoyant import CLAIRVOYANT
     from marsupial.strategies.registry import strategy_names
 
@@ -29,7 +29,7 @@ def strategy(incomplete: str) -> list[str]:
 
 
 def strategies(incomplete: str) -> list[str]:
-    """Return what the last one may be of strategies separated by commas, or the planner behind its colon."""
+    """Complete the last of several comma-separated strategies, or the planner after its colon."""
     before, comma, last = incomplete.rpartition(",")
     name, colon, asked = last.partition(":")
     found = [f"{name}:{one}" for one in planner(asked)] if colon else strategy(last)
@@ -37,14 +37,14 @@ def strategies(incomplete: str) -> list[str]:
 
 
 def paper(incomplete: str) -> list[str]:
-    """Return the papers that begin like this."""
+    """Return matching papers."""
     from marsupial.papers import PAPERS
 
     return _starting(incomplete, PAPERS)
 
 
 def planner(incomplete: str) -> list[str]:
-    """Return the planners that begin like this."""
+    """Return matching planners."""
     from marsupial.planning.names import engine_names
 
     return _starting(incomplete, engine_names())

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli import completing
 from marsupial.cli.display.messages import Volume, set_volume, volume
+from marsupial.cli.options import completing
 from marsupial.errors import UsageError
 
 
@@ -34,7 +34,7 @@ Verbose = Annotated[
 
 
 def options_given(context: typer.Context, *besides: str) -> list[str]:
-    """Return the options and arguments of a command line as they are written there, `besides` (parameters) left out."""
+    """Return the options and arguments given on the command line, without the parameters `besides`."""
     return [
         parameter.human_readable_name if parameter.param_type_name == "argument" else max(parameter.opts, key=len)
         for parameter in context.command.params
@@ -76,4 +76,4 @@ RetryFailed = Annotated[
 ]
 
 COMPARE_STEPS = 8
-"""Steps for each planning of a comparison."""
+"""Default steps per planning call of a comparison."""

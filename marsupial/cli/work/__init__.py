@@ -1,0 +1,1 @@
+"""The work of the larger commands: missions, comparisons, plans. Modules of `commands` only read arguments."""

@@ -1,0 +1,120 @@
+"""The arguments of `marsupial compare`: its contenders, and its cases, each a scenario with a team.
+
+All of them are checked before the comparison's own imports, which take a second.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from marsupial.bench.compare.plan import Case, Contender, prepared
+from marsupial.cli.display.messages import warn
+from marsupial.cli.work.missions import check_strategy, warn_of
+from marsupial.errors import UsageError
+from marsupial.library.choices import DEFAULT_PLANNER, planner_for, takes_budget
+from marsupial.library.scenarios import load_scenario
+from marsupial.model.bounds import Bound
+from marsupial.model.planning import NO_PLANNER, Budget
+from marsupial.model.robots import Role
+from marsupial.model.scenario import MissionLimits, Scenario, has_fixed_starts
+from marsupial.planning.engines import mission_engine
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.registry import strategy as made
+
+MOST_CASES = 10_000
+
+
+def numbers(text: str | None, option: str, bound: Bound) -> tuple[int, ...] | None:
+    """Return the numbers of an option like ``1-3,6``, ascending and within the bound; None if not given."""
+    if text is None:
+        return None
+    found: set[int] = set()
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(\d{1,18})\s*(?:-\s*(\d{1,18})\s*)?", part)
+        if match is None or (match[2] and int(match[2]) < int(match[1])):
+            raise UsageError(f"{option}: must be numbers like 2, 1-6 or 1,2,4, got {text!r}")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if fault := bound.fault(first) or bound.fault(last):
+            raise UsageError(f"{option}: {fault}")
+        found |= set(range(first, last + 1))
+    return tuple(sorted(found))
+
+
+def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contender, ...]:
+    """Return the contenders of a text like ``temporal:greedy,temporal,heuristic``.
+
+    `planner` is for those that name none.
+
+    Raises
+    ------
+    UsageError, EngineUnavailable
+        If a strategy or planner is unknown or can't be used here.
+    """
+    found = [_contender(part.strip(), planner or DEFAULT_PLANNER, budget) for part in text.split(",")]
+    twice = [str(contender) for contender in found if found.count(contender) > 1]
+    if twice:
+        raise UsageError(f"--strategies: {twice[0]} is named twice")
+    return tuple(found)
+
+
+def warn_of_ignored(text: str, compared: Sequence[Contender], planner: str | None, limit: str | None) -> None:
+    """Warn if no contender uses `planner`, or the option `limit`."""
+    takers = [one for one, part in zip(compared, text.split(","), strict=True) if ":" not in part]
+    if planner is not None and all(one.planner == NO_PLANNER for one in takers):
+        warn(f"--planner {planner} is ignored: each strategy names its own or asks none")
+    if limit is not None and not any(takes_budget(one.strategy) for one in compared):
+        warn(f"{limit} is ignored: none of the strategies asks a planner")
+
+
+def _contender(text: str, planner: str, budget: Budget) -> Contender:
+    strategy, colon, own = text.partition(":")
+    check_strategy(strategy)
+    if planner_for(strategy, planner) == NO_PLANNER:
+        if colon:
+            raise UsageError(f"--strategies: {strategy} asks no planner, so it can't have {own!r}")
+        if strategy != CLAIRVOYANT:
+            made(strategy, planner=planner, budget=budget)  # raises if it has no such parameters
+        return Contender(strategy, NO_PLANNER)
+    mission_engine(own if colon else planner, budget)  # raises early if it can't be used
+    return Contender(strategy, own if colon else planner)
+
+
+def cases_of(
+    sources: Sequence[str], carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: MissionLimits | None
+) -> dict[Case, Scenario]:
+    """Return the scenarios of these options by case; None keeps the team or limits of a scenario."""
+    if len(sources) * len(carriers or (0,)) * len(rovers or (0,)) > MOST_CASES:
+        raise UsageError(f"more than {MOST_CASES} combinations of scenarios and teams")
+    found: dict[Case, Scenario] = {}
+    for source in dict.fromkeys(sources):
+        of_source = _of_source(source, carriers, rovers, limits)
+        if not found.keys().isdisjoint(of_source):  # two files of the same name: tell them apart by path
+            of_source = {replace(case, scenario=source): scenario for case, scenario in of_source.items()}
+        found |= of_source
+    return found
+
+
+def _of_source(
+    source: str, carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: MissionLimits | None
+) -> dict[Case, Scenario]:
+    found: dict[Case, Scenario] = {}
+    grid = None
+    for carrier_count in carriers or (None,):
+        for rover_count in rovers or (None,):
+            loaded = load_scenario(source, carrier_count, rover_count)
+            if grid is None:
+                warn_of(loaded)
+                grid = loaded.scenario.grid  # shared by all teams, so that it is sent to each worker once
+            scenario = prepared(replace(loaded.scenario, grid=grid))
+            found[_case(scenario)] = scenario if limits is None else replace(scenario, limits=limits)
+    if any(map(has_fixed_starts, found.values())):
+        warn(f"{source}: all starts are fixed: every run of it is the same mission")
+    return found
+
+
+def _case(scenario: Scenario) -> Case:
+    roles = [scenario.type_of(member).role for member in scenario.team]
+    count = roles.count(Role.CARRIER)
+    return Case(scenario.name, count, round(roles.count(Role.ROVER) / count))
