@@ -36,7 +36,7 @@ LONG = (
     "tests/services/test_service_connections.py",
     "tests/test_conformance_missions.py",
     "tests/test_docs.py",
-    "tests/test_keeping.py",
+    "tests/test_codecache.py",
     "tests/test_library_docs.py",
     "tests/test_tutorial.py",
     "tests/test_wheel.py",

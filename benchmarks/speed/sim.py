@@ -92,7 +92,7 @@ class SightRow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MissionRow:
+class TimedMission:
     """One mission.
 
     Parameters
@@ -171,14 +171,14 @@ def _sight_row(size: int, seed: int, repeats: int, views: int) -> SightRow:
 
 def bench_mission(
     scenario: Scenario, strategy: str, planner: str, budget: Budget, seed: int = 1, repeats: int = 1
-) -> MissionRow:
+) -> TimedMission:
     """Carry a mission out `repeats` times for the times, and once for where they go."""
     asked = str(planner_for(strategy, planner))
     prepare_mission(scenario, strategy, asked)()
     fly = partial(_fly, scenario, strategy, asked, budget, seed)
     plain = timed(fly, repeats)
     (summary, reveals), parts = profiled(fly, PARTS, plain.cpu_s)
-    return MissionRow(
+    return TimedMission(
         scenario=scenario.name,
         width=scenario.grid.width,
         height=scenario.grid.height,
@@ -194,7 +194,7 @@ def bench_mission(
     )
 
 
-def table(sights: Sequence[SightRow], missions: Sequence[MissionRow]) -> str:
+def table(sights: Sequence[SightRow], missions: Sequence[TimedMission]) -> str:
     """Write rows as text."""
     lines = [
         f"views of a carrier by chance on {SIGHT_MAP}, {RESOLUTION_M:g} m a cell, median CPU times of a view;",
@@ -218,7 +218,7 @@ def table(sights: Sequence[SightRow], missions: Sequence[MissionRow]) -> str:
     return "\n".join(lines)
 
 
-def values(sights: Iterable[SightRow], missions: Iterable[MissionRow]) -> list[dict[str, Any]]:
+def values(sights: Iterable[SightRow], missions: Iterable[TimedMission]) -> list[dict[str, Any]]:
     """Return a mapping for each row, of the `kind` sight or mission; times in seconds."""
     return [
         *({"kind": "sight", **asdict(row), "ratio": row.ratio} for row in sights),
@@ -263,7 +263,7 @@ def _sight_line(row: SightRow) -> str:
     return f"{ours}{theirs}  {'see the same' if row.same else 'see DIFFERENT cells'}"
 
 
-def _mission_line(row: MissionRow) -> str:
+def _mission_line(row: TimedMission) -> str:
     return (
         f"{row.scenario:<15}{f'{row.width} x {row.height}':>12}  {row.strategy:<15}{row.planner:<9}"
         f"{row.simulated_s:>12.1f}{row.cpu_s:>8.2f}{row.ratio:>7.0f}x{row.replans:>8}{row.revealed:>10}"
