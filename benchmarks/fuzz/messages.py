@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
 from functools import cache
 from typing import Any
+from unittest.mock import patch
 
 import cbor2
 import httpx2
@@ -15,7 +16,7 @@ import httpx2
 from benchmarks.fuzz.examples import yaml_blocks
 from benchmarks.fuzz.files import MOST_CELLS, stored
 from marsupial.errors import UsageError
-from marsupial_client import Client
+from marsupial_client import Client, blocking_session
 from marsupial_client.http import address
 from marsupial_ros.chart import Chart
 from marsupial_ros.clock import Clock
@@ -87,11 +88,13 @@ def operator_words(text: str) -> None:
 # -- the client ------------------------------------------------------------------------------------------------------
 
 
-def _client(reply: Callable[[httpx2.Request], httpx2.Response]) -> Client:
-    """Return a client that is answered at once, and whose clock stands still: without patience it tries once."""
-    client = Client("http://host", patience_s=0, http=httpx2.Client(transport=httpx2.MockTransport(reply)))
-    client._service.conversation.transport.now = lambda: 0.0  # type: ignore[method-assign]
-    return client
+@contextmanager
+def _client(reply: Callable[[httpx2.Request], httpx2.Response]) -> Iterator[Client]:
+    """Give a client that is answered at once, and whose clock stands still: without patience it tries once."""
+    http = httpx2.Client(transport=httpx2.MockTransport(reply))
+    client = Client("http://host", patience_s=0, http=http)
+    with patch.object(blocking_session, "monotonic", lambda: 0.0), client:
+        yield client
 
 
 def stream(data: bytes) -> None:

@@ -27,7 +27,7 @@ from marsupial.mission.runs import runs_of
 from marsupial.model.planning import Budget
 from marsupial.model.robots import uniform_team
 from marsupial.model.scenario import PlanningTime, Scenario
-from marsupial_service.simulation.team import SimulatedTeam, mission_document
+from marsupial_service.simulation.team import SimulatedTeam, mission_document, update_document
 
 _LAST_S = 10.0
 """How long commands are waited for after the last report."""
@@ -142,7 +142,7 @@ class TickingTeam(SimulatedTeam):
                     {"robot": robot.name, "runs": runs_of(np.sort(np.concatenate(found)), cells)}
                     for found in ([seen[robot.name]] if robot.name in seen else ())
                 ],
-                "robots": [self._note(robot)] if robot.cell is not None else [],
+                "robots": [update_document(self._note(robot))] if robot.cell is not None else [],
                 "finished": finished[robot.name],
             }
             for robot in self._world.robots()

@@ -102,12 +102,17 @@ class SimulatedTeam:
         )
 
 
+def update_document(update: RobotUpdate) -> dict[str, Any]:
+    """Return the update of a robot as JSON."""
+    return {**asdict(update), "cell": list(update.cell or ())}
+
+
 def _document(report: MissionReport) -> dict[str, Any]:
     return {
         "n": report.n,
         "t_ms": report.t_ms,
         "revealed": [{"robot": name, "runs": list(runs)} for name, runs in report.revealed],
-        "robots": [{**asdict(update), "cell": list(update.cell or ())} for update in report.robots],
+        "robots": [update_document(update) for update in report.robots],
         "finished": list(report.finished),
         "lost": [{"robot": name, "reason": reason} for name, reason in report.lost],
     }

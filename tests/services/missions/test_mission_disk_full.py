@@ -25,6 +25,7 @@ from marsupial_service.missions.service import Missions
 from marsupial_service.settings import ServiceSettings
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, failpoints, open_store
+from marsupial_service.store.packing import pack
 from marsupial_service.store.sqlite import FILE
 
 URL = "http://127.0.0.1"
@@ -183,6 +184,6 @@ def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
 
     mission = run(begin())
     with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as file, file:
-        file.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (b"log {}",))
+        file.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (pack(b"log {}"),))
     monkeypatch.setenv(failpoints.VARIABLE, "before_commit=disk_full")
     run(go_on(mission))

@@ -21,6 +21,7 @@ from marsupial_service.missions import supervisor
 from marsupial_service.missions.service import Missions
 from marsupial_service.schemas.words import MissionPhase
 from marsupial_service.store import open_store
+from marsupial_service.store.packing import pack
 
 
 async def kill_now_and_then(seed: int, times: int) -> None:
@@ -143,7 +144,9 @@ def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: 
 
     mission = run(begin())
     with contextlib.closing(open_store(place)) as store:
-        store.write(lambda tx: tx.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (b"log {}",))).result()
+        store.write(
+            lambda tx: tx.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (pack(b"log {}"),))
+        ).result()
     run(go_on(mission))
 
 
