@@ -23,6 +23,8 @@ except ImportError:  # PyYAML without libyaml
 MOST_LEVELS = 20
 """Most levels of nested lists and mappings; no file of ours needs more."""
 
+TOO_DEEP = f"lists and mappings are nested more than {MOST_LEVELS} levels deep"
+
 MOST_ALIASED = 100_000
 """Most values that all aliases together repeat."""
 
@@ -132,7 +134,7 @@ def _check_events(text: str | bytes, aliases: bool) -> None:
             if event.anchor is not None:
                 sizes[event.anchor] = 1
         if len(opened) > MOST_LEVELS:
-            raise YamlFault(f"lists and mappings are nested more than {MOST_LEVELS} levels deep")
+            raise YamlFault(TOO_DEEP)
         if aliased > MOST_ALIASED:
             raise YamlFault(f"aliases repeat more than {MOST_ALIASED} values")
 
@@ -145,6 +147,8 @@ def _fault(error: Exception, text: str | bytes) -> str:
         return f"line {line}: {str(error).splitlines()[0]}"
     if not isinstance(error, yaml.MarkedYAMLError) or error.problem is None:
         return (str(error).splitlines() or [type(error).__name__])[0]
+    if "nesting depth" in error.problem:  # PyYAML looks ahead, and may get to its own limit before ours is counted
+        return TOO_DEEP
     mark = error.problem_mark
     if mark is None:
         return error.problem

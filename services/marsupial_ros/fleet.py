@@ -199,7 +199,10 @@ class RobotFleet:
             news["finished"] = gathered.finished
         if gathered.failed:
             news["failed"] = gathered.failed
-        if gathered.lost:
+        if gathered.lost and gathered.finished:
+            # a lost robot finishes nothing: what it finished before is reported first
+            self.gathered.lost = gathered.lost
+        elif gathered.lost:
             news["lost"] = gathered.lost
         return news
 

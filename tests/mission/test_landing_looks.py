@@ -14,7 +14,7 @@ from small_missions import carrier_at, drawn_grid, greedy_strategy, kinds_of, ro
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.maps.footprint import standable
-from marsupial.mission.loop import Mission, MissionOrder
+from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell, Grid
 from marsupial.model.mission import Changed, Planned, Status
 from marsupial.model.planning import Budget
@@ -98,7 +98,7 @@ def test_ground_that_is_never_shown_is_looked_for_once_while_the_map_changes() -
     world = FlickeringWorld(RECESS, types, robots, wall_moves, sensor=Blind())
     recorder = Recorder()
     order = MissionOrder(goal=Goal(), limits=MissionLimits(time_ms=600_000))
-    ended = Mission(world, types, greedy_strategy(), order, recorder).run()
+    ended = MissionLoop(world, types, greedy_strategy(), order, recorder).run()
     looks = {action.place for event in recorder.of(Planned) for action in event.actions}
     assert (ended.status, len(looks)) == (Status.COMPLETE, 1)
     assert recorder.of(Changed)

@@ -146,6 +146,16 @@ def test_a_robot_beside_where_it_can_stand_is_put_there() -> None:
 # the fleet
 
 
+def test_what_a_robot_finished_before_it_was_lost_is_reported_first(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.fleet.gathered.finished.append(1)
+    house.fleet.gathered.lost.append({"robot": "carrier1", "reason": "silent"})
+    first, second = house.fleet.report(), house.fleet.report()
+    assert (first["finished"], first.get("lost")) == ([1], None)
+    assert (second.get("finished"), second["lost"]) == (None, [{"robot": "carrier1", "reason": "silent"}])
+    assert not house.fleet.gathered.any
+
+
 def test_a_drive_ends_at_the_end_of_its_route(tmp_path: Path) -> None:
     house = House(tmp_path)
     house.drive()
