@@ -97,6 +97,22 @@ class TrueGround:
                 reached |= self._flood(fits, starts)
         return reached
 
+    def _pockets(self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]]) -> int:
+        """Return how many cells of rovers' ground are in parts no larger than a rover, which need not be looked for."""
+        found = np.zeros(cells.shape, dtype=bool)
+        for kind in (kind for kind, _ in team if kind["role"] == "rover"):
+            fits, radius = self._standable(kind, cells, 1e-6), kind["radius_m"] * self._metre
+            reach = range(-math.floor(radius), math.floor(radius) + 1)
+            most = max(1, sum(u * u + v * v <= radius * radius for u in reach for v in reach))
+            left = fits.copy()
+            while left.any():
+                y, x = np.argwhere(left)[0].tolist()
+                part = self._flood(fits, [(x, y)])
+                left &= ~part
+                if np.count_nonzero(part) <= most:
+                    found |= part
+        return int(np.count_nonzero(found))
+
     def _near(self, sources: Iterable[Cell], limit: float) -> dict[Cell, float]:
         """Return the cells that a way of at most `limit` cells over see-through ground leads to from some sources."""
         clear = ~np.isin(self._truth, BLOCKS_SIGHT)

@@ -119,7 +119,8 @@ class Oracle(Account):
         robot = self._robots[name]
         passed = list(enumerate(zip(robot.drive, robot.passed_ms, strict=True)))
         if robot.lost:  # between two cells, of which it counts as being on the first
-            passed = [one for one in passed if one[1][1] <= t_ms][-1:]
+            arriving = [one for one in passed if abs(one[1][1] - t_ms) <= 1]  # which it may have done or not
+            passed = [one for one in passed if one[1][1] < t_ms - 1][-1:] + arriving
         steps = next((k for k, (at, ms) in passed if at == cell and (robot.lost or abs(ms - t_ms) <= 1)), None)
         if steps is None:
             self._find(event, f"{name} stands at {cell}, where its drive does not bring it at that time")
