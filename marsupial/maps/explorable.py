@@ -95,6 +95,7 @@ class _Explored:
         self._growing = GrowingReach(self._known)
         self._landings = Landings(self._known, Looks())
         self._sight = Sight(truth.cells, truth.opaque_codes())
+        self._contact = {kind.name: Contact(kind, truth.resolution_m) for kind in kinds}
         self._entered = {kind.name: np.zeros(truth.cells.shape, dtype=np.bool_) for kind in kinds}
 
     def enter(self, reached: Mapping[str, Mask]) -> None:
@@ -114,7 +115,7 @@ class _Explored:
         ]
         for kind, cell in looks:
             self._reveal(self._sight.visible(cell, kind.sensor_range_m / self._truth.resolution_m))
-            self._reveal(Contact(kind, self._truth.resolution_m).touched(self._truth.cells, cell))
+            self._reveal(self._contact[kind.name].touched(self._truth.cells, cell))
         return bool(looks)
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Mapping[str, Mask]:
