@@ -14,6 +14,7 @@ import numpy as np
 from marsupial.maps.survey import moved_meeting
 from marsupial.model import mission as log
 from marsupial.model.frames import FrameShift
+from marsupial.model.runs import run_table
 
 
 def in_last_frame(events: Sequence[log.MissionEvent]) -> tuple[log.MissionEvent, ...]:
@@ -74,7 +75,7 @@ def moved_plan(plan: log.Planned, shift: FrameShift) -> log.Planned:
 
 def moved_runs(runs: Sequence[int], shift: FrameShift) -> tuple[int, ...]:
     """Return runs (start, length, code) in a frame that has grown; a run over several rows is split."""
-    table = np.array(runs, dtype=np.int64).reshape(-1, 3)
+    table = run_table(runs)
     starts, ends, width = table[:, 0], table[:, 0] + table[:, 1], shift.width_before
     # an old row is a contiguous piece of a new row, so split each run at the ends of old rows
     first = starts // width

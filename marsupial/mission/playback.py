@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from marsupial.mission.frames import in_last_frame
-from marsupial.mission.state import MissionTracker, RobotView, Tracks, reveal, views
+from marsupial.mission.state import MissionTracker, RobotView, Tracks, views
 from marsupial.model import OBSTACLE, UNKNOWN, Action, CellArray
 from marsupial.model import mission as log
-from marsupial.model.runs import triples
+from marsupial.model.runs import paint, triples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +68,7 @@ class _KnownMap:
             self._cells.fill(UNKNOWN)
             self._done = 0
         for event in self._reveals[self._done : wanted]:
-            reveal(self._cells, event)
+            paint(self._cells, event.runs)
         self._done = wanted
         return self._cells.copy()
 
@@ -204,5 +204,5 @@ def _counts_before(cells: CellArray, event: CellEvent) -> tuple[int, int]:
     parts = [flat[start : start + length] for start, length, _ in triples(event.runs)]
     known = sum(int(np.count_nonzero(part != UNKNOWN)) for part in parts)
     barred = sum(int(np.count_nonzero(part == OBSTACLE)) for part in parts)
-    reveal(cells, event)
+    paint(cells, event.runs)
     return known, known - barred

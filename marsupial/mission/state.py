@@ -17,6 +17,7 @@ from marsupial.mission.frames import moved_plan
 from marsupial.mission.observer import Observer
 from marsupial.model import UNKNOWN, Action, Cell, CellArray, FrameShift, RobotType, Whereabouts
 from marsupial.model import mission as log
+from marsupial.model.runs import paint
 from marsupial.paths.headings import heading_of
 from marsupial.paths.routes import passing_times_ms, route_of
 
@@ -124,7 +125,7 @@ class MissionTracker(Observer):
             case log.MissionStarted():
                 self._start(event)
             case log.Revealed() | log.Changed():
-                reveal(self.cells, event)
+                paint(self.cells, event.runs)
             case log.FrameGrown():
                 self._grow(event)
             case log.Planned():
@@ -225,11 +226,3 @@ def _moved(track: Track, shift: FrameShift) -> Track:
     if running is not None:
         running = replace(running, action=shift.action(running.action), cell=shift.cell(running.cell))
     return replace(track, where=replace(track.where, at=at), running=running)
-
-
-def reveal(cells: CellArray, event: log.Revealed | log.Changed) -> None:
-    """Write the cells that a robot has seen to the known map (height, width)."""
-    flat = cells.reshape(-1)
-    for i in range(0, len(event.runs), 3):
-        start, length, code = event.runs[i : i + 3]
-        flat[start : start + length] = code

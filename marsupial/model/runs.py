@@ -19,6 +19,7 @@ from marsupial.arrays import Bytes, Ints
 from marsupial.model.grid import UNKNOWN, CellArray
 
 Runs = tuple[int, ...]
+"""Start, length and code of each run, in ascending order of cells."""
 
 
 def triples(runs: Sequence[int]) -> Iterator[tuple[int, int, int]]:

@@ -22,10 +22,10 @@ from marsupial.mission.runs import runs_of
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Terrain
 from marsupial.model.robots import RobotType
+from marsupial.model.runs import cells_in
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
 from marsupial_ros.messages import Update
 from marsupial_service.missions.frames import MissionFrame, frame_at, laid_out
-from marsupial_service.missions.values import expand
 
 Point = tuple[float, float]
 
@@ -133,7 +133,7 @@ class Chart:
         assert frame is not None  # frames of a mission are not turned against each other
         self._frame = frame
         flat = np.full(known["width"] * known["height"], UNKNOWN, dtype=np.uint8)
-        cells_known, codes = expand(tuple(known["runs"]))
+        cells_known, codes = cells_in(tuple(known["runs"]))
         flat[cells_known] = codes
         self._reported = flat.reshape(known["height"], known["width"])
 

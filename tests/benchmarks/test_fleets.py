@@ -7,9 +7,9 @@ from benchmarks.trial.fleets import Load, Speaker, TickingTeam, together
 from benchmarks.trial.pressing import Press, brief, reports
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.placement import place_team
+from marsupial.model.runs import cells_in
 from marsupial_service.intake.missions import brief_of, reports_of
 from marsupial_service.missions.frames import MissionFrame
-from marsupial_service.missions.values import expand
 from marsupial_service.schemas.missions import MissionBody, ReportsBody
 from marsupial_service.settings import ServiceLimits
 
@@ -20,7 +20,7 @@ def team() -> TickingTeam:
 
 
 def seen(report: dict[str, object]) -> set[int]:
-    return {int(cell) for one in report["revealed"] for cell in expand(one["runs"])[0]}  # type: ignore[attr-defined]
+    return {int(cell) for one in report["revealed"] for cell in cells_in(one["runs"])[0]}  # type: ignore[attr-defined]
 
 
 def test_time_passes_by_the_clock_and_each_drive_is_finished_once() -> None:

@@ -14,6 +14,7 @@ from marsupial.mission.observer import Observer
 from marsupial.model.grid import Mask
 from marsupial.model.mission import MissionEnded, MissionEvent, Revealed
 from marsupial.model.planning import Budget
+from marsupial.model.runs import triples
 from marsupial.model.scenario import Scenario
 from marsupial.processes.channel import Channel
 
@@ -84,8 +85,7 @@ class CoverageSampler(Observer):
         """Count revealed cells, and sample up to the moment of the event."""
         if isinstance(event, Revealed):
             self._catch_up(event.t_ms)
-            for i in range(0, len(event.runs), 3):
-                start, length = event.runs[i], event.runs[i + 1]
+            for start, length, _ in triples(event.runs):
                 self._cells += self._upto[start + length] - self._upto[start]
         elif isinstance(event, MissionEnded):
             self._catch_up(event.t_ms)

@@ -14,6 +14,7 @@ from marsupial.formats.scenario.team import MemberEntry, standing_fault
 from marsupial.maps.footprint import fits
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
+from marsupial.model.runs import Runs, cells_in, known_runs, runs_fault
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.sizes import Extent
 from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
@@ -25,7 +26,7 @@ from marsupial_service.intake.reading import BodyReader, Digested
 from marsupial_service.intake.situations import budget_of, refuse
 from marsupial_service.intake.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
 from marsupial_service.missions.frames import MissionFrame, frame_at
-from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate, Runs, expand, fault_of, runs_in
+from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
 from marsupial_service.schemas.answers import KnownMapAnswer
 from marsupial_service.schemas.missions import (
     BatchBody,
@@ -119,19 +120,19 @@ def _field(body: MissionBody, limits: ServiceLimits) -> tuple[Grid, Types]:
 
 def _cells(runs: Runs, shape: tuple[int, ...]) -> CellArray:
     cells = np.full(shape, UNKNOWN, dtype=np.uint8)
-    indices, codes = expand(runs)
+    indices, codes = cells_in(runs)
     cells.reshape(-1)[indices] = codes
     return cells
 
 
 def _mask(runs: Runs, grid: Grid) -> Mask:
     mask = np.zeros(grid.cells.shape, dtype=np.bool_)
-    mask.reshape(-1)[expand(runs)[0]] = True
+    mask.reshape(-1)[cells_in(runs)[0]] = True
     return mask
 
 
 def _check_runs(runs: Sequence[int], size: int, codes: Iterable[int], path: str, notes: Notes) -> None:
-    fault = fault_of(runs, size, frozenset(codes))
+    fault = runs_fault(runs, size, frozenset(codes))
     if fault is not None:
         notes.wrong(path, fault)
 
@@ -298,7 +299,7 @@ def changes_in(cells: CellArray) -> int:
 
 def known_map_text(known: Grid) -> bytes:
     """Return a map as JSON."""
-    return line(KnownMapAnswer.of(known, runs=runs_in(known.cells)).model_dump()).encode()
+    return line(KnownMapAnswer.of(known, runs=known_runs(known.cells)).model_dump()).encode()
 
 
 def tell_known_map(known: Grid) -> Iterator[bytes]:

@@ -18,9 +18,10 @@ from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell, CellArray
 from marsupial.model.mission import ActionEnd
 from marsupial.model.plan import ActionName
+from marsupial.model.runs import cells_in
 from marsupial.model.team import Whereabouts
 from marsupial_service.missions.frames import MissionFrame, laid_out, placed
-from marsupial_service.missions.values import MissionReport, expand
+from marsupial_service.missions.values import MissionReport
 
 
 class MapChange(NamedTuple):
@@ -70,7 +71,7 @@ class ReportedMap:
         of = report.frame or self.first_frame
         changes = []
         for name, runs in report.revealed:
-            indices, codes = expand(runs)
+            indices, codes = cells_in(runs)
             changes.append(self._set(name, placed(indices, of, self.frame), codes))
         if report.map is not None:
             changes.append(self.redraw(laid_out(report.map, of, self.frame)))

@@ -19,10 +19,11 @@ from marsupial.errors import Problem
 from marsupial.formats.fields import Notes
 from marsupial.model.grid import CellArray
 from marsupial.model.mission import ActionEnd
+from marsupial.model.runs import cells_in
 from marsupial.model.team import Whereabouts
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.reported import ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
-from marsupial_service.missions.values import MissionBrief, MissionReport, StoredEvent, expand
+from marsupial_service.missions.values import MissionBrief, MissionReport, StoredEvent
 from marsupial_service.schemas.words import EventType
 
 _GROUND = "ground"
@@ -168,7 +169,7 @@ class MissionState:
     def _map_faults(self, report: MissionReport) -> Iterator[Problem]:
         if not report.revealed:
             return
-        indices, codes = expand(report.runs)
+        indices, codes = cells_in(report.runs)
         order = np.argsort(indices, kind="stable")
         indices, codes = indices[order], codes[order]
         if np.any((indices[1:] == indices[:-1]) & (codes[1:] != codes[:-1])):

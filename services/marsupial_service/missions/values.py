@@ -10,12 +10,12 @@ from itertools import chain
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
-from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
+from marsupial.model.grid import Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget, Outcome
 from marsupial.model.robots import RobotType
+from marsupial.model.runs import Runs
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.strategy import PlanningReport
 from marsupial_service.missions.frames import MissionFrame
@@ -36,10 +36,6 @@ class SimulatedRobots(Protocol):
     def report(self, batch: Mapping[str, Any]) -> MissionReport | None:
         """Carry out the commands of an event `commands`; return the report that it asks for, if it does."""
         ...
-
-
-Runs = tuple[int, ...]
-"""Cells of the map: (start, length, code) three by three, cells numbered row by row, in ascending order."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -252,41 +248,3 @@ class MayPlan(NamedTuple):
 
 class HasPlanned(NamedTuple):
     """It has planned."""
-
-
-def expand(runs: Runs) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8]]:
-    """Return the row-major indices of the cells in `runs`, in whatever order these are, and their codes."""
-    table = np.array(runs, dtype=np.int64).reshape(-1, 3)
-    lengths = table[:, 1]
-    indices = np.ones(int(lengths.sum()), dtype=np.int64)
-    if len(table):  # one more than the cell before, but for the first of each run
-        indices[0] = table[0, 0]
-        indices[np.cumsum(lengths)[:-1]] = table[1:, 0] - (table[:-1, 0] + lengths[:-1]) + 1
-        np.cumsum(indices, out=indices)
-    return indices, np.repeat(table[:, 2].astype(np.uint8), lengths)
-
-
-def runs_in(cells: CellArray) -> Runs:
-    """Return the known cells of a map as runs."""
-    flat = cells.ravel()
-    edges = np.flatnonzero(np.diff(flat)) + 1
-    starts, ends = np.concatenate(([0], edges)), np.concatenate((edges, [len(flat)]))
-    known = flat[starts] != UNKNOWN
-    table = np.stack((starts, ends - starts, flat[starts]), axis=1)[known]
-    return tuple(table.ravel().tolist())
-
-
-def fault_of(runs: Sequence[int], size: int, codes: frozenset[int]) -> str | None:
-    """Return what is wrong with runs of a map of `size` cells, or None."""
-    if len(runs) % 3:
-        return "must be (start, length, code) three by three"
-    end = 0
-    for start, length, code in zip(runs[0::3], runs[1::3], runs[2::3], strict=True):
-        if start < end:
-            return f"must be in ascending order without overlap, got a run from cell {start} after cell {end}"
-        if length < 1 or start + length > size:
-            return f"must stay inside the map of {size} cells, got a run of {length} from cell {start}"
-        if code not in codes:
-            return f"has no terrain of code {code}; there are {', '.join(map(str, sorted(codes)))}"
-        end = start + length
-    return None

@@ -13,10 +13,11 @@ from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType, Role
+from marsupial.model.runs import known_runs
 from marsupial.model.scenario import Scenario
 from marsupial.model.world import RobotReport
 from marsupial.sim.world import SimulatedWorld
-from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate, runs_in
+from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
 
 
 class SimulatedTeam:
@@ -182,7 +183,7 @@ def mission_document(
         "budget": {"steps": budget.steps} if budget.seconds is None else {"seconds": budget.seconds},
         "planning_time": scenario.planning_time.value,
         "time_limit_ms": scenario.limits.time_ms,
-        "area": list(runs_in(area)),
+        "area": list(known_runs(area)),
         "seed": seed,
     }
 

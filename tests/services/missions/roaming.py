@@ -18,10 +18,11 @@ from mission_house import body
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.maps.footprint import fits
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray
+from marsupial.model.runs import Runs, known_runs
 from marsupial_service.intake.missions import brief_of
 from marsupial_service.missions.frames import MissionFrame, laid_out
 from marsupial_service.missions.state import MissionState
-from marsupial_service.missions.values import MissionBatch, MissionBrief, MissionReport, RobotUpdate, Runs, runs_in
+from marsupial_service.missions.values import MissionBatch, MissionBrief, MissionReport, RobotUpdate
 from marsupial_service.schemas.missions import MissionBody
 from marsupial_service.settings import ServiceLimits
 
@@ -194,8 +195,8 @@ class RoamingTeam:
         low, left = max(0, y), max(0, x)
         part = self.slam[low : max(low, y + view.height), left : max(left, x + view.width)]
         cells[low - y : low - y + part.shape[0], left - x : left - x + part.shape[1]] = part
-        cells[cells == UNKNOWN] = 254  # as `runs_in` leaves out what is unknown
-        runs = list(runs_in(laid_out(cells, view, frame)))
+        cells[cells == UNKNOWN] = 254  # as `known_runs` leaves out what is unknown
+        runs = list(known_runs(laid_out(cells, view, frame)))
         runs[2::3] = [UNKNOWN if code == 254 else code for code in runs[2::3]]
         return tuple(runs)
 

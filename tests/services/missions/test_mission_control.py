@@ -16,8 +16,9 @@ from mission_house import Driver, open_missions, run, send, started, team
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.triggers import trigger_text
 from marsupial.model.mission import Changed, MissionEnded, MissionStarted, Planned, RobotLost, Status
+from marsupial.model.runs import cells_in, known_runs
 from marsupial_service.missions.state import ReportConflict
-from marsupial_service.missions.values import Control, expand, runs_in
+from marsupial_service.missions.values import Control
 from marsupial_service.schemas.words import MissionPhase
 from marsupial_service.simulation.team import SimulatedTeam
 
@@ -163,10 +164,10 @@ def test_a_mission_goes_on_when_the_map_changes_and_its_log_too(place: str) -> N
 
             def changed(report: dict[str, Any]) -> dict[str, Any]:
                 for seen in report.pop("revealed"):
-                    indices, codes = expand(tuple(seen["runs"]))
+                    indices, codes = cells_in(tuple(seen["runs"]))
                     cells.reshape(-1)[indices] = codes
                 cells[y, x] = 0  # a box has been put there
-                return {**report, "map": {"runs": list(runs_in(cells))}}
+                return {**report, "map": {"runs": list(known_runs(cells))}}
 
             driver.edit = changed
             assert await driver.drive(missions, record)

@@ -13,11 +13,12 @@ from undisturbed import undisturbed
 from marsupial.formats.missionlog import MissionLog, parse_log
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status
+from marsupial.model.runs import known_runs
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Job
 from marsupial_service.entries.records import KeyReused, TooMany
 from marsupial_service.intake.missions import brief_of
-from marsupial_service.missions.values import Control, runs_in
+from marsupial_service.missions.values import Control
 from marsupial_service.schemas.missions import MissionBody
 from marsupial_service.settings import ServiceLimits
 
@@ -104,7 +105,7 @@ def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: str) -
         async with open_missions(place) as missions:
             asked = body()
             truth = builtin_scenario("lobby").grid.solid().cells
-            asked["frame"]["known"] = list(runs_in(truth))
+            asked["frame"]["known"] = list(known_runs(truth))
             record, _ = await missions.create(
                 brief_of(MissionBody.model_validate(asked), ServiceLimits(), {}), b"", owner="me"
             )

@@ -19,6 +19,7 @@ from marsupial.errors import InputError
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import UNKNOWN, Cell
+from marsupial.model.runs import known_runs
 from marsupial_service.intake.missions import brief_of
 from marsupial_service.missions.state import MissionState, ReportConflict
 from marsupial_service.missions.values import (
@@ -28,7 +29,6 @@ from marsupial_service.missions.values import (
     MissionReport,
     PendingInput,
     RobotUpdate,
-    runs_in,
 )
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 from marsupial_service.schemas.words import EventType
@@ -157,7 +157,7 @@ class Fuzz:
         part = slice(max(0, y), y + size), slice(max(0, x), x + size)
         cells = np.full_like(self.truth, UNKNOWN)
         cells[part] = np.where(self.state.cells[part] == UNKNOWN, self.truth[part], self.state.cells[part])
-        return runs_in(cells)
+        return known_runs(cells)
 
     def map(self) -> Any:
         cells = self.state.cells.copy()
