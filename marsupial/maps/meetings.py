@@ -33,7 +33,6 @@ from marsupial.model.grid import Cell, Mask
 from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.robots import Role
 from marsupial.native import native
-from marsupial.paths.fields import PathSearch
 
 STRETCH_M = 6.0
 """Length of border in metres that one meeting point serves."""
@@ -207,9 +206,7 @@ class _Pair:
             return [self._named(carrier_cell, carrier_cell)]
         carrier, rover = self._territory.kinds[self._carrier], self._territory.kinds[self._rover]
         limit = dock_range_cells(carrier, rover, self._territory.grid.resolution_m)
-        window = Window.around(carrier_cell, carrier_cell, int(limit) + 1, self._dock.shape)
-        here = Cell(carrier_cell.x - window.left, carrier_cell.y - window.bottom)
-        distance = PathSearch(self._territory.see_through[window.cut]).field(here, limit=limit)
+        window, distance = self._territory.near(carrier_cell, limit)
         distance = np.where(self._dock[window.cut], distance, np.inf)
         best = np.argmin(distance)
         if not np.isfinite(distance.ravel()[best]):

@@ -294,10 +294,13 @@ class Surveyor:
         """Return whether robots of a type can dock with all types of the other role at a meeting point."""
         if kind.name in (point.carrier_type, point.rover_type):
             return True
-        apart = math.dist(point.carrier_cell, point.rover_cell)
         others = (other for other in self._territory.kinds.values() if other.role is not kind.role)
         # the docking range is symmetric, so the order of carrier and rover does not matter
-        return all(apart <= dock_range_cells(kind, other, self._territory.grid.resolution_m) for other in others)
+        limit = min(dock_range_cells(kind, other, self._territory.grid.resolution_m) for other in others)
+        if math.dist(point.carrier_cell, point.rover_cell) > limit:
+            return False
+        window, ways = self._territory.near(point.carrier_cell, limit)
+        return bool(np.isfinite(ways[point.rover_cell.y - window.bottom, point.rover_cell.x - window.left]))
 
     def _situation(
         self,

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.arrays import Ints
+from marsupial.arrays import Floats, Ints
 from marsupial.maps.footprint import Footprint, known_parts
 from marsupial.maps.window import Window
 from marsupial.model.feed import Feed
 from marsupial.model.grid import Cell, Grid, Mask
 from marsupial.model.robots import RobotType, Role
+from marsupial.paths.fields import PathSearch
 
 
 def dock_range_cells(carrier: RobotType, rover: RobotType, resolution_m: float) -> float:
@@ -107,6 +108,15 @@ class Territory:
         if self._highest.x < 0:
             return Window(0, 0, 0, 0)
         return Window.around(self._lowest, self._highest, 1, (self.grid.height, self.grid.width))
+
+    def near(self, cell: Cell, limit: float) -> tuple[Window, Floats]:
+        """Return the lengths in cells of the shortest ways over see-through ground from a cell, up to a limit.
+
+        Beyond the limit they are infinite. The array (height, width) is that of the window returned with it.
+        """
+        window = Window.around(cell, cell, int(limit) + 1, self.see_through.shape)
+        here = Cell(cell.x - window.left, cell.y - window.bottom)
+        return window, PathSearch(self.see_through[window.cut]).field(here, limit=limit)
 
     def of_role(self, role: Role) -> tuple[RobotType, ...]:
         """Return the robot types of a role."""

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from drawn_maps import carrier, draw, random_cells, rover, where
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.maps.reach import largest_reach
 from marsupial.maps.survey import Survey, Surveyor, placed
-from marsupial.maps.territory import Territory
+from marsupial.maps.territory import Territory, dock_range_cells
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.robots import Role, default_types
@@ -190,6 +190,27 @@ def test_a_meeting_point_is_a_place_for_all_types_that_get_there() -> None:
     found = survey(*CARRYING)
     for point in found.meetings:
         assert found.poses[point.name] == {"carrier": point.carrier_cell, "rover": point.rover_cell}
+
+
+@given(random_cells((OBSTACLE, FLOOR, FLOOR, ROUGH, UNKNOWN), 4), st.data())
+@settings(max_examples=200)
+def test_all_types_with_a_pose_at_a_meeting_point_can_dock_there(cells: CellArray, data: st.DataObject) -> None:
+    grid = Grid(cells=cells, resolution_m=0.5)
+    kinds = (carrier(radius_m=0.1), carrier("large", radius_m=0.45), rover(), rover("small", radius_m=0.0))
+    territory = Territory(grid, kinds)
+    floor = np.argwhere(territory.footprints["large"].standable)
+    assume(len(floor))
+    y, x = data.draw(st.sampled_from(floor.tolist()))
+    team = [report("c", Cell(x, y)), report("l", Cell(x, y), "large")]
+    team += [report("r", None, "rover", on="c"), report("s", None, "small", on="l")]
+    found = Surveyor(territory, {}, Goal()).survey(team, 0)
+    search = PathSearch(territory.see_through)
+    for point in found.meetings:
+        way = search.costs(point.carrier_cell, [point.rover_cell])[0]
+        here = [kind for kind in kinds if kind.name in found.poses[point.name]]
+        for bearer in (kind for kind in here if kind.role is Role.CARRIER):
+            for borne in (kind for kind in here if kind.role is Role.ROVER):
+                assert way <= dock_range_cells(bearer, borne, grid.resolution_m)
 
 
 def test_direct_times_run_over_all_ground_at_the_speed_of_the_carrier() -> None:
