@@ -238,7 +238,7 @@ class Surveyor:
             connects=meetings.connects,
             poses=poses,
             direct_ms=lambda: self._direct(situation, poses),
-            unseen=lambda: self._unseen.now(targets),
+            unseen=lambda: self._unseen.now(targets, reach),
         )
 
     def _look(self, robots: tuple[PlacedRobot, ...]) -> None:

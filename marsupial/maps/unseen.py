@@ -13,7 +13,7 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.maps.footprint import known_parts
 from marsupial.maps.targets import Target
-from marsupial.maps.territory import Territory
+from marsupial.maps.territory import Reach, Territory
 from marsupial.model.robots import Role
 from marsupial.model.unseen import Square, Unseen
 
@@ -45,14 +45,15 @@ class UnseenPart:
         for cells in known_parts(grid):
             self._reveal(cells)
 
-    def now(self, targets: Sequence[Target]) -> Unseen:
+    def now(self, targets: Sequence[Target], reach: Reach) -> Unseen:
         """Return what is unseen now, with the positions of the targets."""
         self._reveal(self._revealed.cells())
         resolution = self._territory.grid.resolution_m
         return Unseen(
             squares=self._squares(),
             at_m={target.name: (target.cell.x * resolution, target.cell.y * resolution) for target in targets},
-            rovers_only=self._rovers_only(),
+            rovers_only=self._rovers_only(reach),
+            shared=self._shared(),
             speed_mps={kind.name: kind.speed_mps for kind in self._territory.kinds.values()},
         )
 
@@ -79,14 +80,36 @@ class UnseenPart:
             for i, ((row, column), unknown) in enumerate(zip(left.tolist(), count.tolist(), strict=True))
         )
 
-    def _rovers_only(self) -> float:
-        rovers, carriers = (
-            frozenset[int]().union(*(kind.terrains for kind in self._territory.of_role(role)))
-            for role in (Role.ROVER, Role.CARRIER)
-        )
-        cells = self._known_by_code * self._territory.grid.cell_area_m2
-        only, all_ground = (float(cells[sorted(codes)].sum()) for codes in (rovers - carriers, rovers | carriers))
-        return (only + FIRST_GUESS * FIRST_GUESS_M2) / (all_ground + FIRST_GUESS_M2)
+    def _rovers_only(self, reach: Reach) -> float:
+        rovers, carriers = self._terrains(Role.ROVER), self._terrains(Role.CARRIER)
+        only, ground = self._known(rovers - carriers), self._known(rovers | carriers)
+        area = self._territory.grid.cell_area_m2
+        only += area * self._behind_narrow_doors(reach)
+        return (only + FIRST_GUESS * FIRST_GUESS_M2) / (ground + FIRST_GUESS_M2)
+
+    def _behind_narrow_doors(self, reach: Reach) -> int:
+        """Return how many cells rovers get to where a carrier has room, but no way to them."""
+        cut = self._territory.known.cut
+        inside, outside = np.False_, np.True_
+        for kind in self._territory.of_role(Role.ROVER):
+            inside = inside | reach.by_type[kind.name][cut]
+        room = np.False_
+        for kind in self._territory.of_role(Role.CARRIER):
+            outside = outside & ~reach.by_type[kind.name][cut]
+            room = room | self._territory.footprints[kind.name].standable[cut]
+        return int(np.count_nonzero(inside & outside & room))
+
+    def _shared(self) -> float:
+        rovers, carriers = self._terrains(Role.ROVER), self._terrains(Role.CARRIER)
+        ground = self._known(carriers)
+        return self._known(carriers & rovers) / ground if ground else float(bool(carriers & rovers))
+
+    def _terrains(self, role: Role) -> frozenset[int]:
+        return frozenset[int]().union(*(kind.terrains for kind in self._territory.of_role(role)))
+
+    def _known(self, codes: frozenset[int]) -> float:
+        """Return the known area of these terrains in m2."""
+        return float(self._known_by_code[sorted(codes)].sum()) * self._territory.grid.cell_area_m2
 
 
 def _ranges(cells: int, side: int) -> tuple[Ints, Ints]:

@@ -42,7 +42,9 @@ class Unseen:
     at_m
         Position of each target, in metres from the corner of the map.
     rovers_only
-        Share of the ground seen so far that only rovers can drive on, from 0 to 1.
+        Share of the ground seen so far that only rovers can drive on or get to, from 0 to 1.
+    shared
+        Share of the carriers' ground seen so far that rovers can drive on as well, from 0 to 1.
     speed_mps
         Speed of each robot type.
     """
@@ -50,4 +52,5 @@ class Unseen:
     squares: tuple[Square, ...] = ()
     at_m: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     rovers_only: float = 0.0
+    shared: float = 0.0
     speed_mps: Mapping[str, float] = field(default_factory=dict)

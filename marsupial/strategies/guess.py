@@ -10,17 +10,19 @@ How it works
 
         known ground            frontier          unknown
 
-    carrier ------------------> gate t_1 . . . . . . . ?a       hall: a carrier explores it
-            known travel time    |   .  straight x BEND
+    carrier ------------------> gate t_1 . . . . . . . ?a       hall: a carrier explores it, or also a
+            known travel time    |   .  straight x BEND         rover that can drive on carriers' ground
                                  |     .
     carrier ------------------> gate t_2 . . . . . ?door_b - ?b  room: a carrier sets a rover down at
                                                      ROOM_MS     the door, the rover explores the room
 
 1. `marsupial.maps.unseen` divides the unknown into squares. The nearest `MOST_SQUARES` become guessed targets.
-2. A square is a *room* or a *hall*. The share of rooms is the share of the seen ground that only rovers can drive on.
-   Each square has a random number that stays the same for the whole mission (`Square.draw`), so that it does not change
-   its kind from plan to plan.
-3. The path to a square leads through a *gate*, a known target that carriers can explore, then straight on; `BEND`
+2. A square is a *room*, for rovers only, or a *hall*. The share of rooms is the share of the seen ground that only
+   rovers can drive on or get to; rovers can explore as many halls as the share of carriers' ground that they can drive
+   on. Where rooms are islands (rovers can't drive on carriers' ground at all), carriers have to bring them; elsewhere a
+   rover on the ground drives on by itself. Each square has a random number that stays the same for the whole mission
+   (`Square.draw`), so that it does not change its kind from plan to plan.
+3. The path to a square leads through a *gate*, a known target that the robot can explore, then straight on; `BEND`
    allows for walls. The travel time from any place is the least over all gates.
 4. The objective weights a real target with 1, and a square with `WORTH` times its unknown share.
 5. Robots have a small head start on the way that they are on already, as turning round for an equally good plan
@@ -34,7 +36,7 @@ The guess is often wrong, which costs little: docs/strategies.md has the figures
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -111,11 +113,12 @@ class _Gate:
     speed_mps: Mapping[str, float]
 
     def nearest(self, situation: Situation, kind: str, origin: str) -> str | None:
-        """Return the target on the fastest path from `origin` to the square."""
+        """Return the target on the fastest path of a robot type from `origin` to the square, of those it can explore."""
         options = [
             (travel + 1000 * metres / self.speed_mps[kind], target)
             for target, metres in zip(self.targets, self.metres, strict=True)
-            if (travel := situation.travel(kind, origin, target)) is not None
+            if kind in situation.target_by_name[target].explorers
+            and (travel := situation.travel(kind, origin, target)) is not None
         ]
         return min(options)[1] if options else None
 
@@ -123,38 +126,68 @@ class _Gate:
 def guess(briefing: Briefing) -> Guess:
     """Return the guess for a briefing.
 
-    It adds no targets if carriers can't explore any, as no gate leads into the unknown. Nor for a single robot: it has
-    no other robot to spread out from and no rover to keep aboard, and guessed targets only divert it from near ones.
+    It adds no targets if no gate leads into the unknown, or if there are no carriers, which bring rovers to rooms. Nor
+    for a single robot: it has no other robot to spread out from and no rover to keep aboard, and guessed targets only
+    divert it from near ones.
     """
     real = briefing.situation
     worth = dict.fromkeys((target.name for target in real.targets), 1.0)
     begun = _with_head_starts(real, briefing.previous)
-    carriers = frozenset(kind.name for kind in real.types if kind.role is Role.CARRIER)
-    if len(real.robots) == 1:
-        return Guess(situation=begun, worth=worth, real=real, gates={})
+    nothing = Guess(situation=begun, worth=worth, real=real, gates={})
+    present = {robot.type for robot in real.robots}
+    carriers, rovers = (
+        frozenset(kind.name for kind in real.types if kind.role is role and kind.name in present)
+        for role in (Role.CARRIER, Role.ROVER)
+    )
+    if len(real.robots) == 1 or not carriers:
+        return nothing
     unseen = briefing.unseen()
-    gates = tuple(t.name for t in real.targets if t.explorers & carriers and t.name in unseen.at_m)
+    # without rovers in the team, nobody could explore a room
+    share, shared = (unseen.rovers_only, unseen.shared) if rovers else (0.0, 0.0)
+    driving = carriers | rovers if shared > 0 else carriers
+    gates = tuple(t.name for t in real.targets if t.explorers & driving and t.name in unseen.at_m)
     if not gates or not unseen.squares:
-        return Guess(situation=begun, worth=worth, real=real, gates={})
+        return nothing
     where = np.array([unseen.at_m[name] for name in gates])
     metres = _path_m(np.array([(s.x_m, s.y_m) for s in unseen.squares]), where)
     # stable sorting keeps missions reproducible where distances are equal
     nearest = np.sort(np.argsort(metres.min(axis=1), kind="stable")[:MOST_SQUARES])
     chosen, metres = [unseen.squares[i] for i in nearest.tolist()], metres[nearest]
-    rovers = frozenset(kind.name for kind in real.types if kind.role is Role.ROVER)
-    # without rovers in the team, nobody could explore a room
-    share = unseen.rovers_only if any(robot.type in rovers for robot in real.robots) else 0.0
-    rooms = [square for square in chosen if square.draw < share]
-    halls = [square for square in chosen if square.draw >= share]
-    # `_extended` expects halls before rooms
-    order = [chosen.index(square) for square in halls + rooms]
-    situation = _extended(begun, halls, rooms, (carriers, rovers), gates, metres[order], unseen.speed_mps)
-    worth |= {_target(square): WORTH * square.share for square in chosen}
-    ways = {
-        name: _Gate(targets=gates, metres=tuple(row), speed_mps=unseen.speed_mps)
-        for name, row in zip(_entries(halls, rooms), metres[order].tolist(), strict=True)
-    }
+    # halls before rooms, as `_extended` expects
+    order = sorted(range(len(chosen)), key=lambda i: chosen[i].draw < share)
+    squares = []
+    for square in (chosen[i] for i in order):
+        room = square.draw < share
+        # what the random number has left beyond the share of rooms decides about halls
+        both = (square.draw - share) < shared * (1 - share)
+        explorers = rovers if room else carriers | rovers if both else carriers
+        squares.append(_Guessed(square=square, room=room, explorers=explorers))
+    situation = _extended(begun, squares, driving, gates, metres[order], unseen.speed_mps)
+    worth |= {one.target: WORTH * one.square.share for one in squares}
+    ways = {}
+    for one, row in zip(squares, metres[order].tolist(), strict=True):
+        gate = _Gate(targets=gates, metres=tuple(row), speed_mps=unseen.speed_mps)
+        ways |= {one.target: gate, one.entry: gate}
     return Guess(situation=situation, worth=worth, real=real, gates=ways)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Guessed:
+    """A square, whether it is a room, and the robot types that can explore it."""
+
+    square: Square
+    room: bool
+    explorers: frozenset[str]
+
+    @property
+    def target(self) -> str:
+        """Name of the guessed target."""
+        return f"?{self.square.name}"
+
+    @property
+    def entry(self) -> str:
+        """The place that paths lead to: the door of a room, the target in a hall."""
+        return f"?door_{self.square.name}" if self.room else self.target
 
 
 def _with_head_starts(situation: Situation, previous: Plan | None) -> Situation:
@@ -175,19 +208,6 @@ def _with_head_starts(situation: Situation, previous: Plan | None) -> Situation:
     return replace(situation, travel_ms=travel)
 
 
-def _target(square: Square) -> str:
-    return f"?{square.name}"
-
-
-def _door(square: Square) -> str:
-    return f"?door_{square.name}"
-
-
-def _entries(halls: Iterable[Square], rooms: Iterable[Square]) -> list[str]:
-    """Return the places in squares that carriers drive to."""
-    return [_target(square) for square in halls] + [_door(square) for square in rooms]
-
-
 def _path_m(some: Floats, others: Floats) -> Floats:
     """Return the estimated path lengths between positions (n, 2) and (m, 2) as (n, m), in metres."""
     return BEND * np.hypot(some[:, None, 0] - others[:, 0], some[:, None, 1] - others[:, 1])
@@ -195,9 +215,8 @@ def _path_m(some: Floats, others: Floats) -> Floats:
 
 def _extended(
     situation: Situation,
-    halls: Sequence[Square],
-    rooms: Sequence[Square],
-    kinds: tuple[frozenset[str], frozenset[str]],
+    squares: Sequence[_Guessed],
+    driving: frozenset[str],
     gates: Sequence[str],
     metres: Floats,
     speed_mps: Mapping[str, float],
@@ -206,46 +225,56 @@ def _extended(
 
     Parameters
     ----------
-    kinds
-        The types of carriers and of rovers.
+    squares
+        Halls before rooms.
+    driving
+        The types that drive through gates; the others are carried to the doors of rooms.
     metres
-        Path lengths (squares, gates), halls before rooms.
+        Path lengths (squares, gates).
     """
-    targets = [TargetInfo(name=_target(square), explorers=kinds[0]) for square in halls]
-    targets += [TargetInfo(name=_target(square), explorers=kinds[1]) for square in rooms]
+    targets = [TargetInfo(name=one.target, explorers=one.explorers) for one in squares]
+    rooms = [one for one in squares if one.room]
     # the order of `Situation.places`
     starts = [robot.place for robot in situation.robots if robot.place is not None]
     names = starts + [t.name for t in situation.targets] + [t.name for t in targets] + list(situation.meetings)
-    names += [_door(square) for square in rooms] + list(situation.homes)
+    names += [one.entry for one in rooms] + list(situation.homes)
     index = {name: i for i, name in enumerate(names)}
     old = np.array([index[name] for name in situation.places])
-    new = np.array([index[name] for name in _entries(halls, rooms)])
-    middles = np.array([(square.x_m, square.y_m) for square in [*halls, *rooms]])
+    new = np.array([index[one.entry] for one in squares])
+    doors, inside = [index[one.entry] for one in rooms], [index[one.target] for one in rooms]
+    middles = np.array([(one.square.x_m, one.square.y_m) for one in squares])
     between = _path_m(middles, middles)
-    via = np.array([situation.place_index[name] for name in gates])
     travel = {}
     for kind in situation.types:
         table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
         known = situation.travel_ms[kind.name]
         table[np.ix_(old, old)] = known
-        if kind.role is Role.CARRIER:
+        mine = [i for i, name in enumerate(gates) if kind.name in situation.target_by_name[name].explorers]
+        if mine and kind.name in driving:
+            via = np.array([situation.place_index[gates[i]] for i in mine])
             # (places, squares, gates): the time to each gate and on to each square, and the other way round
-            beyond = 1000 * metres / speed_mps[kind.name]
+            beyond = 1000 * metres[:, mine] / speed_mps[kind.name]
             table[np.ix_(old, new)] = _fastest(known[:, via][:, None, :] + beyond, known[:, via][:, None, :])
             table[np.ix_(new, old)] = _fastest(beyond[:, None, :] + known[via].T, known[via].T[None])
             table[np.ix_(new, new)] = 1000 * between / speed_mps[kind.name]
-        else:  # rovers drive inside a room only: carriers bring them to its door
-            for square in rooms:
-                door, target = index[_door(square)], index[_target(square)]
-                table[door, target] = table[target, door] = ROOM_MS
+        if kind.role is Role.ROVER:
+            # in and out of rooms by their doors
+            table[doors, doors] = 0
+            table[:, inside] = _longer(table[:, doors], ROOM_MS)
+            table[inside] = _longer(table[doors], ROOM_MS)
         np.fill_diagonal(table, 0)
         travel[kind.name] = table
     return replace(
         situation,
         targets=(*situation.targets, *targets),
-        meetings=(*situation.meetings, *(_door(square) for square in rooms)),
+        meetings=(*situation.meetings, *(one.entry for one in rooms)),
         travel_ms=travel,
     )
+
+
+def _longer(times: TravelTable, ms: int) -> TravelTable:
+    """Return these times and `ms` more, where there is a path."""
+    return np.where(times == UNREACHABLE, UNREACHABLE, times + ms)
 
 
 def _fastest(times: Floats, known: TravelTable) -> TravelTable:
