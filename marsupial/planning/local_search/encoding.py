@@ -120,8 +120,12 @@ def _groups(*members: Ints) -> Ints:
 
 
 def events_of(situation: Situation, plan: Plan) -> Ints32:
-    """Return the events (n, 4) of a plan: its actions but the moves, after the starts."""
+    """Return the events (n, 4) of a plan, after the starts: its actions but the moves, and each target only once.
+
+    Plans may visit a target again, but a linked schedule has one node per target: twice in it, it would close a circle.
+    """
     index = situation.place_index
+    first = {a.place: a for a in reversed(plan.actions) if a.name is ActionName.EXPLORE}
     number = {robot.name: i for i, robot in enumerate(situation.robots)}
     kinds = {ActionName.EXPLORE: col.EXPLORE, ActionName.UNDOCK: col.UNDOCK, ActionName.DOCK: col.DOCK}
     rows = [
@@ -136,7 +140,7 @@ def events_of(situation: Situation, plan: Plan) -> Ints32:
     rows += [
         (kinds[a.name], number[a.robot], -1 if a.carrier is None else number[a.carrier], index[a.place])
         for a in plan.actions
-        if a.name in kinds
+        if a.name in kinds and first.get(a.place, a) is a
     ]
     return np.array(rows, dtype=np.int32).reshape(-1, 4)
 

@@ -36,6 +36,7 @@ from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
+from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.local_search.engine import Anytime
 
 FEW = Budget(steps=20)
@@ -176,6 +177,21 @@ def test_a_start_with_idle_time_is_tightened() -> None:
     plans, _ = solve(one_room(), start=late)
     assert plans[0] == late
     assert plans[-1].makespan_ms == tight.makespan_ms
+
+
+def test_a_start_that_explores_a_target_twice_is_improved() -> None:
+    situation = situation_of(
+        [carrier(1), carrier(2)],
+        {"t1": hall(-10), "t2": hall(10)},
+        {},
+        {"c1_start": hall(0), "c2_start": hall(0)},
+    )
+    timeline = Timeline.of(situation)
+    for robot, target in (("c1", "t1"), ("c1", "t2"), ("c2", "t2"), ("c2", "t1")):
+        timeline.explore(robot, target)
+    plans, _ = solve(situation, start=timeline.plan)
+    assert plans[0] == timeline.plan
+    assert plans[-1].makespan_ms < plans[0].makespan_ms
 
 
 def test_robots_in_the_middle_of_something_are_waited_for() -> None:
