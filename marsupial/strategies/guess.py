@@ -113,7 +113,7 @@ class _Gate:
     speed_mps: Mapping[str, float]
 
     def nearest(self, situation: Situation, kind: str, origin: str) -> str | None:
-        """Return the target on the fastest path of a robot type from `origin` to the square, of those it can explore."""
+        """Return the target that this type can explore on its fastest path from `origin` to the square."""
         options = [
             (travel + 1000 * metres / self.speed_mps[kind], target)
             for target, metres in zip(self.targets, self.metres, strict=True)

@@ -10,7 +10,7 @@ How it works
     Briefing ---> guess: known targets + guessed ones in the unknown
                     |
                     v
-    candidates:   previous plan, heuristic's plan, nothing
+    candidates:   previous plan, the plans of rules, nothing
                     |  each completed by the greedy planner, so that it serves all targets
                     v
                   best candidate ---> engine.solve(situation, budget, objective, start)
@@ -24,7 +24,8 @@ How it works
 - *Why a guess.* The shortest plan for the known targets does not explore an unknown map fastest, as most of the work
   has yet to turn up (`marsupial.strategies.guess`).
 - *The objective* is priced arrival: a plan is better if it reaches valuable targets sooner. Smaller prices are on the
-  makespan, on driving, and on setting a rover down, as it has to be picked up again later.
+  makespan, on driving, and on setting a rover down: undocking and docking take time, and a carrier has to come back for
+  it. If the goal leaves rovers out in the end, that costs nothing.
 - *Robots never wait for a planner.* If the engine has no answer within its budget, another candidate is the best plan.
   The previous plan comes first among equals, so robots do not change their minds without a gain.
 - *Engines that minimise only the makespan* get the known targets and plan for these: by makespan alone, guessed targets
@@ -66,13 +67,17 @@ from marsupial.strategies.frontier.covering import Covering
 from marsupial.strategies.frontier.exploration import FrontierStrategy
 from marsupial.strategies.guess import guess
 from marsupial.strategies.heuristic import Heuristic
+from marsupial.strategies.one_step import OneStep
 
-MAKESPAN_SHARE, DRIVING, UNDOCKING_MS = 0.3, 0.15, 40_000
-"""Prices of 1 ms of makespan (as a share of the worth of all targets), of 1 ms of driving, and of setting a rover down;
-1 ms until a real target is reached costs 1."""
+MAKESPAN_SHARE, DRIVING = 0.3, 0.15
+"""Prices of 1 ms of makespan (as a share of the worth of all targets) and of 1 ms of driving; 1 ms until a real target
+is reached costs 1."""
 
 NEAR_CELLS, MOST_CELLS = 2.0, 12_000
 """Covering tours are used if every sensor range is below so many cells, on maps of at most so many cells."""
+
+RULES: tuple[Strategy, ...] = (Heuristic(), OneStep())
+"""Strategies whose plans are candidates, so that it can do at least what they see."""
 
 NO_ANSWER = Finished(outcome=Outcome.NO_PLAN)
 
@@ -101,11 +106,13 @@ class Temporal(Strategy):
         self._engine = engine
         self._budget = budget
         self._covering: FrontierStrategy | None = None
+        self._recovers = True
 
     def replanning(
         self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
     ) -> OnArrival | None:
         """Return the policy for a team without rovers; None for others."""
+        self._recovers = goal.recover_rovers
         team = {robot.type: kinds[robot.type] for robot in world.robots()}
         if any(kind.role is Role.ROVER for kind in team.values()):
             return None
@@ -150,8 +157,12 @@ class Temporal(Strategy):
         """Return the real part of the best plan for the guess, the real targets that no robot can serve, the answer."""
         guessed, known = guess(briefing), briefing.situation
         situation = guessed.situation
+        handling_ms = [kind.dock_ms + kind.undock_ms for kind in known.types if kind.role is Role.ROVER]
         objective = PricedArrival(
-            worth=guessed.worth, makespan=MAKESPAN_SHARE, driving=DRIVING, undocking_ms=UNDOCKING_MS
+            worth=guessed.worth,
+            makespan=MAKESPAN_SHARE,
+            driving=DRIVING,
+            undocking_ms=max(handling_ms, default=0) if self._recovers else 0,
         )
 
         def rank(served: Served) -> tuple[int, Value]:
@@ -159,14 +170,14 @@ class Temporal(Strategy):
             return len(unserved), objective.value(situation, plan)
 
         listing = Listing(situation)
-        previous, baseline = briefing.previous, _baseline(briefing)
-        kept, others = _served(listing, previous), [*_served(listing, baseline), listing.serve()]
+        previous, by_rule = briefing.previous, _by_rule(briefing)
+        kept, others = _served(listing, previous), [*_served(listing, *by_rule), listing.serve()]
         if objective.name in self._engine.info.objectives:
             plan, unserved = min(kept + others, key=rank)
             # targets that nobody can serve would make the problem unsolvable for the engine
             answer = self._ask(_without(situation, unserved), objective, plan)
         else:
-            served = _served(Listing(known), previous, baseline)
+            served = _served(Listing(known), previous, *by_rule)
             answer = self._ask(known, objective, _shortest(known, served))
         # `min` takes the first of equals: the previous plan, then the engine's
         plan, unserved = min(kept + _served(listing, answer.plan) + others, key=rank)
@@ -209,10 +220,10 @@ class _EngineResult:
     end: Finished = NO_ANSWER
 
 
-def _baseline(briefing: Briefing) -> Plan | None:
-    plan = Heuristic().decide(briefing).plan
-    usable = plan.actions and check(briefing.situation, plan, targets=plan.explored).valid
-    return plan if usable else None
+def _by_rule(briefing: Briefing) -> list[Plan]:
+    """Return the valid plans of the rules."""
+    plans = (rule.decide(briefing).plan for rule in RULES)
+    return [plan for plan in plans if plan.actions and check(briefing.situation, plan, targets=plan.explored).valid]
 
 
 def _served(listing: Listing, *plans: Plan | None) -> list[Served]:

@@ -1,21 +1,26 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from drawn_maps import carrier, draw, random_cells, rover
+from drawn_maps import aboard, carrier, draw, random_cells, rover, standing
 from hypothesis import given
 from hypothesis import strategies as st
 
+from marsupial.maps.growth import reach_of
 from marsupial.maps.territory import Territory
-from marsupial.maps.unseen import FIRST_GUESS, UnseenPart
-from marsupial.model.grid import UNKNOWN, CellArray, Grid
+from marsupial.maps.unseen import FIRST_GUESS, FIRST_GUESS_M2, UnseenPart
+from marsupial.model.grid import ROUGH, UNKNOWN, Cell, CellArray, Grid
+from marsupial.model.mission import PlacedRobot
 from marsupial.model.unseen import Unseen
 
 KINDS = (carrier(), rover())
 
 
-def unseen(grid: Grid) -> Unseen:
-    return UnseenPart(Territory(grid, KINDS)).now(())
+def unseen(grid: Grid, *robots: PlacedRobot) -> Unseen:
+    territory = Territory(grid, KINDS)
+    return UnseenPart(territory).now((), reach_of(territory, robots))
 
 
 def squares_of(grid: Grid) -> dict[str, tuple[float, float, float]]:
@@ -56,6 +61,27 @@ def test_the_share_of_ground_for_rovers_only_is_that_of_the_ground_seen_from_a_f
     assert share("#" * 900 + "." * 300 + "," * 300) == pytest.approx(0.5, abs=0.02)
 
 
+def test_ground_behind_doors_too_narrow_for_carriers_is_for_rovers_only_as_well() -> None:
+    rows = ("." * 9,) * 9
+    door = "####.####"
+    building = draw(*rows, door, *rows)
+    team = standing("c", Cell(4, 4)), aboard("r", "c")
+    beyond = 7 * 7 + 1  # where a carrier would have room
+    assert unseen(building, *team).rovers_only == pytest.approx(
+        (beyond + FIRST_GUESS * FIRST_GUESS_M2) / (2 * 81 + 1 + FIRST_GUESS_M2)
+    )
+    assert unseen(draw(*rows, *rows), *team).rovers_only == pytest.approx(
+        FIRST_GUESS * FIRST_GUESS_M2 / (2 * 81 + FIRST_GUESS_M2)
+    )
+
+
+def test_the_shared_ground_is_what_of_the_carriers_ground_rovers_can_drive_on() -> None:
+    assert unseen(draw("..,,?")).shared == 1.0
+    on_rough = replace(rover(), terrains=frozenset({ROUGH}))
+    territory = Territory(draw("..,,?"), (carrier(), on_rough))
+    assert UnseenPart(territory).now((), reach_of(territory, ())).shared == 0.0
+
+
 def test_squares_keep_their_names_and_draws_while_the_map_grows() -> None:
     before = {s.name: s.draw for s in unseen(draw("????", "????", resolution_m=8.0)).squares}
     after = {s.name: s.draw for s in unseen(draw("?.??", "????", resolution_m=8.0)).squares}
@@ -77,4 +103,4 @@ def test_what_is_kept_while_the_map_grows_is_what_is_found_from_scratch(
         news = np.array(order[i : i + 5], dtype=np.int64)
         known.ravel()[news] = cells.ravel()[news]
         territory.reveal(news)
-        assert kept.now(()) == unseen(grid)
+        assert kept.now((), reach_of(territory, ())) == unseen(grid)

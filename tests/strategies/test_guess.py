@@ -22,11 +22,16 @@ def square(name: str, x_m: float, *, share: float = 1.0, draw: float = 0.9) -> S
 
 
 def guessed(
-    situation: Situation, *squares: Square, previous: Plan | None = None, rovers_only: float = 0.5, **at_m: float
+    situation: Situation,
+    *squares: Square,
+    previous: Plan | None = None,
+    rovers_only: float = 0.5,
+    shared: float = 0.0,
+    **at_m: float,
 ) -> Guess:
     """Return the guess with targets at these positions on a line."""
     positions = {name: (x, 0.0) for name, x in at_m.items()}
-    unseen = Unseen(squares=squares, at_m=positions, rovers_only=rovers_only, speed_mps=SPEED_MPS)
+    unseen = Unseen(squares=squares, at_m=positions, rovers_only=rovers_only, shared=shared, speed_mps=SPEED_MPS)
     return guess(
         Briefing(
             situation=situation,
@@ -84,6 +89,35 @@ def test_in_as_many_squares_as_there_is_ground_for_rovers_only_a_rover_has_to_be
     plan, unserved = serve(found.situation)
     assert not unserved
     assert check(found.situation, plan).valid
+
+
+def shared_ground() -> Situation:
+    """A rover on the ground, and one aboard, where rovers can drive wherever carriers can."""
+    return situation_of(
+        [carrier(), rover(1), rover(2, on="c1")],
+        {"t1": door(10), "t2": room(12)},
+        {"m1": door(10)},
+        {"c1_start": door(0), "r1_start": door(2)},
+    )
+
+
+def test_a_rover_on_the_ground_drives_on_where_rovers_share_the_carriers_ground() -> None:
+    squares = square("a", 20, draw=0.2), square("b", 20, draw=0.5), square("c", 20, draw=0.9)
+    found = guessed(shared_ground(), *squares, rovers_only=0.3, shared=0.5, t1=10, t2=12)
+    explorers = {name: found.situation.target_by_name[f"?{name}"].explorers for name in "abc"}
+    assert explorers == {"a": {"rover"}, "b": {"carrier", "rover"}, "c": {"carrier"}}
+    to_t2_and_on = 20_000 + 2 * seconds(8)  # t2 is the nearer one, and a rover takes twice as long
+    assert found.situation.travel("rover", "r1_start", "?b") == to_t2_and_on
+    assert found.situation.travel("rover", "r1_start", "?door_a") == to_t2_and_on
+    assert found.situation.travel("rover", "r1_start", "?a") == to_t2_and_on + ROOM_MS
+    assert found.situation.travel("carrier", "c1_start", "?b") == 10_000 + seconds(10)
+
+
+def test_a_rover_that_would_drive_on_goes_to_the_target_that_only_it_can_explore() -> None:
+    found = guessed(shared_ground(), square("b", 20), rovers_only=0.0, shared=1.0, t1=10, t2=12)
+    plan = found.real_part(exploring(found.situation, "?b", robot="r1"))
+    assert [(a.robot, a.place) for a in plan.actions] == [("r1", "t2")]
+    assert check(shared_ground(), plan, targets=plan.explored).valid
 
 
 def test_without_rovers_there_is_no_room_in_any_square() -> None:

@@ -107,7 +107,7 @@ def test_the_last_plan_of_the_engine_is_followed() -> None:
 def test_the_budget_and_the_situation_are_passed_on_as_they_are() -> None:
     engine, situation = FakeEngine(*found()), one_hall()
     Temporal(engine, BUDGET).decide(brief(situation))
-    assert engine.asked == [(situation, BUDGET, None)]
+    assert engine.asked == [(situation, BUDGET, in_order(situation, "t1", "t2"))]
     assert engine.asked[0][1] is BUDGET
 
 
@@ -231,11 +231,12 @@ def heading(situation: Situation, target: str, previous: Plan | None = None) -> 
     return replace(brief(situation, previous), direct_ms=lambda: {"c1": {target: 1}})
 
 
-def test_without_a_previous_plan_the_heuristics_continued_is_the_first_candidate() -> None:
+def test_without_a_previous_plan_the_best_plan_of_the_rules_is_the_first_candidate() -> None:
     situation = one_hall()
     engine = FakeEngine(*found())
+    # the heuristic would explore the farther target first, the assignment goes to the nearer one
     Temporal(engine, BUDGET).decide(heading(situation, "t2"))
-    assert [start for _, _, start in engine.asked] == [in_order(situation, "t2", "t1")]
+    assert [start for _, _, start in engine.asked] == [in_order(situation, "t1", "t2")]
 
 
 def test_the_better_of_the_previous_plan_and_the_heuristics_is_the_first_candidate() -> None:
