@@ -1,4 +1,7 @@
-"""A fixed, versioned suite of planning situations, with the best plans known for them."""
+"""What is measured on: a fixed, versioned suite of planning situations, and suites of maps (`maps`).
+
+Situations come with the best plans known for them, maps in two lists: to tune strategies on, and to test them on.
+"""
 
 from marsupial.bench.suite.catalogue import INSTANCES, VERSION, Instance
 

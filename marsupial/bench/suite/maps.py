@@ -14,8 +14,9 @@ from pathlib import Path
 
 from marsupial.errors import UsageError
 from marsupial.generators.footprint import FOOTPRINT_MAPS
+from marsupial.wording import unknown_name
 
-TEAMS = ((2, 4), (2,))
+CARRIERS, ROVERS = "2,4", "2"
 """Numbers of carriers, and of rovers per carrier, with which a suite is carried out unless others are asked for."""
 
 RUNS = 3
@@ -79,3 +80,16 @@ PROOF: Mapping[str, MapSuite] = {
 
 SUITES: Mapping[str, MapSuite] = {**PROOF, **{f"{name}-tuning": suite for name, suite in TUNING.items()}}
 """All suites by the name that `marsupial compare` takes."""
+
+
+def suite_named(name: str) -> MapSuite:
+    """Return a suite.
+
+    Raises
+    ------
+    UsageError
+        If there is none of this name.
+    """
+    if name not in SUITES:
+        raise UsageError(unknown_name("suite", name, SUITES))
+    return SUITES[name]
