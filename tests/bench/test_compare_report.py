@@ -16,6 +16,7 @@ from scipy import stats
 
 from marsupial.bench.compare.cells import QUALITY, TIME
 from marsupial.bench.compare.figures import as_figure, mean_coverage
+from marsupial.bench.compare.pairs import notable_pairs
 from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import Curve, MissionRow
@@ -261,3 +262,17 @@ def test_a_statement_for_several_places_may_hold_in_part() -> None:
     assert share_verdict([True, False, False]) is StatementVerdict.FAILS
     assert share_verdict([True, None]) is StatementVerdict.OPEN
     assert share_verdict([]) is StatementVerdict.OPEN
+
+
+def test_maps_of_a_suite_are_told_by_kind_and_each_map_is_a_unit() -> None:
+    ((_, scenario),) = lobby().scenarios.items()
+    cases = [Case(f"{kind}-{number}", 1, 1) for number in range(101, 106) for kind in ("comb", "grid")]
+    suite = replace(lobby(runs=2), scenarios=dict.fromkeys(cases, scenario), suite="footprint", first_seed=1001)
+    outcome = outcome_of(suite)
+    assert (outcome.scenarios, outcome.planned) == (("comb", "grid"), 40)
+    found = outcome.pairing(outcome.cases_of("comb"), GREEDY, TIME).estimate
+    assert found is not None
+    assert (found.count, found.units) == (10, "5 maps")
+    assert {pair.seed for pair in notable_pairs(outcome)} <= {1001, 1002}
+    assert {pair.case for pair in notable_pairs(outcome)} <= set(cases)
+    assert "over 10 maps" in dict(documents(outcome))["report.html"].decode()

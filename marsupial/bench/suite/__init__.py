@@ -1,8 +1,4 @@
-"""What is measured on: a fixed, versioned suite of planning situations, and suites of maps (`maps`).
+"""What is measured on: a fixed, versioned suite of planning situations (`catalogue`), and suites of maps (`maps`).
 
 Situations come with the best plans known for them, maps in two lists: to tune strategies on, and to test them on.
 """
-
-from marsupial.bench.suite.catalogue import INSTANCES, VERSION, Instance
-
-__all__ = ["INSTANCES", "VERSION", "Instance"]

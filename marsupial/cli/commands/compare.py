@@ -102,7 +102,7 @@ def compare(
         write_report(report)
         return
     if bool(scenarios) == (suite is not None):
-        raise UsageError("needs either a SCENARIO or --suite, or --report with a folder")
+        raise UsageError("needs a SCENARIO or a --suite, not both, or --report with a folder")
     if out is None:
         raise UsageError("needs --out with the folder to write to")
     limits = limits_of(time_limit)

@@ -107,8 +107,13 @@ def report(out: Path) -> None:
         for file in stale:  # from before the comparison grew: out of date now
             file.unlink()
     table = main_table(outcome)
-    print_table(table.heads, [[cell.text for cell in row] for row in table.rows], right=range(2, len(table.heads)))
     if table.rows:
+        # a terminal has room for the interval of one column, the exploration time
+        rows = [
+            [text if i < 3 else text.partition(" [")[0] for i, text in enumerate(cell.text for cell in row)]
+            for row in table.rows
+        ]
+        print_table(table.heads, rows, right=range(2, len(table.heads)))
         say(f"{table.title}: {GAINS}")
     missing = outcome.planned - len(outcome.rows)
     if missing:
