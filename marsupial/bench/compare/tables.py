@@ -107,7 +107,7 @@ def main_table(outcome: ComparisonOutcome) -> ReportTable:
         title=f"All contenders against {base}",
         caption=f"What each saves of the time, distance and energy of {base}, and gains in Q, in per cent, over all "
         f"teams. {GAINS} Where {behind} stands first. Won, lost and tied are pairs by exploration time.",
-        heads=("where", "contender", *(f"{m.heading}, %" for m in MEASURES), "won/lost/tied"),
+        heads=("where", "contender", *(f"{m.heading}, %" for m in MEASURES[:-1]), "Q, %", "won/lost/tied"),
         opening=True,
     )
     places: dict[str, Sequence[Case]] = {EVERYWHERE: outcome.cases}

@@ -8,12 +8,11 @@ of the missions, which begin with `first_seed`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from marsupial.errors import UsageError
-from marsupial.generators.footprint import FOOTPRINT_MAPS
 from marsupial.wording import unknown_name
 
 CARRIERS, ROVERS = "2,4", "2"
@@ -21,6 +20,9 @@ CARRIERS, ROVERS = "2,4", "2"
 
 RUNS = 3
 """Missions for each map, team and contender unless another number is asked for."""
+
+PLANNER = "anytime"
+"""Planner unless another is asked for: what `auto` adds, proofs that makespans are best, saves no time of a mission."""
 
 CONTENDERS = "heuristic,heuristic-plus,assignment,clairvoyant,temporal"
 """Contenders unless others are asked for; the last is compared with all others."""
@@ -56,22 +58,25 @@ class MapSuite:
         return [str(file) for file in files]
 
 
-def _drawn(kinds: Iterable[str], numbers: range) -> tuple[str, ...]:
+FOOTPRINT = ("partition", "turned", "comb", "cavern", "halls", "spiral", "grid")
+PAPER = ("office", "maze")
+
+
+def _drawn(kinds: Sequence[str], numbers: range) -> tuple[str, ...]:
     """Return names of drawn maps, one of each kind, then the next of each."""
-    names = tuple(kinds)
-    return tuple(f"{kind}-{number}" for number in numbers for kind in names)
+    return tuple(f"{kind}-{number}" for number in numbers for kind in kinds)
 
 
 TUNING: Mapping[str, MapSuite] = {
-    "footprint": MapSuite(maps=_drawn(FOOTPRINT_MAPS, range(1, 7)), first_seed=1),
-    "paper": MapSuite(maps=_drawn(("office", "maze"), range(1, 13)), first_seed=1),
+    "footprint": MapSuite(maps=_drawn(FOOTPRINT, range(1, 7)), first_seed=1),
+    "paper": MapSuite(maps=_drawn(PAPER, range(1, 13)), first_seed=1),
     "laser": MapSuite(maps=("fr079", "cartesium", "warehouse_nav2"), first_seed=1, laser=True),
 }
 """What strategies may be tuned on, by suite."""
 
 PROOF: Mapping[str, MapSuite] = {
-    "footprint": MapSuite(maps=_drawn(FOOTPRINT_MAPS, range(101, 110))[:60], first_seed=1001),
-    "paper": MapSuite(maps=_drawn(("office", "maze"), range(101, 113)), first_seed=1001),
+    "footprint": MapSuite(maps=_drawn(FOOTPRINT, range(101, 110))[:60], first_seed=1001),
+    "paper": MapSuite(maps=_drawn(PAPER, range(101, 113)), first_seed=1001),
     "laser": MapSuite(
         maps=("fr101", "depot_nav2_fixed", "warehouse_aws", "diag_floor1", "tsc_office"), first_seed=1001, laser=True
     ),

@@ -52,7 +52,7 @@ def compare(
             "--planner",
             "-p",
             autocompletion=completing.planner,
-            help="Planner for strategies given without one [default: auto].",
+            help="Planner for strategies given without one [default: auto, of a suite anytime].",
         ),
     ] = None,
     carriers: Annotated[str | None, typer.Option(help="Numbers of carriers, such as 1-6 or 2,4.")] = None,
@@ -86,7 +86,7 @@ def compare(
     Example: marsupial compare --suite footprint --out footprint
     """
     from marsupial.bench.compare.plan import Comparison
-    from marsupial.bench.suite.maps import CARRIERS, CONTENDERS, ROVERS, RUNS, suite_named
+    from marsupial.bench.suite.maps import CARRIERS, CONTENDERS, PLANNER, ROVERS, RUNS, suite_named
     from marsupial.cli.work.compare_arguments import cases_of, contenders, numbers, warn_of_ignored
     from marsupial.cli.work.missions import limits_of, routed
     from marsupial.errors import UsageError
@@ -109,7 +109,7 @@ def compare(
     chosen = budget_of(budget, COMPARE_STEPS if steps is None and budget is None else steps)
     maps = None if suite is None else suite_named(suite)
     if maps is not None:
-        scenarios, runs = maps.sources(), runs or RUNS
+        scenarios, runs, planner = maps.sources(), runs or RUNS, planner or PLANNER
         strategies, carriers, rovers = strategies or CONTENDERS, carriers or CARRIERS, rovers or ROVERS
     strategies = strategies or "temporal,heuristic"
     compared = contenders(strategies, planner, chosen)

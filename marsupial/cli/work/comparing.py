@@ -108,12 +108,10 @@ def report(out: Path) -> None:
             file.unlink()
     table = main_table(outcome)
     if table.rows:
-        # a terminal has room for the interval of one column, the exploration time
-        rows = [
-            [text if i < 3 else text.partition(" [")[0] for i, text in enumerate(cell.text for cell in row)]
-            for row in table.rows
-        ]
-        print_table(table.heads, rows, right=range(2, len(table.heads)))
+        # a terminal has room for one interval and no more than two of the other metrics
+        cells = [[row[i].text for i in (0, 1, 2, 3, 4, -1)] for row in table.rows]
+        rows = [[*row[:3], *(text.partition(" [")[0] for text in row[3:])] for row in cells]
+        print_table([*table.heads[:5], table.heads[-1]], rows, right=range(2, 6))
         say(f"{table.title}: {GAINS}")
     missing = outcome.planned - len(outcome.rows)
     if missing:
