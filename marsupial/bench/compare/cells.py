@@ -111,6 +111,11 @@ class ComparisonOutcome:
             maps.setdefault(self._by_kind(case), []).append(case.scenario)
         return maps
 
+    @property
+    def maps(self) -> set[str]:
+        """The names of all maps."""
+        return {name for names in self._maps.values() for name in names}
+
     def _by_kind(self, case: Case) -> Case:
         """Return the case that counts a case of the header: in a suite, that of all drawn maps of its kind."""
         return replace(case, scenario=re.sub(r"-\d+$", "", case.scenario)) if self.header.get("suite") else case

@@ -76,7 +76,7 @@ def page(
     """
     facts = (
         f"{counted(len(outcome.rows), 'mission')}: {counted(len(outcome.contenders), 'contender')}, "
-        f"{counted(len(outcome.cases), 'case')}, "
+        f"{counted(len(outcome.cases), 'case')} on {counted(len(outcome.maps), 'map')}, "
         f"{counted(outcome.runs, 'run')} each; {budget_text(outcome.header)} for each planning; "
         f"marsupial {outcome.header['marsupial']}"
     )
