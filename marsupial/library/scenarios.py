@@ -33,8 +33,8 @@ def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rov
     Parameters
     ----------
     name_or_path
-        A built-in name (``marsupial scenarios`` lists them), or the path of a scenario file, a nav2 ``map.yaml``, a
-        MovingAI ``.map`` or a recording of ROS 2.
+        A built-in name (``marsupial scenarios`` lists them), a drawn map such as ``comb-7``, or the path of a scenario
+        file, a nav2 ``map.yaml``, a MovingAI ``.map`` or a recording of ROS 2.
     carriers, rovers
         Number of carriers, and of rovers per carrier; None keeps the scenario's (a map has 2 and 2).
 
