@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from marsupial.bench.suite import INSTANCES
+from marsupial.bench.suite.catalogue import INSTANCES
 from marsupial.bench.suite.floors import Floor
 from marsupial.formats.situation import situation_from_json, situation_to_json
 from marsupial.model.objective import MAKESPAN, Value

@@ -1,6 +1,8 @@
-"""The built-in scenarios: fixed maps with the team of the paper's experiments.
+"""The built-in scenarios: fixed maps with the team of the paper's experiments, and maps of a kind drawn by a seed.
 
 A built-in map never changes: its generator, size and seed are constants here; the mission's seed draws only the starts.
+``office-7`` is the map that the office's generator draws by seed 7. In the same way ``comb-7`` is a map of the kind
+``comb`` of `FOOTPRINT_MAPS`, with the default robots of a bare map.
 Carriers are twice as fast as rovers and see twice as far, as in the paper's section IV-C.
 
 References
@@ -10,11 +12,13 @@ Wurm et al., Coordinated Exploration with Marsupial Teams of Robots using Tempor
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from marsupial.errors import Problem, ScenarioError
 from marsupial.generators import GENERATORS
+from marsupial.generators.footprint import FOOTPRINT_MAPS
 from marsupial.model.bounds import BOUNDS, team_fault
 from marsupial.model.grid import FLOOR, ROUGH, Grid
 from marsupial.model.robots import RobotType, TeamMember, default_types, uniform_team
@@ -107,18 +111,34 @@ SCENARIOS: dict[str, BuiltIn] = {
 }
 
 
+def is_builtin(name: str) -> bool:
+    """Return whether `builtin_scenario` knows this name."""
+    return name in SCENARIOS or _drawn(name) is not None
+
+
+def _drawn(name: str) -> tuple[str, int] | None:
+    """Return the kind and the seed of a map with a name like ``office-7``; None if it is no such name."""
+    kind, _, seed = name.rpartition("-")
+    if not re.fullmatch(r"\d{1,9}", seed, re.ASCII) or (kind not in SCENARIOS and kind not in FOOTPRINT_MAPS):
+        return None
+    return kind, int(seed)
+
+
 def builtin_scenario(name: str, carriers: int = DEFAULT_CARRIERS, rovers: int = DEFAULT_ROVERS) -> Scenario:
-    """Return the built-in scenario `name` with a team of `carriers`, each with `rovers`.
+    """Return the built-in scenario `name`, or that of a drawn map, with a team of `carriers`, each with `rovers`.
 
     Raises
     ------
     ScenarioError
         If there is no such scenario, or the team is too large or has no carrier.
     """
-    if name not in SCENARIOS:
+    if not is_builtin(name):
         raise ScenarioError(f"unknown scenario {name!r}; built in: {', '.join(SCENARIOS)}")
     check_team_size(carriers, rovers)
-    entry = SCENARIOS[name]
+    kind, seed = _drawn(name) or (name, None)
+    if seed is not None and kind in FOOTPRINT_MAPS:
+        return bare_map_scenario(name, FOOTPRINT_MAPS[kind].grid(seed), carriers, rovers)
+    entry = SCENARIOS[kind] if seed is None else replace(SCENARIOS[kind], seed=seed)
     kinds = _types(entry.rover_terrains, capacity=max(1, rovers))
     return Scenario(name=name, grid=entry.grid(), robot_types=kinds, team=uniform_team(carriers, rovers))
 

@@ -27,10 +27,17 @@ EXTRA_DOOR_SHARE = 0.25
 
 def rooms(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
     """Carve a building of rooms without corridors; about half of the dead ends have a narrow door."""
+    building(
+        cells, rng, size, least=cells_of(LEAST_ROOM_M, size.resolution_m), most=cells_of(MOST_ROOM_M, size.resolution_m)
+    )
+
+
+def building(cells: CellArray, rng: np.random.Generator, size: CanvasSize, *, least: int, most: int) -> list[Box]:
+    """Carve rooms with sides of about `least` to `most` cells and their doors; return the rooms."""
     resolution_m = size.resolution_m
     wall = cells_of(WALL_M, resolution_m)
     height, width = cells.shape
-    insides = _split(rng, Box(wall, width - wall, wall, height - wall), wall=wall, resolution_m=resolution_m)
+    insides = _split(rng, Box(wall, width - wall, wall, height - wall), wall=wall, least=least, most=most)
     shared = _shared_walls(insides, wall=wall, least=door_cells(resolution_m) + 2)
     tree = _tree(rng, len(insides), sorted(shared))
     narrow = _narrow_rooms(rng, len(insides), tree)
@@ -41,11 +48,11 @@ def rooms(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
             small = not narrow.isdisjoint(pair)
             length = cells_of(NARROW_DOOR_M, resolution_m) if small else door_cells(resolution_m)
             carve(cells, _door(rng, shared[pair], wall=wall, length=length), FLOOR)
+    return insides
 
 
-def _split(rng: np.random.Generator, box: Box, *, wall: int, resolution_m: float) -> list[Box]:
-    """Halve `box` across its longer side until no side is over `MOST_ROOM_M`; return the rooms."""
-    least, most = cells_of(LEAST_ROOM_M, resolution_m), cells_of(MOST_ROOM_M, resolution_m)
+def _split(rng: np.random.Generator, box: Box, *, wall: int, least: int, most: int) -> list[Box]:
+    """Halve `box` across its longer side until no side is over `most`; return the rooms."""
     width, height = box.x1 - box.x0, box.y1 - box.y0
     if max(width, height) <= max(most, 2 * least + wall):
         return [box]
@@ -55,7 +62,7 @@ def _split(rng: np.random.Generator, box: Box, *, wall: int, resolution_m: float
     else:
         at = int(rng.integers(box.y0 + least, box.y1 - least - wall + 1))
         halves = (box._replace(y1=at), box._replace(y0=at + wall))
-    return [room for half in halves for room in _split(rng, half, wall=wall, resolution_m=resolution_m)]
+    return [room for half in halves for room in _split(rng, half, wall=wall, least=least, most=most)]
 
 
 def _shared_walls(insides: list[Box], *, wall: int, least: int) -> dict[tuple[int, int], Box]:

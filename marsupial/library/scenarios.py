@@ -19,6 +19,7 @@ from marsupial.generators.builtin import (
     SCENARIOS,
     bare_map_scenario,
     builtin_scenario,
+    is_builtin,
 )
 from marsupial.model.arguments import path as path_argument
 from marsupial.model.arguments import whole
@@ -32,8 +33,8 @@ def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rov
     Parameters
     ----------
     name_or_path
-        A built-in name (``marsupial scenarios`` lists them), or the path of a scenario file, a nav2 ``map.yaml``, a
-        MovingAI ``.map`` or a recording of ROS 2.
+        A built-in name (``marsupial scenarios`` lists them), a drawn map such as ``comb-7``, or the path of a scenario
+        file, a nav2 ``map.yaml``, a MovingAI ``.map`` or a recording of ROS 2.
     carriers, rovers
         Number of carriers, and of rovers per carrier; None keeps the scenario's (a map has 2 and 2).
 
@@ -73,7 +74,7 @@ class LoadedScenario:
 
     def warnings(self) -> list[str]:
         """Return what looks wrong about map and starts, each with the name of the file; this analyses the whole map."""
-        if self.source in SCENARIOS:
+        if is_builtin(self.source):
             return []
         from marsupial.maps.describe import describe  # imports numba
 
@@ -85,7 +86,7 @@ class LoadedScenario:
 def load_scenario(source: str, carriers: int | None = None, rovers: int | None = None) -> LoadedScenario:
     """Return the scenario that `source` names; see `scenario`."""
     path = Path(source)
-    if source in SCENARIOS:
+    if is_builtin(source):
         return LoadedScenario(source=source, scenario=builtin_scenario(source, *_team(carriers, rovers)))
     # A recording may be a folder, or have a topic behind its path: `read_map` checks it.
     fault = None if names_recording(path) else file_fault(path)

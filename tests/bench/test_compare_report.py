@@ -14,16 +14,16 @@ from matplotlib.artist import Artist
 from matplotlib.figure import Figure as Drawing
 from scipy import stats
 
-from marsupial.bench.compare.cells import QUALITY, TIME, tally
+from marsupial.bench.compare.cells import QUALITY, TIME
 from marsupial.bench.compare.figures import as_figure, mean_coverage
+from marsupial.bench.compare.pairs import notable_pairs
 from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import Curve, MissionRow
 from marsupial.bench.compare.statements import StatementVerdict, share_verdict
-from marsupial.bench.compare.statistics import estimate
 from marsupial.bench.compare.tables import (
     failure_table,
-    headline_table,
+    main_table,
     markdown,
     measure_table,
     ratio_table,
@@ -33,30 +33,17 @@ from marsupial.bench.compare.tables import (
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 
-def test_intervals_are_those_of_scipy() -> None:
-    values = [3.0, 5.5, 4.0, 7.0, 6.5]
-    found = estimate(values)
-    assert found is not None
-    low, high = stats.t.interval(0.95, 4, loc=np.mean(values), scale=stats.sem(values))
-    assert (found.low, found.high) == (pytest.approx(low), pytest.approx(high))
-
-
-def test_one_value_has_a_mean_and_no_interval_and_none_has_nothing() -> None:
-    one = estimate([4.0])
-    assert one is not None
-    assert (one.mean, one.half, one.sign) == (4.0, None, 0)
-    assert estimate([]) is None
-
-
 def test_pairs_are_compared_seed_by_seed() -> None:
     outcome = with_times({GREEDY: [90, 100, 110, 100, 99], HEURISTIC: [100, 104, 108, 100, 107]})
     pairing = outcome.pairing(CASE, GREEDY, TIME)
     assert (pairing.wins, pairing.losses, pairing.ties, pairing.missing) == (3, 1, 1, 0)
-    assert pairing.ahead is not None
-    assert pairing.ahead.mean == pytest.approx((10 + 4 - 2 + 0 + 8) / 5)
-    assert pairing.ahead.half == pytest.approx(stats.sem([10, 4, -2, 0, 8]) * stats.t.ppf(0.975, 4))
-    assert pairing.gain == pytest.approx(1 - 499 / 519)
-    assert pairing.ahead.sign == 0
+    logs = np.log([90 / 100, 100 / 104, 110 / 108, 1, 99 / 107])
+    low, high = stats.t.interval(0.95, 4, loc=logs.mean(), scale=stats.sem(logs))
+    assert pairing.estimate is not None
+    assert pairing.gain == pytest.approx(1 - np.exp(logs.mean()))
+    assert pairing.estimate.low == pytest.approx(1 - np.exp(high))
+    assert pairing.estimate.high == pytest.approx(1 - np.exp(low))
+    assert pairing.sign == 0
 
 
 KNOWING = Contender(CLAIRVOYANT)
@@ -66,10 +53,9 @@ def test_competitive_ratios_are_means_over_the_seeds_both_have_completed() -> No
     outcome = with_times({GREEDY: [90, 120, -1], HEURISTIC: [100, 150, 80], KNOWING: [50, 100, 80]})
     ratio = outcome.ratio(CASE, GREEDY)
     assert ratio is not None
-    assert (ratio.count, ratio.mean) == (2, pytest.approx((1.8 + 1.2) / 2))
-    assert ratio.half == pytest.approx(stats.sem([1.8, 1.2]) * stats.t.ppf(0.975, 1))
+    assert (ratio.count, ratio.mean) == (2, pytest.approx((1.8 * 1.2) ** 0.5))
     row = ratio_table(outcome, "lobby").rows[0]
-    assert [cell.text for cell in row] == ["1x1", "1.50 ± 3.81 (2 of 3)", "1.50 ± 1.24"]
+    assert [cell.text for cell in row] == ["1x1", "1.47", "1.44"]
 
 
 def test_strategies_are_not_compared_pair_by_pair_with_one_that_knows_the_map() -> None:
@@ -91,9 +77,8 @@ def test_more_quality_counts_as_better_as_less_time_does() -> None:
     for measure in (TIME, QUALITY):
         pairing = outcome.pairing(CASE, GREEDY, measure)
         assert (pairing.wins, pairing.losses) == (5, 0)
-        assert pairing.ahead is not None
-        assert pairing.ahead.sign == 1
-    assert outcome.pairing(CASE, HEURISTIC, TIME, GREEDY).ahead.sign == -1  # type: ignore[union-attr]
+        assert pairing.sign == 1
+    assert outcome.pairing(CASE, HEURISTIC, TIME, GREEDY).sign == -1
 
 
 def test_missions_that_are_not_complete_count_in_no_mean_but_are_counted() -> None:
@@ -112,47 +97,64 @@ def test_missions_that_are_not_complete_count_in_no_mean_but_are_counted() -> No
 
 def test_a_case_without_a_complete_pair_has_no_difference() -> None:
     pairing = with_times({GREEDY: [-1, 90], HEURISTIC: [100, -1]}).pairing(CASE, GREEDY, TIME)
-    assert (pairing.ahead, pairing.gain, pairing.missing) == (None, None, 2)
-    assert tally([pairing]).gain is None
+    assert (pairing.estimate, pairing.gain, pairing.missing) == (None, None, 2)
 
 
 def test_tables_mark_what_is_shown_and_count_what_is_missing() -> None:
     whole = markdown(measure_table(outcome_of(lobby(runs=5)), TIME, "lobby"))
-    assert "**+8.8 %** | **+10.0 [+10.0, +10.0]** | 5/0/0" in whole
+    assert "**+8.9 [+8.7, +9.0]** | 5/0/0" in whole
     comparison = lobby(runs=4)
     few = markdown(measure_table(outcome_of(comparison), TIME, "lobby"))
-    assert "| +8.9 % | +10.0 | 4/0/0" in few
+    assert "| +8.9 | 4/0/0" in few
     partly = outcome_of(comparison, upto=5)
     assert "| lobby | temporal (greedy) | 3 | 1 |" in markdown(status_table(partly))
-    assert "| 1x1 | 102.0 ± 2.5 (3 of 4) | 111.5 ± 6.4 (2 of 4) |" in markdown(measure_table(partly, TIME, "lobby"))
+    assert "| 1x1 | 102.0 (3 of 4) | 111.5 (2 of 4) |" in markdown(measure_table(partly, TIME, "lobby"))
 
 
 def test_several_contenders_are_each_compared_with_the_last() -> None:
     anytime = Contender("temporal", "anytime")
     outcome = with_times({GREEDY: [90] * 5, anytime: [120] * 5, HEURISTIC: [100] * 5})
-    rows = headline_table(outcome).rows
-    assert [[cell.text for cell in row[1:]] for row in rows if row[2].text == "time"] == [
-        ["temporal (greedy)", "time", "+10.0 ± 0.0 %", "1 of 1", "0 of 1", "5/0/0"],
-        ["temporal (anytime)", "time", "-20.0 ± 0.0 %", "0 of 1", "1 of 1", "0/5/0"],
+    assert [[cell.text for cell in row[:3]] for row in main_table(outcome).rows] == [
+        ["all", "temporal (anytime)", "-20.0 [-20.0, -20.0]"],
+        ["all", "temporal (greedy)", "+10.0 [+10.0, +10.0]"],
     ]
 
 
-def test_fewer_than_five_pairs_have_no_interval_and_no_gain_of_quality() -> None:
+def test_all_opponents_of_temporal_stand_in_the_main_table_those_it_loses_to_first() -> None:
+    slower, faster = Contender("assignment"), Contender("heuristic-plus")
+    outcome = with_times(
+        {KNOWING: [50] * 5, slower: [120] * 5, faster: [80] * 5, HEURISTIC: [90] * 5, GREEDY: [100] * 5}
+    )
+    table = main_table(outcome)
+    assert [row[1].text for row in table.rows] == ["heuristic-plus", "heuristic", "assignment", "clairvoyant"]
+    assert [row[2].mark for row in table.rows] == ["good", "good", "bad", "good"]
+    words = ("Exploration time", "Mission time", "Distance", "Energy")
+    assert [head for head in table.heads if head.removesuffix(", %") in words] == [f"{word}, %" for word in words]
+
+
+def test_fewer_than_five_starts_have_no_interval_and_no_verdict_in_time_or_quality() -> None:
     few, enough = (outcome_of(lobby(runs=runs)) for runs in (4, 5))
-    (time, quality), (_, better) = ([row[3].text for row in headline_table(found).rows] for found in (few, enough))
-    assert re.fullmatch(r"[+]\d+[.]\d %", time)
-    assert quality == "–"
-    assert "±" in better
-    assert "| – | – | 4/0/0" in markdown(measure_table(few, QUALITY, "lobby"))
+    for column in (2, 6):
+        (none,), (some,) = ([row[column] for row in main_table(found).rows] for found in (few, enough))
+        assert (re.fullmatch(r"[+]\d+[.]\d", none.text) is not None, none.mark) == (True, "")
+        assert (re.fullmatch(r"[+]\d+[.]\d \[.*\]", some.text) is not None, some.mark) == (True, "good")
+
+
+def test_teams_with_the_same_starts_add_no_certainty() -> None:
+    outcome = outcome_of(lobby(runs=1, carriers=range(1, 7)))
+    found = outcome.pairing(outcome.cases, GREEDY, TIME).estimate
+    assert found is not None
+    assert (found.count, found.units, found.half) == (6, "1 start", None)
 
 
 def test_coverage_stays_where_it_was_when_a_mission_has_ended() -> None:
     trial = Trial(CASE, GREEDY, 1)
-    curves = [Curve(trial=trial, every_s=5.0, known=known) for known in [(0, 10_000), (2000, 4000, 8000)]]
+    known = [(0, 10_000), (2000, 4000, 8000), *[(1000, 7000, 9000)] * 3]
+    curves = [Curve(trial=replace(trial, seed=seed), every_s=5.0, known=one) for seed, one in enumerate(known)]
     times, mean, half = mean_coverage(curves)
     assert times.tolist() == [0.0, 5.0, 10.0]
-    assert mean.tolist() == [10.0, 70.0, 90.0]
-    assert half[0] == pytest.approx(stats.sem([0, 20]) * stats.t.ppf(0.975, 1))
+    assert mean.tolist() == pytest.approx([10.0, 70.0, 90.0])
+    assert half[0] == pytest.approx(stats.sem([0, 20, 10, 10, 10]) * stats.t.ppf(0.975, 4))
 
 
 class Page(HTMLParser):
@@ -184,7 +186,7 @@ def test_the_page_holds_all_figures_and_needs_nothing_else() -> None:
     assert page.tags.count("svg") == page.tags.count("figcaption") == 5
     assert len(page.ids) == len(set(page.ids))
     assert {reference[1:] for reference in page.references} <= set(page.ids)
-    assert text.count("95 % confidence intervals of the mean over complete missions") == 2
+    assert text.count("95 % intervals of the mean over complete missions") == 2
     assert "url(http" not in text
     assert written["tables.md"].decode().count("## ") >= 5
 
@@ -260,3 +262,17 @@ def test_a_statement_for_several_places_may_hold_in_part() -> None:
     assert share_verdict([True, False, False]) is StatementVerdict.FAILS
     assert share_verdict([True, None]) is StatementVerdict.OPEN
     assert share_verdict([]) is StatementVerdict.OPEN
+
+
+def test_maps_of_a_suite_are_told_by_kind_and_each_map_is_a_unit() -> None:
+    ((_, scenario),) = lobby().scenarios.items()
+    cases = [Case(f"{kind}-{number}", 1, 1) for number in range(101, 106) for kind in ("comb", "grid")]
+    suite = replace(lobby(runs=2), scenarios=dict.fromkeys(cases, scenario), suite="footprint", first_seed=1001)
+    outcome = outcome_of(suite)
+    assert (outcome.scenarios, outcome.planned) == (("comb", "grid"), 40)
+    found = outcome.pairing(outcome.cases_of("comb"), GREEDY, TIME).estimate
+    assert found is not None
+    assert (found.count, found.units) == (10, "5 maps")
+    assert {pair.seed for pair in notable_pairs(outcome)} <= {1001, 1002}
+    assert {pair.case for pair in notable_pairs(outcome)} <= set(cases)
+    assert "over 10 maps" in dict(documents(outcome))["report.html"].decode()

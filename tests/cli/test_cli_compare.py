@@ -100,6 +100,9 @@ def test_a_folder_with_another_comparison_is_refused(done: Path, capsys: pytest.
     ("arguments", "code", "message"),
     [
         ((), 2, "needs a SCENARIO"),
+        (("lobby", "--suite", "paper", "--out", "x"), 2, "not both"),
+        (("--suite", "papers", "--out", "x"), 2, "unknown suite 'papers', did you mean 'paper'?"),
+        (("--suite", "laser", "--out", "x"), 2, "laser maps are missing: fr101.yaml, depot_nav2_fixed.yaml"),
         (("lobby",), 2, "needs --out"),
         (("nowhere", "--out", "x"), 3, "neither a built-in scenario nor a file"),
         (("lobby", "--out", "x", "--carriers", "0"), 2, "--carriers: must be 1 or more, got 0"),

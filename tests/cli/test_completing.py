@@ -49,6 +49,7 @@ def completed(line: str, folder: Path) -> list[str]:
         ("marsupial compare lobby --strategies temporal,cl", ["temporal,closest-frontier", "temporal,clairvoyant"]),
         ("marsupial compare lobby --strategies temporal:gr", ["temporal:greedy"]),
         ("marsupial plan moment.json --planner ", sorted(ENGINES)),
+        ("marsupial compare --suite foot", ["footprint", "footprint-tuning"]),
         ("marsupial reproduce wu", ["wurm2010", "wurm2008"]),
         ("marsupial replay ma", []),  # of files the shell knows more
     ],

@@ -1,13 +1,12 @@
 """The answer of a comparison as sentences and a plot: how far each contender is ahead of the base, pair by pair.
 
-Every pair has the same weight: its gain is relative to the base in the same mission. So the mean gain is over the same
-pairs as the counts of pairs won and lost beside it.
+A gain is relative to the base in the same mission, and their mean is over the same pairs as the counts of pairs won and
+lost beside it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,7 @@ import numpy as np
 from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import COLOURS, INK, MARKERS, Figure, as_figure, legend, panels
 from marsupial.bench.compare.plan import Case, Contender
-from marsupial.bench.compare.statistics import FEWEST_PAIRS, Estimate, estimate
-from marsupial.library.metrics import Metric
+from marsupial.bench.compare.statistics import Estimate
 from marsupial.wording import counted
 
 NAME = "answer"
@@ -27,44 +25,17 @@ SPREAD = 0.13
 """Greatest vertical offset of the dots of pairs, as a share of a row's height."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Standing:
-    """A contender against the base over some cases: the mean gain of all pairs, and the pairs won and lost."""
-
-    gain: Estimate | None
-    gains: tuple[float, ...]
-    wins: int
-    losses: int
-
-    @property
-    def at_odds(self) -> bool:
-        """Whether the mean favours the side with fewer pairs."""
-        return self.gain is not None and self.gain.mean * (self.wins - self.losses) < 0
-
-
-def standing(pairings: Sequence[Pairing]) -> Standing:
-    """Return the standing over all pairs of some pairings."""
-    gains = tuple(gain for pairing in pairings for gain in pairing.gains)
-    return Standing(
-        gain=estimate(gains, FEWEST_PAIRS),
-        gains=gains,
-        wins=sum(pairing.wins for pairing in pairings),
-        losses=sum(pairing.losses for pairing in pairings),
-    )
-
-
-def standing_of(outcome: ComparisonOutcome, rival: Contender, measure: Metric, cases: Sequence[Case]) -> Standing:
-    """Return the standing of a rival against the base."""
-    return standing([outcome.pairing(case, rival, measure) for case in cases])
-
-
 def sentences(outcome: ComparisonOutcome) -> list[str]:
     """Return a sentence for each rival of the base, the best one first."""
     if not outcome.rivals:
         return [_alone(outcome, contender) for contender in outcome.contenders]
-    found = [(rival, standing_of(outcome, rival, TIME, outcome.cases)) for rival in outcome.rivals]
-    found.sort(key=lambda pair: -(pair[1].gain.mean if pair[1].gain else -np.inf))
-    return [_sentence(outcome, rival, stands) for rival, stands in found]
+    found = [outcome.pairing(outcome.cases, rival, TIME) for rival in outcome.rivals]
+    ranked = sorted(zip(outcome.rivals, found, strict=True), key=lambda pair: -_gain(pair[1]))
+    return [_sentence(outcome, rival, stands) for rival, stands in ranked]
+
+
+def _gain(pairing: Pairing) -> float:
+    return -np.inf if pairing.gain is None else pairing.gain
 
 
 def _alone(outcome: ComparisonOutcome, contender: Contender) -> str:
@@ -76,14 +47,14 @@ def _alone(outcome: ComparisonOutcome, contender: Contender) -> str:
     return f"{contender} explores in {mean:.0f} s on average over {missions}."
 
 
-def _sentence(outcome: ComparisonOutcome, rival: Contender, stands: Standing) -> str:
-    base, gain = outcome.base, stands.gain
+def _sentence(outcome: ComparisonOutcome, rival: Contender, stands: Pairing) -> str:
+    base, gain = outcome.base, stands.estimate
     if gain is None:
         return f"Nothing can be said about {rival} yet: it has no mission complete that {base} has completed too."
-    where = _listed(outcome.scenarios)
-    pairs = f"{counted(gain.count, 'pair')} of missions on {where}"
+    pairs = f"{counted(gain.count, 'pair')} of missions on {_listed(outcome.scenarios)}"
     if gain.half is None:
-        said = f"{rival} takes {_less(gain.mean)} than {base} on average over {pairs}, too few for an interval"
+        few = f"{gain.units}: too few for an interval"
+        said = f"{rival} takes {_less(gain.mean)} than {base} on average over {pairs} ({few})"
     elif gain.sign == 0:
         said = (
             f"Whether {rival} or {base} explores faster can't be told from {pairs}: "
@@ -99,13 +70,13 @@ def _sentence(outcome: ComparisonOutcome, rival: Contender, stands: Standing) ->
 
 
 def quality_sentence(outcome: ComparisonOutcome) -> str:
-    """Return a sentence about exploration quality, for the rivals with enough pairs for an interval."""
-    found = ((rival, standing_of(outcome, rival, QUALITY, outcome.cases)) for rival in outcome.rivals)
+    """Return a sentence about exploration quality."""
+    found = ((rival, outcome.pairing(outcome.cases, rival, QUALITY)) for rival in outcome.rivals)
     parts = [
-        f"that of {rival} is {_more(one.gain.mean)} than {outcome.base}'s{_interval(one.gain, 'the gain')}, "
+        f"that of {rival} is {_more(gain.mean)} than {outcome.base}'s{_interval(gain, 'the gain')}, "
         f"higher in {one.wins} pairs and lower in {one.losses}"
         for rival, one in found
-        if one.gain is not None and one.gain.half is not None
+        if (gain := one.estimate) is not None
     ]
     return f"Exploration quality Q: {'; '.join(parts)}.".replace("%", " %") if parts else ""
 
@@ -119,11 +90,10 @@ def _more(share: float) -> str:
 
 
 def _interval(found: Estimate, of_what: str) -> str:
-    """Return the interval of a relative gain; that of time saved is cut at 100 %."""
+    """Return the interval of a relative gain, and what it is over."""
     if found.low is None or found.high is None:
         return ""
-    high = min(found.high, 1.0) if of_what == "the time saved" else found.high
-    return f" (95% interval of {of_what}: {found.low:+.1%} to {high:+.1%})"
+    return f" (95% interval of {of_what} over {found.units}: {found.low:+.1%} to {found.high:+.1%})"
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -136,7 +106,7 @@ def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
     If there is only one scenario, by team size.
     """
     rows = list(_rows(outcome))
-    if not any(stands.gains for _, found in rows for stands in found):
+    if not any(stands.logs for _, found in rows for stands in found):
         return None
     drawing, ((axes,),) = panels(1, 1, width=WIDTH_IN, height=0.9 + ROW_IN * len(rows) * max(1, len(outcome.rivals)))
     axes.axvline(0, color=INK, linewidth=1.2)
@@ -155,16 +125,17 @@ def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
     title = f"Exploration time saved against {outcome.base}"
     caption = (
         f"{title}, in per cent of its time in the same mission. A faint dot is a pair of missions, a large mark "
-        "their mean with its 95 % confidence interval; beside it how many pairs are won and lost."
+        "their mean, with its 95 % interval if there are enough maps or starts for one; beside it how many pairs are "
+        "won and lost."
     )
     return as_figure(drawing, NAME, title, caption)
 
 
-def _rows(outcome: ComparisonOutcome) -> Iterator[tuple[str, list[Standing]]]:
+def _rows(outcome: ComparisonOutcome) -> Iterator[tuple[str, list[Pairing]]]:
     """Yield the rows of the plot: all cases, then each scenario or, with one, each team."""
 
-    def stand(cases: Sequence[Case]) -> list[Standing]:
-        return [standing_of(outcome, rival, TIME, cases) for rival in outcome.rivals]
+    def stand(cases: Sequence[Case]) -> list[Pairing]:
+        return [outcome.pairing(cases, rival, TIME) for rival in outcome.rivals]
 
     yield "all", stand(outcome.cases)
     if len(outcome.scenarios) > 1:
@@ -175,16 +146,17 @@ def _rows(outcome: ComparisonOutcome) -> Iterator[tuple[str, list[Standing]]]:
             yield case.team, stand([case])
 
 
-def _draw(axes: Any, y: float, stands: Standing, k: int, label: str) -> None:
+def _draw(axes: Any, y: float, stands: Pairing, k: int, label: str) -> None:
     """Draw the pairs, their mean and its interval, and write the numbers of pairs won and lost."""
-    if stands.gain is None:
+    gain = stands.estimate
+    if gain is None:
         return
     colour = COLOURS[k % len(COLOURS)]
     x = 100 * np.array(stands.gains)
     aside = SPREAD * np.sin(1.2 + 2.4 * np.arange(len(x)))  # spreads the dots around the bar, the same way every time
     axes.plot(x, y + aside, linestyle="", marker=".", markersize=4, color=colour, alpha=0.35, zorder=2)
-    half = 0.0 if stands.gain.half is None else 100 * stands.gain.half
     look: dict[str, Any] = {"marker": MARKERS[k % len(MARKERS)], "markersize": 8, "elinewidth": 2.2, "capsize": 4}
-    axes.errorbar(100 * stands.gain.mean, y, xerr=half, color=colour, label=label or None, zorder=3, **look)
-    counts = f"{100 * stands.gain.mean:+.1f} %: won {stands.wins}, lost {stands.losses}"
+    bar = [[100 * side] for side in gain.sides]
+    axes.errorbar(100 * gain.mean, y, xerr=bar, color=colour, label=label or None, zorder=3, **look)
+    counts = f"{100 * gain.mean:+.1f} %: won {stands.wins}, lost {stands.losses}"
     axes.annotate(counts, (1.01, y), xycoords=("axes fraction", "data"), fontsize=8.5, color=INK, va="center")

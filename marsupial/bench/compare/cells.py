@@ -2,21 +2,24 @@
 
 Means are over complete missions, and differences over pairs of these: the time of a mission that left something
 unexplored has no meaning. Their numbers are shown beside every figure, so that a contender gains nothing by failing.
+
+The maps of a suite are grouped by kind: a case is then a kind with a team, and its missions are on several maps.
 """
 
 from __future__ import annotations
 
+import math
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from statistics import fmean
 from typing import Any
 
 from marsupial.bench.compare.header import cases_of, contenders_of
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import Curve, MissionRow, Timing
-from marsupial.bench.compare.statistics import FEWEST_PAIRS, Estimate, estimate
+from marsupial.bench.compare.statistics import Estimate, Origin, estimate
 from marsupial.library.metrics import METRICS, Metric
 from marsupial.model.mission import Status
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
@@ -30,21 +33,60 @@ ENERGY = METRICS["energy_j"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pairing:
-    """A contender against another one, the base, seed by seed.
+    """A contender against another one, the base, mission by mission, over one or several cases.
 
-    `ahead` is the mean of the paired differences, positive in favour of the contender; `gain` is the same relative to
-    the base's mean. `gains` are the differences relative to the base's value in the same mission, where that is not 0.
-    `missing` counts the pairs with an incomplete mission.
+    `logs` are the logarithms of the ratios of their values, positive in favour of the contender, where both are above
+    0. `missing` counts the pairs with an incomplete mission.
     """
 
-    case: Case
-    ahead: Estimate | None
-    gain: float | None
-    gains: tuple[float, ...]
+    cases: tuple[Case, ...]
+    measure: Metric
+    origins: tuple[Origin, ...]
+    logs: tuple[float, ...]
     wins: int
     losses: int
     ties: int
     missing: int
+
+    @property
+    def case(self) -> Case:
+        """The case, if it is one."""
+        (case,) = self.cases
+        return case
+
+    @property
+    def estimate(self) -> Estimate | None:
+        """The gain: the share of the base's value that is saved, or gained, by the geometric mean of the ratios."""
+        found = estimate(self.origins, self.logs)
+        return None if found is None else found.mapped(self._share)
+
+    @property
+    def gain(self) -> float | None:
+        """The mean gain."""
+        return None if (found := self.estimate) is None else found.mean
+
+    @property
+    def gains(self) -> tuple[float, ...]:
+        """The gain of each pair."""
+        return tuple(map(self._share, self.logs))
+
+    @property
+    def sign(self) -> int | None:
+        """1 or -1 if the whole interval is in favour of the contender or against it, else 0; None without one."""
+        return None if (found := self.estimate) is None or found.half is None else found.sign
+
+    @property
+    def ahead(self) -> bool | None:
+        """Whether the whole interval is in favour of the contender; None without one."""
+        return None if self.sign is None else self.sign > 0
+
+    @property
+    def at_odds(self) -> bool:
+        """Whether the mean favours the side with fewer pairs."""
+        return (self.gain or 0.0) * (self.wins - self.losses) < 0
+
+    def _share(self, log: float) -> float:
+        return -math.expm1(-log) if self.measure.better < 0 else math.expm1(log)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +100,25 @@ class ComparisonOutcome:
 
     @cached_property
     def cases(self) -> tuple[Case, ...]:
-        """The cases in order."""
-        return cases_of(self.header)
+        """The cases in order, those of a suite by kind of map."""
+        return tuple(self._maps)
+
+    @cached_property
+    def _maps(self) -> dict[Case, list[str]]:
+        """The maps of each case."""
+        maps: dict[Case, list[str]] = {}
+        for case in cases_of(self.header):
+            maps.setdefault(self._by_kind(case), []).append(case.scenario)
+        return maps
+
+    @property
+    def maps(self) -> set[str]:
+        """The names of all maps."""
+        return {name for names in self._maps.values() for name in names}
+
+    def _by_kind(self, case: Case) -> Case:
+        """Return the case that counts a case of the header: in a suite, that of all drawn maps of its kind."""
+        return replace(case, scenario=re.sub(r"-\d+$", "", case.scenario)) if self.header.get("suite") else case
 
     @cached_property
     def contenders(self) -> tuple[Contender, ...]:
@@ -93,13 +152,17 @@ class ComparisonOutcome:
 
     @property
     def runs(self) -> int:
-        """Number of missions per case and contender."""
+        """Number of missions per map, team and contender."""
         return int(self.header["runs"])
+
+    def missions_of(self, *cases: Case) -> int:
+        """Return the number of missions of a contender on some cases."""
+        return self.runs * sum(len(self._maps[case]) for case in cases)
 
     @property
     def planned(self) -> int:
         """Number of missions in all."""
-        return self.runs * len(self.cases) * len(self.contenders)
+        return self.missions_of(*self.cases) * len(self.contenders)
 
     def cases_of(self, scenario: str) -> tuple[Case, ...]:
         """Return the cases of a scenario."""
@@ -107,9 +170,8 @@ class ComparisonOutcome:
 
     def statuses(self, scenario: str, contender: Contender) -> Counter[str]:
         """Count how the missions of a contender on a scenario ended, `complete` first."""
-        found = Counter(
-            row.status for row in self.rows if row.trial.case.scenario == scenario and row.trial.contender == contender
-        )
+        rows = (row for case in self.cases_of(scenario) for row in self._cells.get((MissionRow, case, contender), ()))
+        found = Counter(row.status for row in rows)
         return Counter({status: found[status] for status in sorted(found, key=lambda s: (s != Status.COMPLETE, s))})
 
     def incomplete(self) -> tuple[MissionRow, ...]:
@@ -118,41 +180,45 @@ class ComparisonOutcome:
 
     def estimate(self, case: Case, contender: Contender, measure: Metric) -> Estimate | None:
         """Return the mean of a metric over the complete missions of a cell."""
-        return estimate(list(self._values(case, contender, measure).values()))
+        values = self._values(case, contender, measure)
+        return estimate(list(values), list(values.values()))
 
-    def pairing(self, case: Case, contender: Contender, measure: Metric, base: Contender | None = None) -> Pairing:
-        """Return a contender against the base (or another one) on a case, over the seeds both completed."""
-        pairs = self.pairs(case, contender, measure, base)
-        differences = [measure.better * (ours - theirs) for _, ours, theirs in pairs]
-        # the share of the mean, in which long missions weigh more, and the mean of shares answer different questions
-        level = fmean(theirs for _, _, theirs in pairs) if pairs else 0.0
+    def pairing(
+        self, cases: Case | Sequence[Case], contender: Contender, measure: Metric, base: Contender | None = None
+    ) -> Pairing:
+        """Return a contender against the base (or another one) on some cases, over the missions both completed."""
+        chosen = (cases,) if isinstance(cases, Case) else tuple(cases)
+        pairs = [pair for case in chosen for pair in self.pairs(case, contender, measure, base)]
+        ahead = [measure.better * (ours - theirs) for _, ours, theirs in pairs]
+        ratios = [(start, ours / theirs) for start, ours, theirs in pairs if ours > 0 and theirs > 0]
         return Pairing(
-            case=case,
-            ahead=estimate(differences, FEWEST_PAIRS),
-            gain=fmean(differences) / level if level else None,
-            gains=tuple(measure.better * (ours - theirs) / theirs for _, ours, theirs in pairs if theirs),
-            wins=sum(difference > 0 for difference in differences),
-            losses=sum(difference < 0 for difference in differences),
-            ties=sum(difference == 0 for difference in differences),
-            missing=self.runs - len(pairs),
+            cases=chosen,
+            measure=measure,
+            origins=tuple(start for start, _ in ratios),
+            logs=tuple(measure.better * math.log(ratio) for _, ratio in ratios),
+            wins=sum(difference > 0 for difference in ahead),
+            losses=sum(difference < 0 for difference in ahead),
+            ties=sum(difference == 0 for difference in ahead),
+            missing=self.missions_of(*chosen) - len(pairs),
         )
 
     def pairs(
         self, case: Case, contender: Contender, measure: Metric, base: Contender | None = None
-    ) -> list[tuple[int, float, float]]:
-        """Return the seeds that both completed, with the values of the contender and of the base."""
+    ) -> list[tuple[Origin, float, float]]:
+        """Return the missions that both completed, with the values of the contender and of the base."""
         ours, theirs = (self._values(case, one, measure) for one in (contender, base or self.base))
-        return [(seed, value, theirs[seed]) for seed, value in ours.items() if seed in theirs]
+        return [(start, value, theirs[start]) for start, value in ours.items() if start in theirs]
 
     def ratio(self, case: Case, contender: Contender) -> Estimate | None:
-        """Return the mean ratio of exploration times to the clairvoyant's, over the seeds both completed.
+        """Return the mean ratio of exploration times to the clairvoyant's, over the missions both completed.
 
         None without a clairvoyant. Missions in which it has nothing to explore are left out.
         """
         if self.clairvoyant is None:
             return None
-        ours, best = (self._values(case, one, TIME) for one in (contender, self.clairvoyant))
-        return estimate([ours[seed] / best[seed] for seed in ours if best.get(seed)])
+        pairing = self.pairing(case, self.clairvoyant, TIME, contender)
+        found = estimate(pairing.origins, pairing.logs)
+        return None if found is None else found.mapped(math.exp)
 
     def timings_of(self, case: Case, contender: Contender) -> list[Timing]:
         """Return the wall-clock times of a cell's missions."""
@@ -162,12 +228,12 @@ class ComparisonOutcome:
         """Return the coverage over time of a cell's missions."""
         return self._cells.get((Curve, case, contender), [])
 
-    def _values(self, case: Case, contender: Contender, measure: Metric) -> dict[int, float]:
-        """Return a metric by seed, of complete missions only."""
-        # sorted by seed: rows of a comparison that is running are in the order in which missions finished
+    def _values(self, case: Case, contender: Contender, measure: Metric) -> dict[Origin, float]:
+        """Return a metric by map and seed, of complete missions only."""
+        # sorted: rows of a comparison that is running are in the order in which missions finished
         rows = self._cells.get((MissionRow, case, contender), ())
-        values = ((row.trial.seed, getattr(row, measure.column)) for row in rows if row.complete)
-        return {seed: value for seed, value in sorted(values) if value is not None}
+        values = ((row.trial.origin, getattr(row, measure.column)) for row in rows if row.complete)
+        return {start: value for start, value in sorted(values) if value is not None}
 
     @cached_property
     def _cells(self) -> dict[tuple[type, Case, Contender], list[Any]]:
@@ -175,36 +241,7 @@ class ComparisonOutcome:
         cells: dict[tuple[type, Case, Contender], list[Any]] = {}
         records: tuple[MissionRow | Timing | Curve, ...] = (*self.rows, *self.timings, *self.curves)
         for record in records:
-            cells.setdefault((type(record), record.trial.case, record.trial.contender), []).append(record)
+            cells.setdefault((type(record), self._by_kind(record.trial.case), record.trial.contender), []).append(
+                record
+            )
         return cells
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Tally:
-    """Counts over pairings: cells whose interval is on one side of 0, pairs won and lost, and their mean gain."""
-
-    cells: int
-    ahead: int
-    behind: int
-    gain: float | None
-    half: float | None
-    wins: int
-    losses: int
-    ties: int
-
-
-def tally(pairings: Sequence[Pairing]) -> Tally:
-    """Count pairings; every pair has the same weight in `gain`, as among those won and lost."""
-    gains = [gain for pairing in pairings for gain in pairing.gains]
-    found = estimate(gains, FEWEST_PAIRS)
-    signs = [pairing.ahead.sign for pairing in pairings if pairing.ahead is not None]
-    return Tally(
-        cells=len(pairings),
-        ahead=signs.count(1),
-        behind=signs.count(-1),
-        gain=None if found is None else found.mean,
-        half=None if found is None else found.half,
-        wins=sum(pairing.wins for pairing in pairings),
-        losses=sum(pairing.losses for pairing in pairings),
-        ties=sum(pairing.ties for pairing in pairings),
-    )

@@ -13,7 +13,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 from warnings import filterwarnings
 
@@ -23,7 +23,7 @@ from marsupial.arrays import Flags, Floats
 from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
-from marsupial.bench.compare.statistics import Estimate, estimate, t_quantile
+from marsupial.bench.compare.statistics import Estimate, clustered, estimate
 from marsupial.library.metrics import Metric
 from marsupial.wording import counted
 
@@ -44,7 +44,7 @@ PNG_DPI = 150
 MOST_POINTS = 60
 """Most points of a line: all samples of all panels would make a page of megabytes."""
 
-BARS = "Error bars are 95 % confidence intervals of the mean over complete missions."
+BARS = "Error bars are 95 % intervals of the mean over complete missions, where there are enough maps or starts."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,9 +66,10 @@ def figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
         for measure, kind in ((TIME, "exploration-time"), (QUALITY, "quality")):
             if _occurs(outcome, measure, scenario):
                 yield measure_figure(outcome, measure, [scenario], name=f"{kind}-{name}", about=scenario)
-        if any(curve.trial.case.scenario == scenario for curve in outcome.curves):
+        cells = [(case, contender) for case in outcome.cases_of(scenario) for contender in outcome.contenders]
+        if any(outcome.curves_of(*cell) for cell in cells):
             yield coverage_figure(outcome, scenario, name=f"coverage-{name}")
-        if any(timing.trial.case.scenario == scenario for timing in outcome.timings):
+        if any(outcome.timings_of(*cell) for cell in cells):
             yield planning_figure(outcome, scenario, name=f"planning-time-{name}")
 
 
@@ -115,20 +116,16 @@ def gain_figure(
     """
 
     def value(case: Case, contender: Contender) -> Estimate | None:
-        found = outcome.pairing(case, contender, measure)
-        if found.ahead is None or not found.gain:
-            return None
-        scale = 100 * found.gain / found.ahead.mean
-        half = None if found.ahead.half is None else scale * found.ahead.half
-        return replace(found.ahead, mean=100 * found.gain, half=half)
+        found = outcome.pairing(case, contender, measure).estimate
+        return found and found.mapped(lambda share: 100 * share)
 
     cases = [case for scenario in scenarios for case in outcome.cases_of(scenario)]
     drawing = _by_team_size(cases, outcome.rivals, value, f"gain in {measure.title} [%]", signed=True)
     title = f"Gain in {measure.title} over {outcome.base}: {' and '.join(scenarios)}"
     place = f"{of_paper} with our data. " if of_paper else ""
     caption = (
-        f"{place}{title}, by team size, in per cent of the mean of {outcome.base}. Error bars are 95 % confidence "
-        "intervals of the paired differences of complete missions."
+        f"{place}{title}, by team size, in per cent, by the geometric mean over pairs of complete missions. Error bars "
+        "are 95 % intervals of that mean."
     )
     return as_figure(drawing, name, title, caption)
 
@@ -202,7 +199,8 @@ def planning_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> 
     """Return planning time by team size, on a logarithmic scale."""
 
     def value(case: Case, contender: Contender) -> Estimate | None:
-        found = estimate([1000 * timing.planning_median_s for timing in outcome.timings_of(case, contender)])
+        timings = outcome.timings_of(case, contender)
+        found = estimate([one.trial.origin for one in timings], [1000 * one.planning_median_s for one in timings])
         return found if found is not None and found.mean > 0 else None  # a logarithmic scale has no place for 0
 
     drawing = _by_team_size(
@@ -211,7 +209,7 @@ def planning_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> 
     title = f"Planning time: {scenario}"
     caption = (
         f"{title}: wall-clock time of the median planning of each mission, averaged over missions, on a logarithmic "
-        "scale; it depends on the machine. Error bars are 95 % confidence intervals of that mean."
+        "scale; it depends on the machine. Error bars are 95 % intervals of that mean."
     )
     return as_figure(drawing, name, title, caption, scenario)
 
@@ -234,24 +232,22 @@ def coverage_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> 
     title = f"Coverage over time: {scenario}"
     caption = (
         f"{title}: known share of the reachable area, mean over all missions, complete or not; a panel for each team, "
-        "carriers x rovers of each. Bands are 95 % confidence intervals of the mean."
+        "carriers x rovers of each. Bands are 95 % intervals of the mean."
     )
     return as_figure(drawing, name, title, caption, scenario)
 
 
 def mean_coverage(curves: Sequence[Curve]) -> tuple[Floats, Floats, Floats]:
-    """Return times in s, mean coverage in per cent, half of its interval, each (samples,).
+    """Return times in s, mean coverage in per cent, half of its interval or 0, each (samples,).
 
     A mission that has ended keeps what it knew.
     """
     length = max(len(curve.known) for curve in curves)
     known = np.array([(*curve.known, *[curve.known[-1]] * (length - len(curve.known))) for curve in curves])
     shares = 100 * known / COVERAGE_SCALE
-    count = len(curves)
-    spread = shares.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.zeros(length)
-    half = t_quantile(count - 1) * spread if count > 1 else spread
+    mean, half, _ = clustered([curve.trial.origin for curve in curves], shares)
     times: Floats = curves[0].every_s * np.arange(length, dtype=np.float64)
-    return times, shares.mean(axis=0), half
+    return times, mean, np.zeros(length) if half is None else half
 
 
 def _coverage_panel(axes: Axes, outcome: ComparisonOutcome, case: Case) -> None:
@@ -320,15 +316,16 @@ def _size_panel(
     for k, contender in enumerate(contenders):
         aside = 0.06 * (k - (len(contenders) - 1) / 2)
         points = [
-            (size + aside, found.mean, found.half or 0.0)
+            (size + aside, found.mean, found.sides)
             for size, case in zip(sizes, cases, strict=True)
             if (found := value(case, contender)) is not None
         ]
         if points:
-            x, y, half = zip(*points, strict=True)
+            x, y, sides = zip(*points, strict=True)
             look: dict[str, Any] = {"marker": MARKERS[k % len(MARKERS)], "linestyle": LINES[k % len(LINES)]}
             sizes_pt: dict[str, Any] = {"markersize": 4.5, "linewidth": 1.4, "elinewidth": 1.1, "capsize": 3}
-            axes.errorbar(x, y, half, color=COLOURS[k % len(COLOURS)], label=str(contender), **look, **sizes_pt)
+            bars = np.array(sides).T
+            axes.errorbar(x, y, bars, color=COLOURS[k % len(COLOURS)], label=str(contender), **look, **sizes_pt)
     axes.set_xticks(sorted(set(sizes)))
     axes.set_xlim(min(sizes) - 0.5, max(sizes) + 0.5)
 

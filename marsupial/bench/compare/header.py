@@ -28,6 +28,7 @@ def header_of(comparison: Comparison) -> dict[str, Any]:
         "version": VERSION,
         "marsupial": version("marsupial"),
         "paper": comparison.paper,
+        **({"suite": comparison.suite, "first_seed": comparison.first_seed} if comparison.suite else {}),
         "contenders": [[contender.strategy, contender.planner] for contender in comparison.contenders],
         "cases": [
             {"scenario": case.scenario, "carriers": case.carriers, "rovers": case.rovers, "digest": digest(scenario)}
@@ -93,10 +94,10 @@ def demand_part(there: Mapping[str, Any], asked: Mapping[str, Any], source: str)
         "contenders": all(contender in asked["contenders"] for contender in there["contenders"]),
         "runs": there["runs"] <= asked["runs"],
     }
-    same = (name for name in ("marsupial", "budget") if there.get(name) != asked[name])
+    same = (name for name in ("marsupial", "suite", "first_seed", "budget") if there.get(name) != asked.get(name))
     names = [*same, *(name for name, fits in grown.items() if not fits)]
     if names:
-        problems = [Problem(name, _difference(name, there.get(name), asked[name])) for name in names]
+        problems = [Problem(name, _difference(name, there.get(name), asked.get(name))) for name in names]
         lines = [f"{source}: {problem}" for problem in problems]
         raise UsageError("\n".join([*lines, f"{source}: it holds another comparison: choose another --out"]))
 

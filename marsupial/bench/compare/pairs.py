@@ -50,9 +50,11 @@ def notable_pairs(outcome: ComparisonOutcome) -> list[NotablePair]:
     found: list[NotablePair] = []
     for rival in outcome.rivals:
         pairs = [
-            NotablePair(kind="", case=case, rival=rival, seed=seed, gain=1 - ours / theirs)
+            NotablePair(
+                kind="", case=replace(case, scenario=start.map), rival=rival, seed=start.seed, gain=1 - ours / theirs
+            )
             for case in outcome.cases
-            for seed, ours, theirs in outcome.pairs(case, rival, TIME)
+            for start, ours, theirs in outcome.pairs(case, rival, TIME)
             if theirs
         ]
         if pairs:

@@ -10,6 +10,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 
+from marsupial.bench.compare.statistics import Origin
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.scenario import PlanningTime, Scenario
 
@@ -50,6 +51,11 @@ class Trial:
     contender: Contender
     seed: int
 
+    @property
+    def origin(self) -> Origin:
+        """Its map and seed."""
+        return Origin(self.case.scenario, self.seed)
+
     def __str__(self) -> str:
         return f"{self.case}, {self.contender}, seed {self.seed}"
 
@@ -65,11 +71,13 @@ class Comparison:
     contenders
         The last one is the base to compare the others with.
     runs
-        Missions per case and contender; their seeds are 1, 2, ...
+        Missions per case and contender; their seeds are `first_seed` and those that follow.
     budget
         Budget of each planning.
     paper
         Name of the paper, as in `marsupial reproduce`, if this is its experiment.
+    suite
+        Name of the suite of maps (`marsupial.bench.suite.maps`), if this is one: results are told by kind of map.
     """
 
     scenarios: Mapping[Case, Scenario]
@@ -77,10 +85,12 @@ class Comparison:
     runs: int
     budget: Budget
     paper: str | None = None
+    suite: str | None = None
+    first_seed: int = 1
 
     def trials(self) -> Iterator[Trial]:
         """Yield every mission, seed by seed, so that an interrupted comparison has about as many runs of every case."""
-        for seed in range(1, self.runs + 1):
+        for seed in range(self.first_seed, self.first_seed + self.runs):
             for case in self.scenarios:
                 for contender in self.contenders:
                     yield Trial(case, contender, seed)

@@ -17,7 +17,7 @@ from marsupial.bench.compare.figures import INK, Figure, figures
 from marsupial.bench.compare.header import budget_text
 from marsupial.bench.compare.pairs import PairReplay
 from marsupial.bench.compare.statements import Experiment, Finding, checklist, reading
-from marsupial.bench.compare.statistics import FEWEST_PAIRS
+from marsupial.bench.compare.statistics import FEWEST_UNITS
 from marsupial.bench.compare.tables import ReportTable, TableCell, markdown, status_table, tables
 from marsupial.wording import counted
 
@@ -76,7 +76,7 @@ def page(
     """
     facts = (
         f"{counted(len(outcome.rows), 'mission')}: {counted(len(outcome.contenders), 'contender')}, "
-        f"{counted(len(outcome.cases), 'case')}, "
+        f"{counted(len(outcome.cases), 'case')} on {counted(len(outcome.maps), 'map')}, "
         f"{counted(outcome.runs, 'run')} each; {budget_text(outcome.header)} for each planning; "
         f"marsupial {outcome.header['marsupial']}"
     )
@@ -88,10 +88,12 @@ def page(
         content = _findings(findings, reading(outcome.runs, experiment.paper_runs))
         sections.insert(0, _section("Statements of the paper", content))
     else:
-        sections.insert(0, _section("The answer", _answer(outcome, opening)))
+        main = [table for table in tables if table.opening]
+        sections.insert(0, _section("The answer", _answer(outcome, opening, main)))
     for scenario in outcome.scenarios:
         sections.append(_section(scenario, _of_scenario(scenario, tables, figures)))
-    sections.append(_section("In numbers", "\n".join(_table(table) for table in tables if not table.scenario)))
+    others = (table for table in tables if not table.scenario and (experiment is not None or not table.opening))
+    sections.append(_section("In numbers", "\n".join(map(_table, others))))
     sections.append(_section("Method", _method(outcome, experiment)))
     parts = {
         "title": escape(title),
@@ -112,14 +114,15 @@ def _notices(outcome: ComparisonOutcome) -> Iterator[str]:
         yield f"{failed} of {len(outcome.rows)} missions are not complete and count in no mean."
 
 
-def _answer(outcome: ComparisonOutcome, opening: Opening) -> str:
-    """Return the answer in words and as a plot, with links to replays."""
+def _answer(outcome: ComparisonOutcome, opening: Opening, main: Sequence[ReportTable]) -> str:
+    """Return the answer in words, as a plot and as the main table, with links to replays."""
     first, *others = sentences(outcome)
     parts = [f'<p class="answer">{escape(first)}</p>', *(f"<p>{escape(text)}</p>" for text in others)]
     if quality := quality_sentence(outcome):
         parts.append(f"<p>{escape(quality)}</p>")
     if opening.figure is not None:
         parts.append(_figure(opening.figure))
+    parts += map(_table, main)
     if opening.replays:
         links = (f'<li><a href="{escape(one.path, quote=True)}">{escape(one.text)}</a></li>' for one in opening.replays)
         parts.append(f'<p>To be watched side by side, on one clock:</p>\n<ul class="replays">{"".join(links)}</ul>')
@@ -199,11 +202,13 @@ def _findings(findings: Sequence[Finding], introduction: str) -> str:
 
 def _method(outcome: ComparisonOutcome, experiment: Experiment | None) -> str:
     header = outcome.header
+    first = header.get("first_seed", 1)
     versions = ", ".join(f"{name} {number}" for name, number in header.get("made_with", {}).items())
     reproducible = "steps" in header["budget"]
     paragraphs = [
         "All contenders have the same missions: the same maps, teams and starts, drawn by seeds "
-        f"1 to {outcome.runs}. Planning takes no time of the mission, and each planning has {budget_text(header)}"
+        f"{first} to {first + outcome.runs - 1}. Planning takes no time of the mission, and each planning has "
+        f"{budget_text(header)}"
         + (
             ": the rows do not depend on the machine, and the same command gives them again, byte for byte."
             if reproducible
@@ -213,10 +218,16 @@ def _method(outcome: ComparisonOutcome, experiment: Experiment | None) -> str:
         "mission time ends when the rovers are aboard again too. Distance is what robots drive themselves. Exploration "
         "quality Q is the explored part of the reachable area by the sum of all distances; more is better.",
         "Means are over complete missions; a mission that ended in another way is counted, but its time would say "
-        "nothing. Intervals are 95 % confidence intervals by Student's t. Paired differences are taken seed by seed "
-        f"over the pairs that are both complete, with intervals of their own from {FEWEST_PAIRS} pairs on; they are "
-        "counted so that more than 0 is in favour of the contender. No correction is made for the number of cells: of "
-        "20 without any difference, one may show one.",
+        "nothing. Gains are taken mission by mission over the pairs that are both complete, as the logarithm of the "
+        "ratio, in time, distance and energy as in Q; what is told is the geometric mean as a share, and more than 0 "
+        "is in favour of the contender.",
+        "Missions from the same start turn out alike with every team, and so do missions on the same map. So the "
+        "values of a start are averaged first, then those of a map. "
+        f"With {FEWEST_UNITS} maps or more, the 95 % interval is that of Student's t over the maps' means, and says "
+        "what to expect on other maps of their kind. With fewer, it is over the starts' means within each map, and "
+        f"holds for these maps alone. With fewer than {FEWEST_UNITS} independent starts there is none, and nothing is "
+        "marked as a difference. No correction is made for the number of cells: of 20 without any difference, one may "
+        "show one.",
         f"Made with marsupial {header['marsupial']}; begun with {versions}. Rows are in rows.csv, wall-clock times in "
         "timings.csv, coverage over time in coverage.csv.",
     ]

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import inf
 from statistics import fmean
 
 from marsupial.bench.compare.cells import (
     DISTANCE,
+    ENERGY,
     MISSION_TIME,
     QUALITY,
     TIME,
     ComparisonOutcome,
     Pairing,
-    Tally,
-    tally,
 )
-from marsupial.bench.compare.statistics import FEWEST_PAIRS, Estimate
+from marsupial.bench.compare.plan import Case, Contender
+from marsupial.bench.compare.statistics import FEWEST_UNITS, Estimate
 from marsupial.library.metrics import Metric
 
 GOOD, BAD = "good", "bad"
@@ -25,8 +26,18 @@ NOTHING = "–"
 
 RATIO_DIGITS = 2
 
-BETTER = "better and worse are cases where the 95 % interval of the paired differences leaves out 0"
-"""Explanation of two columns of the main table."""
+EVERYWHERE = "all"
+
+OURS = "temporal"
+"""The strategy whose losses come first in the main table."""
+
+GAINS = (
+    "Means are geometric, over pairs of missions with the same map, team and starts; in brackets the 95 % interval, "
+    f"over maps or starts, from {FEWEST_UNITS} of these on."
+)
+
+MEASURES = (TIME, MISSION_TIME, DISTANCE, ENERGY, QUALITY)
+"""Metrics of the main table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +50,17 @@ class TableCell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportTable:
-    """A table with its caption; `scenario` if it is about a single one, `main` if it is one of its main tables."""
+    """A table with its caption; `scenario` if it is about a single one, `main` if it is one of its main tables.
+
+    `opening` is set for the table that stands at the start of a page, with the answer.
+    """
 
     title: str
     caption: str
     heads: tuple[str, ...]
     scenario: str = ""
     main: bool = True
+    opening: bool = False
     rows: list[tuple[TableCell, ...]] = field(default_factory=list)
 
     def add(self, *cells: TableCell | str) -> None:
@@ -56,9 +71,9 @@ class ReportTable:
 def tables(outcome: ComparisonOutcome) -> list[ReportTable]:
     """Return all tables of a comparison."""
     made = [status_table(outcome)]
-    if outcome.rivals:
-        made.append(headline_table(outcome))
-    for measure in (TIME, QUALITY, MISSION_TIME, DISTANCE):
+    if len(outcome.contenders) > 1:
+        made.insert(0, main_table(outcome))
+    for measure in (TIME, QUALITY, MISSION_TIME, DISTANCE, ENERGY):
         made += [measure_table(outcome, measure, scenario) for scenario in outcome.scenarios]
         if measure is TIME and outcome.clairvoyant and outcome.strategies:
             made += [ratio_table(outcome, scenario) for scenario in outcome.scenarios]
@@ -78,60 +93,63 @@ def status_table(outcome: ComparisonOutcome) -> ReportTable:
         heads=("scenario", "contender", *names, "missing"),
     )
     for (scenario, contender), found in counts.items():
-        missing = outcome.runs * len(outcome.cases_of(scenario)) - found.total()
+        missing = outcome.missions_of(*outcome.cases_of(scenario)) - found.total()
         ways = [TableCell(str(found[name]), BAD if name != "complete" and found[name] else "") for name in names]
         table.add(scenario, str(contender), *ways, str(missing))
     return table
 
 
-def headline_table(outcome: ComparisonOutcome) -> ReportTable:
-    """Return the main results: per scenario, the numbers of cases in which a contender is ahead of the base."""
+def main_table(outcome: ComparisonOutcome) -> ReportTable:
+    """Return the main results: each contender against the base, in all and by scenario, losses of `temporal` first."""
+    base = outcome.base
+    behind = f"{base} is behind" if base.strategy == OURS else f"a contender is behind {base}"
     table = ReportTable(
-        title="In short",
-        caption=f"Against {outcome.base}, over all team sizes. Gains are means over pairs of 1 - time / base's time "
-        f"and of Q / base's Q - 1, ± half of the 95 % interval from {FEWEST_PAIRS} pairs on; {BETTER}; "
-        "pairs are missions with the same map, team and starts.",
-        heads=("scenario", "contender", "metric", "gain", "better", "worse", "won/lost/tied"),
+        title=f"All contenders against {base}",
+        caption=f"What each saves of the time, distance and energy of {base}, and gains in Q, in per cent, over all "
+        f"teams. {GAINS} Where {behind} stands first. Won, lost and tied are pairs by exploration time.",
+        heads=("where", "contender", *(f"{m.heading}, %" for m in MEASURES[:-1]), "Q, %", "won/lost/tied"),
+        opening=True,
     )
-    for scenario in outcome.scenarios:
-        for rival in outcome.rivals:
-            for measure in (TIME, QUALITY):
-                found = tally([outcome.pairing(case, rival, measure) for case in outcome.cases_of(scenario)])
-                table.add(
-                    scenario,
-                    str(rival),
-                    "time" if measure is TIME else "Q",
-                    _gain_text(found, measure),
-                    f"{found.ahead} of {found.cells}",
-                    f"{found.behind} of {found.cells}",
-                    f"{found.wins}/{found.losses}/{found.ties}",
-                )
+    places: dict[str, Sequence[Case]] = {EVERYWHERE: outcome.cases}
+    if len(outcome.scenarios) > 1:
+        places |= {scenario: outcome.cases_of(scenario) for scenario in outcome.scenarios}
+    rows = [(where, one, cases) for where, cases in places.items() for one in outcome.contenders if one != base]
+    rows.sort(key=lambda row: (row[0] != EVERYWHERE, row[1] == outcome.clairvoyant, _lead(outcome, row[1], row[2])))
+    for where, contender, cases in rows:
+        pairings = [outcome.pairing(cases, contender, measure) for measure in MEASURES]
+        table.add(where, str(contender), *map(gain_cell, pairings), _pair_cells(pairings[0])[1])
     return table
 
 
+def _lead(outcome: ComparisonOutcome, contender: Contender, cases: Sequence[Case]) -> float:
+    """Return what a contender saves of the base's time, or loses if the base is `temporal`: losses come first."""
+    gain = outcome.pairing(cases, contender, TIME).gain
+    return inf if gain is None else -gain if outcome.base.strategy == OURS else gain
+
+
 def measure_table(outcome: ComparisonOutcome, measure: Metric, scenario: str) -> ReportTable:
-    """Return a metric by team: the mean of each contender, and paired differences from the base."""
+    """Return a metric by team: the mean of each contender, and each rival's gain over the base."""
     unit = measure.unit
     several = len(outcome.rivals) > 1
+    what = "saved" if measure.better < 0 else "gained"
     pair_heads: list[str] = []
     for rival in outcome.rivals:
-        by_whom = f" by {rival}" if several else ""
-        name = "saved" if measure.better < 0 else "gained"
-        pair_heads += [f"{name}{by_whom}, of the mean", f"{name}{by_whom}, {unit} (95 % interval)", "won/lost/tied"]
+        pair_heads += [f"{what}{f' by {rival}' if several else ''}, %", "won/lost/tied"]
     table = ReportTable(
         title=f"{measure.heading}: {scenario}",
-        caption=f"{measure.heading} in {unit}, mean ± half of the 95 % confidence interval, and the paired "
-        f"{'saving' if measure.better < 0 else 'gain'} against {outcome.base}, also as a share of its mean, in which "
-        "long missions weigh more than in the mean of the pairs' shares above; teams are carriers x rovers of each.",
+        caption=f"{measure.heading} in {unit}, mean ± half of the 95 % interval, and what is {what} of that of "
+        f"{outcome.base}. {GAINS} Teams are carriers x rovers of each.",
         heads=("team", *(f"{contender}, {unit}" for contender in outcome.contenders), *pair_heads),
         scenario=scenario,
         main=measure in (TIME, QUALITY),
     )
     for case in outcome.cases_of(scenario):
-        found = [outcome.estimate(case, contender, measure) for contender in outcome.contenders]
-        means = [mean_text(one, measure.digits, outcome.runs) for one in found]
+        means = [
+            mean_text(outcome.estimate(case, contender, measure), measure.digits, outcome.missions_of(case))
+            for contender in outcome.contenders
+        ]
         pairings = [outcome.pairing(case, rival, measure) for rival in outcome.rivals]
-        table.add(case.team, *means, *(cell for pairing in pairings for cell in _pair_cells(pairing, measure)))
+        table.add(case.team, *means, *(cell for pairing in pairings for cell in _pair_cells(pairing)))
     return table
 
 
@@ -139,15 +157,14 @@ def ratio_table(outcome: ComparisonOutcome, scenario: str) -> ReportTable:
     """Return the competitive ratio of each contender by team."""
     table = ReportTable(
         title=f"Competitive ratio: {scenario}",
-        caption="Exploration time as a multiple of that of the clairvoyant, who plans with the whole map known: mean "
-        "over the missions that both completed ± half of the 95 % confidence interval. The clairvoyant's plan is the "
+        caption="Exploration time as a multiple of that of the clairvoyant, who plans with the whole map known: "
+        "geometric mean over the missions that both completed, with its 95 % interval. The clairvoyant's plan is the "
         "best one that a local search found, not proven best: the ratio to an optimum may be greater.",
         heads=("team", *map(str, outcome.strategies)),
         scenario=scenario,
     )
     for case in outcome.cases_of(scenario):
-        ratios = [mean_text(outcome.ratio(case, one), RATIO_DIGITS, outcome.runs) for one in outcome.strategies]
-        table.add(case.team, *ratios)
+        table.add(case.team, *(ends_text(outcome.ratio(case, one), RATIO_DIGITS) for one in outcome.strategies))
     return table
 
 
@@ -209,30 +226,28 @@ def percent(share: float | None) -> str:
     return NOTHING if share is None else f"{100 * share:+.1f} %"
 
 
-def _gain_text(found: Tally, measure: Metric) -> str:
-    """Return a mean gain with half its interval; no gain in quality without an interval, as it is easily misread."""
-    if found.gain is None or (found.half is None and measure is QUALITY):
-        return NOTHING
-    return percent(found.gain) if found.half is None else f"{100 * found.gain:+.1f} ± {100 * found.half:.1f} %"
-
-
-def interval_text(found: Estimate | None, digits: int) -> str:
-    """Return a mean difference and the ends of its interval."""
+def ends_text(found: Estimate | None, digits: int, sign: str = "") -> str:
+    """Return a mean and the ends of its interval; `sign` is "+" to show that of positive numbers too."""
     if found is None:
         return NOTHING
-    ends = "" if found.half is None else f" [{found.low:+.{digits}f}, {found.high:+.{digits}f}]"
-    return f"{found.mean:+.{digits}f}{ends}"
+    numbers = (found.mean,) if found.low is None or found.high is None else (found.mean, found.low, found.high)
+    mean, *ends = (f"{number:{sign}.{digits}f}" for number in numbers)
+    return f"{mean} [{', '.join(ends)}]" if ends else mean
 
 
-def _pair_cells(pairing: Pairing, measure: Metric) -> list[TableCell]:
-    sign = 0 if pairing.ahead is None else pairing.ahead.sign
-    mark = {1: GOOD, 0: "", -1: BAD}[sign]
-    hidden = measure is QUALITY and (pairing.ahead is None or pairing.ahead.half is None)
-    return [
-        TableCell(NOTHING if hidden else percent(pairing.gain), mark),
-        TableCell(NOTHING if hidden else interval_text(pairing.ahead, measure.digits), mark),
-        TableCell(f"{pairing.wins}/{pairing.losses}/{pairing.ties}"),
-    ]
+def gain_text(pairing: Pairing) -> str:
+    """Return the mean gain in per cent with its interval."""
+    found = pairing.estimate
+    return ends_text(found and found.mapped(lambda share: 100 * share), 1, "+")
+
+
+def gain_cell(pairing: Pairing) -> TableCell:
+    """Return the mean gain in per cent with its interval, marked if that is all on one side of 0."""
+    return TableCell(gain_text(pairing), {1: GOOD, -1: BAD}.get(pairing.sign or 0, ""))
+
+
+def _pair_cells(pairing: Pairing) -> list[TableCell]:
+    return [gain_cell(pairing), TableCell(f"{pairing.wins}/{pairing.losses}/{pairing.ties}")]
 
 
 def _line(texts: Sequence[str]) -> str:

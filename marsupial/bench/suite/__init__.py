@@ -1,5 +1,4 @@
-"""A fixed, versioned suite of planning situations, with the best plans known for them."""
+"""What is measured on: a fixed, versioned suite of planning situations (`catalogue`), and suites of maps (`maps`).
 
-from marsupial.bench.suite.catalogue import INSTANCES, VERSION, Instance
-
-__all__ = ["INSTANCES", "VERSION", "Instance"]
+Situations come with the best plans known for them, maps in two lists: to tune strategies on, and to test them on.
+"""

@@ -32,25 +32,35 @@ def compare(
             help="Built-in scenarios, scenario files, nav2 or MovingAI maps.",
         ),
     ] = None,
+    suite: Annotated[
+        str | None,
+        typer.Option(
+            autocompletion=completing.suite, help="Maps of a suite instead: footprint, paper, laser, or NAME-tuning."
+        ),
+    ] = None,
     strategies: Annotated[
-        str,
+        str | None,
         typer.Option(
             autocompletion=completing.strategies,
-            help=f"STRATEGY or STRATEGY:PLANNER, comma-separated; the last is the baseline. Strategies: {STRATEGIES}.",
+            help=f"STRATEGY or STRATEGY:PLANNER, comma-separated; the last is the baseline. Strategies: {STRATEGIES}. "
+            "[default: temporal,heuristic; of a suite temporal against all others]",
         ),
-    ] = "temporal,heuristic",
+    ] = None,
     planner: Annotated[
         str | None,
         typer.Option(
             "--planner",
             "-p",
             autocompletion=completing.planner,
-            help="Planner for strategies given without one [default: auto].",
+            help="Planner for strategies given without one [default: auto, of a suite anytime].",
         ),
     ] = None,
     carriers: Annotated[str | None, typer.Option(help="Numbers of carriers, such as 1-6 or 2,4.")] = None,
     rovers: Annotated[str | None, typer.Option(help="Numbers of rovers per carrier, such as 1-3.")] = None,
-    runs: Annotated[int, typer.Option(min=1, max=100_000, help="Missions per case, with seeds 1, 2, ...")] = 30,
+    runs: Annotated[
+        int | None,
+        typer.Option(min=1, max=100_000, help="Missions per case, with seeds 1, 2, ... [default: 30, of a suite 3]"),
+    ] = None,
     steps: Annotated[
         int | None, typer.Option(help=f"Steps per planning call, reproducible [default: {COMPARE_STEPS}].")
     ] = None,
@@ -72,8 +82,11 @@ def compare(
     Every strategy runs on the same maps, teams, starts and seeds. Rows, tables and figures go to the folder --out.
 
     Example: marsupial compare lobby --carriers 1-2 --runs 4 --out compared
+
+    Example: marsupial compare --suite footprint --out footprint
     """
     from marsupial.bench.compare.plan import Comparison
+    from marsupial.bench.suite.maps import CARRIERS, CONTENDERS, PLANNER, ROVERS, RUNS, suite_named
     from marsupial.cli.work.compare_arguments import cases_of, contenders, numbers, warn_of_ignored
     from marsupial.cli.work.missions import limits_of, routed
     from marsupial.errors import UsageError
@@ -88,12 +101,17 @@ def compare(
 
         write_report(report)
         return
-    if not scenarios:
-        raise UsageError("needs a SCENARIO, or --report with a folder")
+    if bool(scenarios) == (suite is not None):
+        raise UsageError("needs a SCENARIO or a --suite, not both, or --report with a folder")
     if out is None:
         raise UsageError("needs --out with the folder to write to")
     limits = limits_of(time_limit)
     chosen = budget_of(budget, COMPARE_STEPS if steps is None and budget is None else steps)
+    maps = None if suite is None else suite_named(suite)
+    if maps is not None:
+        scenarios, runs, planner = maps.sources(), runs or RUNS, planner or PLANNER
+        strategies, carriers, rovers = strategies or CONTENDERS, carriers or CARRIERS, rovers or ROVERS
+    strategies = strategies or "temporal,heuristic"
     compared = contenders(strategies, planner, chosen)
     limit = None if (steps, budget) == (None, None) else "--steps" if budget is None else "--budget"
     warn_of_ignored(strategies, compared, planner, limit)
@@ -101,8 +119,15 @@ def compare(
         numbers(carriers, "--carriers", BOUNDS["carriers"]),
         numbers(rovers, "--rovers", BOUNDS["rovers_per_carrier"]),
     )
-    cases = {case: routed(scenario, routes) for case, scenario in cases_of(scenarios, *teams, limits).items()}
+    cases = {case: routed(scenario, routes) for case, scenario in cases_of(scenarios or [], *teams, limits).items()}
     from marsupial.cli.work import comparing  # takes a second: only now is it clear that it is needed
 
-    comparison = Comparison(contenders=compared, scenarios=cases, runs=runs, budget=chosen)
+    comparison = Comparison(
+        contenders=compared,
+        scenarios=cases,
+        runs=runs or 30,
+        budget=chosen,
+        suite=suite,
+        first_seed=1 if maps is None else maps.first_seed,
+    )
     comparing.carry_out(comparison, out, workers=workers, ray=ray, retry_failed=retry_failed)

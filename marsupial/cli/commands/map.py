@@ -161,11 +161,11 @@ def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None
     from marsupial.errors import ScenarioError
     from marsupial.formats.mapfiles.read import read_map
     from marsupial.formats.scenario import is_scenario_file
-    from marsupial.generators.builtin import SCENARIOS, bare_map_scenario
+    from marsupial.generators.builtin import bare_map_scenario, is_builtin
     from marsupial.library.scenarios import load_scenario
     from marsupial.model.robots import default_types
 
-    if file in SCENARIOS or is_scenario_file(Path(file)):
+    if is_builtin(file) or is_scenario_file(Path(file)):
         loaded = load_scenario(file)
         return loaded.scenario.grid, loaded.scenario.robot_types, loaded.reading, loaded.scenario
     reading = read_map(file)

@@ -43,6 +43,13 @@ def paper(incomplete: str) -> list[str]:
     return _starting(incomplete, PAPERS)
 
 
+def suite(incomplete: str) -> list[str]:
+    """Return matching suites of maps."""
+    from marsupial.bench.suite.maps import SUITES
+
+    return _starting(incomplete, SUITES)
+
+
 def planner(incomplete: str) -> list[str]:
     """Return matching planners."""
     from marsupial.planning.names import engine_names

@@ -14,7 +14,7 @@ from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import CRASHED, ERROR
-from marsupial.bench.compare.tables import BETTER, headline_table
+from marsupial.bench.compare.tables import GAINS, main_table
 from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.outputs import make_folder, writing
@@ -106,10 +106,13 @@ def report(out: Path) -> None:
             stale.discard(out / name)
         for file in stale:  # from before the comparison grew: out of date now
             file.unlink()
-    table = headline_table(outcome)
-    print_table(table.heads, [[cell.text for cell in row] for row in table.rows], right=range(1, len(table.heads)))
+    table = main_table(outcome)
     if table.rows:
-        say(f"{BETTER}; won/lost/tied are pairs of missions")
+        # a terminal has room for one interval and no more than two of the other metrics
+        cells = [[row[i].text for i in (0, 1, 2, 3, 4, -1)] for row in table.rows]
+        rows = [[*row[:3], *(text.partition(" [")[0] for text in row[3:])] for row in cells]
+        print_table([*table.heads[:5], table.heads[-1]], rows, right=range(2, 6))
+        say(f"{table.title}: {GAINS}")
     missing = outcome.planned - len(outcome.rows)
     if missing:
         warn(f"{missing} of {outcome.planned} missions are missing")

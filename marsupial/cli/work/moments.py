@@ -12,7 +12,7 @@ from marsupial.errors import UsageError
 from marsupial.formats.files import file_fault
 from marsupial.formats.loglines import FORMAT
 from marsupial.formats.missionlog import read_log
-from marsupial.generators.builtin import SCENARIOS
+from marsupial.generators.builtin import is_builtin
 from marsupial.library.recording import Recorder
 from marsupial.library.scenarios import load_scenario
 from marsupial.model.mission import MissionEvent
@@ -43,7 +43,7 @@ def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | N
 
 def _is_log(source: str) -> bool:
     path = Path(source)
-    if source in SCENARIOS or file_fault(path) is not None:
+    if is_builtin(source) or file_fault(path) is not None:
         return False
     if path.suffix.lower() == ".jsonl":
         return True

@@ -127,9 +127,8 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
         ("obstacles", "steps"),
         name="figure-8",
         title="Steps by the number of scattered obstacles",
-        caption="Fig. 8 of the paper with our data, and the numbers of its Table 2. Less is better. Error bars are 95 "
-        "% "
-        "confidence intervals of the mean over complete missions.",
+        caption="Fig. 8 of the paper with our data, and the numbers of its Table 2. Less is better. Error bars are "
+        "95 % intervals of the mean over complete missions.",
     )
 
 

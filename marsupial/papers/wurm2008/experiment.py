@@ -16,7 +16,8 @@ from marsupial.bench.compare.cells import TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
-from marsupial.bench.compare.tables import ReportTable, interval_text, percent
+from marsupial.bench.compare.tables import ReportTable, gain_text, percent
+from marsupial.bench.suite.maps import LASER_FOLDER
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.generators.builtin import builtin_scenario, explorers
 from marsupial.model.grid import Grid
@@ -29,7 +30,7 @@ TEAMS = {"fr079": (2, 3, 4, 5, 6), "cartesium": (2, 3, 4, 5, 6, 7, 8)}
 STAND_INS = {"fr079": "office", "cartesium": "rooms"}
 """Built-in maps that replace real ones that are not available."""
 
-MAPS = Path("../shared/maps")
+MAPS = LASER_FOLDER
 """Default folder of the real maps."""
 
 SHOWN_TEAM = 3
@@ -95,12 +96,7 @@ def _maps(outcome: ComparisonOutcome) -> list[str]:
 
 
 def _line(pairing: Pairing) -> str:
-    interval = interval_text(pairing.ahead, TIME.digits)
-    return f"{pairing.case}: {percent(pairing.gain)}, {interval} s, won/lost {pairing.wins}/{pairing.losses}"
-
-
-def _ahead(pairing: Pairing) -> bool | None:
-    return None if pairing.ahead is None or pairing.ahead.half is None else pairing.ahead.sign > 0
+    return f"{pairing.case}: {gain_text(pairing)} %, won/lost {pairing.wins}/{pairing.losses}"
 
 
 def _faster(by_map: dict[str, list[Pairing]]) -> Finding:
@@ -108,8 +104,8 @@ def _faster(by_map: dict[str, list[Pairing]]) -> Finding:
     return Finding(
         statement="Assigning robots to segments explores significantly faster than the closest frontier",
         where="section VI-A, Fig. 5",
-        criterion="for each map and team the 95 % interval of the paired differences is above zero",
-        verdict=share_verdict([_ahead(pairing) for pairing in pairings]),
+        criterion="for each map and team the 95 % interval of the gain is above zero",
+        verdict=share_verdict([pairing.ahead for pairing in pairings]),
         evidence=tuple(map(_line, pairings)),
     )
 
@@ -185,13 +181,12 @@ def _planning(outcome: ComparisonOutcome) -> Finding:
 def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
     table = ReportTable(
         title="Gain of segments over the closest frontier (Fig. 5)",
-        caption="Share of the exploration time saved, with the 95 % interval of the paired differences in seconds. The "
-        "paper draws its gains in a figure and prints no number of them.",
-        heads=("map", "robots", "gain", "saved, s (95 % interval)"),
+        caption="Share of the exploration time saved in per cent, with its 95 % interval over starts. The paper "
+        "draws its gains in a figure and prints no number of them.",
+        heads=("map", "robots", "gain, %"),
     )
     for case in outcome.cases:
-        pairing = outcome.pairing(case, SEGMENTS, TIME)
-        table.add(case.scenario, str(case.carriers), percent(pairing.gain), interval_text(pairing.ahead, TIME.digits))
+        table.add(case.scenario, str(case.carriers), gain_text(outcome.pairing(case, SEGMENTS, TIME)))
     return [table]
 
 

@@ -16,11 +16,11 @@ from dataclasses import replace
 from itertools import pairwise
 from statistics import fmean
 
-from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pairing, tally
+from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import Figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
-from marsupial.bench.compare.tables import interval_text, percent
+from marsupial.bench.compare.tables import gain_text, percent
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import Metric
 
@@ -111,40 +111,33 @@ def _everywhere(
     evidence = []
     for scenario in scenarios:
         of_scenario = [pairing for pairing in pairings if pairing.case.scenario == scenario]
-        evidence.append(_counted(scenario, of_scenario, measure))
-        evidence += _extremes(of_scenario, measure)
+        cases = [pairing.case for pairing in of_scenario]
+        evidence.append(_counted(scenario, of_scenario, outcome.pairing(cases, planned, measure)))
+        evidence += _extremes(of_scenario)
     return Finding(
         statement=statement,
         where=where,
-        criterion=f"in each of the {len(cases)} cells the 95 % interval of the paired differences is all in its favour",
-        verdict=share_verdict([_is_ahead(pairing) for pairing in pairings]),
+        criterion=f"in each of the {len(pairings)} cells the 95 % interval of the gain is all in its favour",
+        verdict=share_verdict([pairing.ahead for pairing in pairings]),
         evidence=tuple(evidence),
     )
 
 
-def _counted(scenario: str, pairings: Sequence[Pairing], measure: Metric) -> str:
-    found = tally(pairings)
-    word = "saving" if measure.better < 0 else "gain"
+def _counted(scenario: str, pairings: Sequence[Pairing], pooled: Pairing) -> str:
+    signs = [pairing.sign for pairing in pairings]
+    ahead, behind = signs.count(1), signs.count(-1)
+    word = "saving" if pooled.measure.better < 0 else "gain"
     return (
-        f"{scenario}: significantly better in {found.ahead} of {found.cells} cells, worse in {found.behind}, "
-        f"no difference shown in {found.cells - found.ahead - found.behind}; mean {word} {percent(found.gain)}; "
-        f"pairs won/lost/tied {found.wins}/{found.losses}/{found.ties}"
+        f"{scenario}: significantly better in {ahead} of {len(signs)} cells, worse in {behind}, no difference shown in "
+        f"{len(signs) - ahead - behind}; mean {word} {gain_text(pooled)} %; "
+        f"pairs won/lost/tied {pooled.wins}/{pooled.losses}/{pooled.ties}"
     )
 
 
-def _extremes(pairings: Sequence[Pairing], measure: Metric) -> list[str]:
-    known = sorted((p for p in pairings if p.gain is not None), key=lambda p: p.gain or 0.0)
-    if not known:
-        return []
-    lines = []
-    for word, pairing in (("best", known[-1]), ("worst", known[0])):
-        interval = interval_text(pairing.ahead, measure.digits)
-        lines.append(f"{word} cell {pairing.case}: {percent(pairing.gain)}, {interval} {measure.unit}")
-    return lines
-
-
-def _is_ahead(pairing: Pairing) -> bool | None:
-    return None if pairing.ahead is None or pairing.ahead.half is None else pairing.ahead.sign > 0
+def _extremes(pairings: Sequence[Pairing]) -> list[str]:
+    known = sorted((pairing for pairing in pairings if pairing.gain is not None), key=lambda p: p.gain or 0.0)
+    ends = {"best": known[-1], "worst": known[0]} if known else {}
+    return [f"{word} cell {pairing.case}: {gain_text(pairing)} %" for word, pairing in ends.items()]
 
 
 def _few_carriers_are_enough(outcome: ComparisonOutcome) -> Finding:

@@ -1,0 +1,100 @@
+"""The suites of maps for comparisons: on one list strategies are tuned, on the other claims about them are tested.
+
+Whoever chooses a parameter of a strategy, or one of two variants, may look at missions of `TUNING` only. Missions of
+`PROOF` tell how good the result is; a map or seed of it that was looked at while tuning moves to the other list.
+A map is drawn by the number in its name (`marsupial.generators.builtin`); the starts on it are drawn by the seeds
+of the missions, which begin with `first_seed`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from marsupial.errors import UsageError
+from marsupial.wording import unknown_name
+
+CARRIERS, ROVERS = "2,4", "2"
+"""Numbers of carriers, and of rovers per carrier, with which a suite is carried out unless others are asked for."""
+
+RUNS = 3
+"""Missions for each map, team and contender unless another number is asked for."""
+
+PLANNER = "anytime"
+"""Planner unless another is asked for: what `auto` adds, proofs that makespans are best, saves no time of a mission."""
+
+CONTENDERS = "heuristic,heuristic-plus,assignment,clairvoyant,temporal"
+"""Contenders unless others are asked for; the last is compared with all others."""
+
+LASER_FOLDER = Path("../shared/maps")
+"""Folder of laser maps of real buildings, which are not part of marsupial."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapSuite:
+    """Maps by name, drawn ones or files of `LASER_FOLDER`, and the first seed of the missions on each."""
+
+    maps: tuple[str, ...]
+    first_seed: int
+    laser: bool = False
+
+    def sources(self) -> list[str]:
+        """Return the maps as scenarios are named.
+
+        Raises
+        ------
+        UsageError
+            If a laser map is missing.
+        """
+        if not self.laser:
+            return list(self.maps)
+        files = [LASER_FOLDER / f"{name}.yaml" for name in self.maps]
+        missing = [file.name for file in files if not file.is_file()]
+        if missing:
+            raise UsageError(
+                f"laser maps are missing: {', '.join(missing)}; they are looked for in {LASER_FOLDER.resolve()}"
+            )
+        return [str(file) for file in files]
+
+
+FOOTPRINT = ("partition", "turned", "comb", "cavern", "halls", "spiral", "grid")
+PAPER = ("office", "maze")
+
+
+def _drawn(kinds: Sequence[str], numbers: range) -> tuple[str, ...]:
+    """Return names of drawn maps, one of each kind, then the next of each."""
+    return tuple(f"{kind}-{number}" for number in numbers for kind in kinds)
+
+
+TUNING: Mapping[str, MapSuite] = {
+    "footprint": MapSuite(maps=_drawn(FOOTPRINT, range(1, 7)), first_seed=1),
+    "paper": MapSuite(maps=_drawn(PAPER, range(1, 13)), first_seed=1),
+    "laser": MapSuite(maps=("fr079", "cartesium", "warehouse_nav2"), first_seed=1, laser=True),
+}
+"""What strategies may be tuned on, by suite."""
+
+PROOF: Mapping[str, MapSuite] = {
+    "footprint": MapSuite(maps=_drawn(FOOTPRINT, range(101, 110))[:60], first_seed=1001),
+    "paper": MapSuite(maps=_drawn(PAPER, range(101, 113)), first_seed=1001),
+    "laser": MapSuite(
+        maps=("fr101", "depot_nav2_fixed", "warehouse_aws", "diag_floor1", "tsc_office"), first_seed=1001, laser=True
+    ),
+}
+"""What no parameter of a strategy has seen, by suite. Footprint: 8 or 9 maps of a kind."""
+
+SUITES: Mapping[str, MapSuite] = {**PROOF, **{f"{name}-tuning": suite for name, suite in TUNING.items()}}
+"""All suites by the name that `marsupial compare` takes."""
+
+
+def suite_named(name: str) -> MapSuite:
+    """Return a suite.
+
+    Raises
+    ------
+    UsageError
+        If there is none of this name.
+    """
+    if name not in SUITES:
+        raise UsageError(unknown_name("suite", name, SUITES))
+    return SUITES[name]
