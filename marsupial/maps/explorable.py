@@ -27,15 +27,7 @@ from marsupial.model.robots import RobotType, Role
 
 
 def explorable_area(grid: Grid, kinds: Sequence[RobotType], robots: Sequence[PlacedRobot]) -> Mask:
-    """Return the cells (height, width) that some robot of the team can come to stand on in a mission.
-
-    Parameters
-    ----------
-    grid
-        The whole map.
-    robots
-        The team at its start.
-    """
+    """Return the cells (height, width) of the whole map that a team, given at its start, can come to stand on."""
     truth = grid.solid()
     territory = Territory(truth, kinds)
     whole = reach_of(territory, robots)

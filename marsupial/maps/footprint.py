@@ -27,10 +27,7 @@ AT_ONCE = 1 << 20
 
 
 def disc(radius_cells: float) -> Ints:
-    """Return the offsets (n, 2) as (dx, dy) of the cells whose centres an open disc around a cell's centre contains.
-
-    The cell itself is always included.
-    """
+    """Return the offsets (n, 2) as (dx, dy) of the cells with their centre in an open disc, (0, 0) always included."""
     reach = int(radius_cells + 1)
     span = np.arange(-reach, reach + 1)
     touched = np.hypot(span[None, :], span[:, None]) < radius_cells - 1e-9
@@ -48,41 +45,25 @@ def fits(grid: Grid, kind: RobotType, *cells: Cell) -> bool:
 
 
 class Footprint:
-    """The cells one robot type may stand on, updated as cells are revealed.
-
-    Attributes
-    ----------
-    offsets
-        (n, 2): offsets of the cells under the disc, see `disc`.
-    standable, possible
-        Live boolean masks (height, width): may stand there; may turn out so.
-    opened
-        Feed of the cells (row-major) that become standable.
-    """
+    """The cells one robot type may stand on, updated as cells are revealed."""
 
     def __init__(self, shape: tuple[int, int], kind: RobotType, resolution_m: float) -> None:
-        self.offsets = disc(kind.radius_m / resolution_m)
+        self.offsets = disc(kind.radius_m / resolution_m)  # (n, 2): offsets of the cells under the disc, see `disc`
         # half widths of the disc's rows, the one through its centre in the middle
         self._rows = np.bincount(self.offsets[:, 1] - self.offsets[:, 1].min()) // 2
         self._drivable = code_table(kind.terrains)
-        self.standable: Mask = np.zeros(shape, dtype=np.bool_)
-        self.possible: Mask = np.zeros(shape, dtype=np.bool_)
+        self.standable: Mask = np.zeros(shape, dtype=np.bool_)  # live: where it may stand
+        self.possible: Mask = np.zeros(shape, dtype=np.bool_)  # live: where it may turn out to
         reach = len(self._rows) // 2
         self.possible[reach : max(reach, shape[0] - reach), reach : max(reach, shape[1] - reach)] = True
-        self.opened = Feed()
+        self.opened = Feed()  # the cells (row-major) that become standable
         # one count per cell: two bytes suffice unless the radius exceeds 144 cells
         counts = np.uint16 if len(self.offsets) < 1 << 16 else np.int32
         self._barred = np.full(shape, len(self.offsets), dtype=counts)
 
     def reveal(self, indices: Ints, cells: CellArray) -> None:
-        """Update the masks for cells that were unknown until now.
-
-        Parameters
-        ----------
-        indices
-            Row-major indices; each cell is revealed once.
-        cells
-            The known map (height, width), which already has their codes.
+        """Update the masks for cells (row-major, each revealed once) that have their codes in the known map `cells`
+        now.
         """
         opens = self._drivable[cells.ravel()[indices]]
         _close(indices[~opens], self._rows, self.possible)
@@ -126,14 +107,8 @@ def standable(grid: Grid, kind: RobotType) -> Mask:
 def _open(indices: Ints, rows: Ints, barred: Counts | Ints32, opened: Ints) -> int:
     """Lower the counts around drivable cells; write the cells that nothing bars now to `opened`, return their number.
 
-    Parameters
-    ----------
-    indices
-        (n,), row-major.
-    rows
-        (2 reach + 1,): half width of each row of the disc.
-    barred
-        (height, width): number of cells under the disc that bar each cell.
+    `rows` (2 reach + 1,) has the half width of each row of the disc, `barred` (height, width) the number of cells under
+    the disc that bar each cell.
     """
     height, width = barred.shape
     reach = len(rows) // 2

@@ -29,13 +29,7 @@ def reach_of(territory: Territory, robots: Sequence[PlacedRobot]) -> Reach:
 
 
 class GrowingReach:
-    """The reach of one team that drives and docks on one growing map.
-
-    Parameters
-    ----------
-    territory
-        Updated by its owner.
-    """
+    """The reach of one team that drives and docks on one growing map; the owner of the territory updates it."""
 
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
@@ -47,9 +41,8 @@ class GrowingReach:
         self._cleared = territory.cleared.reader()
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Reach:
-        """Return what the team can reach; the masks are live and change with the next call.
-
-        Its `fresh` cells are new since the last call.
+        """Return what the team can reach: live masks, which change with the next call, and the cells new since the
+        last.
         """
         names = frozenset(robot.name for robot in robots)
         if names != self._names:
@@ -147,10 +140,7 @@ class _Dock:
 
 @native
 def _give_up(out: Mask, kept: Mask, start: int, queue: Ints32) -> None:
-    """Remove what is connected to a cell from the area `out`, unless a cell of `kept` is in it.
-
-    The masks are (height, width); `queue` has room for all cells.
-    """
+    """Remove what is connected to a cell from the area `out` (height, width), unless a cell of `kept` is in it."""
     height, width = out.shape
     out[start // width, start % width] = False
     queue[0] = start
@@ -173,10 +163,7 @@ def _give_up(out: Mask, kept: Mask, start: int, queue: Ints32) -> None:
 
 @native
 def _grow(allowed: Mask, starts: Ints, opened: Ints, out: Mask, queue: Ints32) -> int:
-    """Grow the area `out` from starts and from opened cells beside it; see `_Area.grow`.
-
-    The masks are (height, width), the others row-major indices; write the new cells to `queue` and return their number.
-    """
+    """Grow the area `out` (height, width), see `_Area.grow`; write the new cells to `queue` and return their number."""
     height, width = allowed.shape
     tail = 0
     for start in starts:

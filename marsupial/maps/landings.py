@@ -35,28 +35,22 @@ GAP_CELLS = 2.0 + 1e-6
 class Looks:
     """Where robots were sent to look, and what they have looked for in vain.
 
-    Who sees all of its field of view never looks in vain. But a sensor may show less, and so may a map made by others.
-
-    Attributes
-    ----------
-    offered, made
-        Robot types and the cells (row-major) to look from; those from which one has looked since.
-    in_vain
-        Cells (row-major) that stayed unknown when they were looked for.
+    Full fields of view never fail, but a sensor may show less, and so may a map made by others.
     """
 
+    # offered, made: robot types and the cells (row-major) to look from; those from which one has looked since
     offered: set[tuple[str, int]] = field(default_factory=set)
     made: set[tuple[str, int]] = field(default_factory=set)
-    in_vain: set[int] = field(default_factory=set)
+    in_vain: set[int] = field(default_factory=set)  # cells (row-major) that stayed unknown when they were looked for
 
     def make(self, kind: str, stand: int) -> None:
-        """Take in that a robot of a type has explored from a cell (row-major)."""
+        """Note that a robot of a type has explored from a cell (row-major)."""
         if (kind, stand) in self.offered:
             self.offered.remove((kind, stand))
             self.made.add((kind, stand))
 
     def moved(self, shift: FrameShift) -> Looks:
-        """Return them as they are called in a frame that has grown."""
+        """Return the looks re-indexed for a frame that grew."""
         return Looks(
             offered={(name, _moved(stand, shift)) for name, stand in self.offered},
             made={(name, _moved(stand, shift)) for name, stand in self.made},
@@ -67,12 +61,7 @@ class Looks:
 class Landings:
     """Finds where to look for ground to set rovers down on, on one growing map.
 
-    Parameters
-    ----------
-    territory
-        Kept up to date by its owner.
-    looks
-        Those there were before, which is kept up to date.
+    The owner of the territory updates it; `looks` are those made before, and kept up to date here.
     """
 
     def __init__(self, territory: Territory, looks: Looks) -> None:
@@ -88,12 +77,7 @@ class Landings:
     def frontiers(self, reach: Mapping[str, Mask], rovers: Collection[str]) -> Mapping[str, Frontier]:
         """Return where each type is to look, by name, as what it can explore.
 
-        Parameters
-        ----------
-        reach
-            Where each type can get to, by name.
-        rovers
-            The types of the rovers in the team.
+        `reach` has where each type can get to, by name; `rovers` are the types of the rovers in the team.
         """
         counts = {name: int(np.count_nonzero(cells)) for name, cells in reach.items()}
         now = self._territory.revision, frozenset(rovers), counts

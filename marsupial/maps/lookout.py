@@ -22,13 +22,7 @@ LOOK_MS = 1000
 
 
 class Lookout:
-    """Base of the replanning policies that know only what the robots have seen.
-
-    Attributes
-    ----------
-    exploration_ms
-        Time since which nothing has been left to explore, or None.
-    """
+    """Base of the replanning policies that know only what the robots have seen."""
 
     explored = "no reachable target is left"
 
@@ -39,10 +33,10 @@ class Lookout:
         self._goal = goal
         self._fresh = False
         self._looked_ms = -LOOK_MS
-        self.exploration_ms: int | None = None
+        self.exploration_ms: int | None = None  # time since which nothing has been left to explore, or None
         self._looks = Looks()
         self._analysed: tuple[Territory, Surveyor] | None = self._analysis()
-        self._coming: dict[str, list[Ints]] = {}
+        self._coming: dict[str, list[Ints]] = {}  # revealed cells by robot: one late update costs less than many
 
     def _analysis(self) -> tuple[Territory, Surveyor]:
         """Return a new analysis of the present map."""
@@ -50,10 +44,7 @@ class Lookout:
         return territory, Surveyor(territory, self._homes, self._goal, self._looks)
 
     def _current(self) -> tuple[Territory, Surveyor]:
-        """Return the analysis, updated by what was revealed; a new one if known cells changed.
-
-        Revealed cells are collected per robot until they are needed: one update costs less than one per step.
-        """
+        """Return the analysis, updated by what was revealed; a new one if known cells changed."""
         if self._analysed is None:
             self._analysed = self._analysis()
         else:

@@ -60,10 +60,7 @@ def find_meetings(
 ) -> Meetings:
     """Return the meeting points that matter for these targets and robots.
 
-    Parameters
-    ----------
-    keep
-        Points in use, kept unchanged while both poses are reachable.
+    The points in use, `keep`, stay unchanged while both poses are reachable.
     """
     robots = tuple(robots)
     points = [point for point in keep if _still_good(point, reach)]
@@ -172,10 +169,9 @@ class _Pair:
         return served
 
     def _borders(self) -> Iterator[tuple[int, Ints]]:
-        """Yield each area that matters with its border: the docking cells beside it.
+        """Yield each area that matters with its border, the docking cells beside it, in the order of the first cells.
 
-        Areas are in the order of their first cells. Last, as `_NO_AREA`, come the docking cells with a target that
-        borders on no area.
+        Last, as `_NO_AREA`, come the docking cells with a target that borders on no area.
         """
         for area, cells in sorted(self._cells_of.items(), key=lambda item: int(item[1].min())):
             yield area, np.unique(_beside(cells, self._dock))
@@ -241,10 +237,7 @@ def _apart(index: int, cells: Ints, width: int) -> float:
 
 
 def _spread(cells: Ints, taken: Sequence[int], stretch: float, width: int) -> list[int]:
-    """Choose cells of a border so that each of its cells is within half a stretch of a chosen or taken one.
-
-    Greedily, the middle of what is not served yet.
-    """
+    """Choose cells of a border, greedily, so that each is within half a stretch of a chosen or taken one."""
 
     def near(index: int, others: Ints) -> Mask:
         dx, dy = others % width - index % width, others // width - index // width

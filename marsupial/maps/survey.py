@@ -75,21 +75,14 @@ from marsupial.paths.routes import travel_table_ms
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Survey:
-    """A situation and its meaning on the map.
-
-    Parameters
-    ----------
-    poses
-        The cell each robot type goes to at each place.
-    direct_ms, unseen
-        See `marsupial.model.strategy.Briefing`.
-    """
+    """A situation and its meaning on the map."""
 
     situation: Situation
     targets: tuple[Target, ...]
     meetings: tuple[MapMeeting, ...]
     connects: Mapping[str, frozenset[str]]
-    poses: Poses
+    poses: Poses  # the cell each robot type goes to at each place
+    # direct_ms, unseen: see `marsupial.model.strategy.Briefing`
     direct_ms: Callable[[], Mapping[str, Mapping[str, int]]]
     unseen: Callable[[], Unseen]
 
@@ -114,23 +107,10 @@ def moved_meeting(point: MapMeeting, shift: FrameShift) -> MapMeeting:
 
 
 class Surveyor:
-    """Surveys one growing map.
+    """Surveys one growing map, whose territory the mission updates.
 
-    Parameters
-    ----------
-    territory
-        Updated by the mission.
-    homes
-        Home cell of each carrier, by name; those of other robots are ignored.
-    goal
-        What remains to be done once no target is left.
-    looks
-        What robots have looked for already; None for nothing.
-
-    Attributes
-    ----------
-    finder
-        The search for targets.
+    `homes` has the home cell of each carrier by name, `goal` what remains to be done once no target is left, and
+    `looks` what robots have looked for already.
     """
 
     def __init__(self, territory: Territory, homes: Mapping[str, Cell], goal: Goal, looks: Looks | None = None) -> None:
@@ -208,16 +188,8 @@ class Surveyor:
     ) -> Survey:
         """Return the survey of the robots that are not lost.
 
-        Parameters
-        ----------
-        keep
-            Meeting points in use, see `find_meetings`.
-        targets
-            Used instead of all present targets.
-        returning
-            Ask for the mission's final goal, even if something is left to explore.
-        docking
-            Whether to find meeting points.
+        `keep` are meeting points in use, and `targets` replace all present ones. With `returning` it asks for the
+        mission's final goal even if something is left to explore; without `docking` it has no meeting points.
         """
         active = tuple(robot for robot in robots if not robot.lost)
         where = placed(active)

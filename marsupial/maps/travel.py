@@ -33,12 +33,8 @@ def travel_times(
 ) -> TravelTable:
     """Return the travel times (ms) of a robot type between places.
 
-    Parameters
-    ----------
-    lengths_between
-        Returns the lengths (k, k) in cells between k cells, given the cells and the headings there.
-    headings
-        Heading of the robot that stands at a place, if one does.
+    `lengths_between` returns the lengths (k, k) in cells between k cells, given the headings there; `headings` has
+    those of the robots that stand at places.
     """
     rows = [i for i, name in enumerate(names) if kind.name in poses[name]]
     table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)

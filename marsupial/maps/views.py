@@ -31,15 +31,7 @@ class _KeptView:
 
 
 class Views:
-    """The fields of view on one growing map.
-
-    Parameters
-    ----------
-    cells, opaque
-        As for `Sight`.
-    unknown
-        The code of unknown cells.
-    """
+    """The fields of view on one growing map; `cells` and `opaque` are those of `Sight`, `unknown` is a code."""
 
     def __init__(self, cells: CellArray, opaque: CellArray, unknown: int) -> None:
         self._cells, self._codes, self._unknown = cells, cells.ravel(), unknown
@@ -63,18 +55,11 @@ class Views:
         return self._view(cell, range_cells).unknown
 
     def clusters(self, groups: Sequence[Ints], range_cells: float) -> list[tuple[int, Ints]]:
-        """Split cells into clusters whose members are all visible from the cluster's seed.
+        """Split cells, groups of row-major indices, into clusters whose members are all visible from the cluster's
+        seed.
 
-        Parameters
-        ----------
-        groups
-            Row-major indices, each once. Seeds are chosen group by group, each time the middle of what is left of the
-            group. A seed's cluster may take cells of other groups.
-
-        Returns
-        -------
-        list
-            (seed, members in ascending order) of each.
+        Return (seed, ascending members) of each. Each seed is the middle of what is left of a group, group by group,
+        and its cluster may take cells of other groups.
         """
         width = self._cells.shape[1]
         for group in groups:

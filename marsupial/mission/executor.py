@@ -29,13 +29,7 @@ Standing = Callable[[str, Sequence[Cell]], bool]
 
 
 class Executor:
-    """Executes one plan after the other in a world.
-
-    Attributes
-    ----------
-    deployments
-        The finished undockings and dockings.
-    """
+    """Executes one plan after the other in a world."""
 
     def __init__(self, world: World, route: Router, observer: Observer) -> None:
         self._world = world

@@ -35,24 +35,11 @@ STEADY_MS = 60_000
 
 
 class Flicker:
-    """Counts the changes of one map and filters it.
-
-    Parameters
-    ----------
-    raw
-        The map (height, width) as it is reported, live.
-    last
-        The known map before the first change.
-
-    Attributes
-    ----------
-    cells
-        The filtered map (height, width), live.
-    """
+    """Counts the changes of the map `raw`, live as it is reported, and filters it; `last` is the map before."""
 
     def __init__(self, raw: CellArray, last: CellArray) -> None:
         self._raw = raw
-        self.cells, self._last = last.copy(), last  # last known value of each cell
+        self.cells, self._last = last.copy(), last  # the filtered map, live; last known value of each cell
         self._ground = np.where(last == OBSTACLE, np.uint8(UNKNOWN), last)  # last value that was no obstacle
         self._losses, self._flips = np.zeros_like(raw), np.zeros_like(raw)  # how often unknown, how often changed
         self._kept = np.zeros(raw.shape, dtype=np.bool_)  # cells that keep their last value while unknown
@@ -75,17 +62,10 @@ class Flicker:
         return bool(len(self._watched))
 
     def update(self, seen: Ints, now_ms: int, under: Ints) -> tuple[Ints, Ints]:
-        """Count the changes of cells that were reported (row-major indices, ascending, each once).
+        """Count the changes of reported cells (row-major, ascending, each once); `under` are those that robots stand
+        on.
 
-        Parameters
-        ----------
-        under
-            Cells that robots stand on.
-
-        Returns
-        -------
-        tuple
-            The cells that became known in the filtered map, and the known cells that changed in it.
+        Return the cells that became known in the filtered map, and the known cells that changed in it.
         """
         raw, last = self._raw.ravel()[seen], self._last.ravel()[seen]
         before = self.cells.ravel()[seen]

@@ -89,38 +89,24 @@ MAX_FRUITLESS = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionOrder:
-    """The goal and limits of a mission, and how it is measured.
-
-    Parameters
-    ----------
-    reachable
-        Cells (height, width) that count as the area to explore; None if the true map is not known.
-    homes
-        The cell that each carrier has to return to; None for its start.
-    waits
-        Whether the mission waits, instead of ending, while robots stand where the known map does not allow it: if
-        others make the map, it may be late or wrong.
-    """
+    """The goal and limits of a mission, and how it is measured."""
 
     goal: Goal
     limits: MissionLimits
     planning_time: PlanningTime = PlanningTime.INSTANT
+    # cells (height, width) that count as the area to explore; None if the true map is not known
     reachable: Mask | None = None
-    homes: Mapping[str, Cell] | None = None
+    homes: Mapping[str, Cell] | None = None  # the cell that each carrier has to return to; None for its start
+    # whether the mission waits, instead of ending, while robots stand where the known map does not allow it: if others
+    # make the map, it may be late or wrong
     waits: bool = False
 
 
 class MissionLoop:
     """One mission of a team in a world.
 
-    Parameters
-    ----------
-    kinds
-        Robot types by name.
-    strategy
-        A `Strategy`, or any object with `name` and `decide`.
-    replanning
-        When to replan and from which survey; None for the strategy's own policy, or else `OnNews`.
+    `kinds` has the robot types by name; `strategy` is a `Strategy` or any object with `name` and `decide`. Without
+    `replanning` the strategy's own policy decides when to replan, or else `OnNews`.
     """
 
     def __init__(

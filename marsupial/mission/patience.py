@@ -26,11 +26,6 @@ class Patience:
     """Makes a mission wait, instead of ending, while robots can't stand where they are on the known map.
 
     The wait for the first usable map is limited by the mission's time limit only, later waits by `WAIT_MS`.
-
-    Attributes
-    ----------
-    waits
-        Whether the mission is waiting now.
     """
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType], observer: Observer) -> None:

@@ -76,10 +76,7 @@ class _KnownMap:
 class Playback:
     """The state of a mission at any moment; cells are in the last frame of its map.
 
-    Parameters
-    ----------
-    events
-        As `marsupial.formats.missionlog.read_log` returns them; an unfinished mission plays to its last event.
+    The events are those of `marsupial.formats.missionlog.read_log`; an unfinished mission plays to its last event.
     """
 
     def __init__(self, events: Sequence[log.MissionEvent]) -> None:
@@ -114,10 +111,7 @@ class Playback:
         return self.moments[max(index, 0)][1]
 
     def cells_at(self, t_ms: int) -> CellArray:
-        """Return the known map at `t_ms`, uint8 (height, width).
-
-        Going forward is cheap; going back rebuilds the map from the start.
-        """
+        """Return the known map (height, width) at `t_ms`; going back in time rebuilds it from the start."""
         return self._map.at(t_ms)
 
     def coverage_at(self, t_ms: int) -> CoveragePoint:

@@ -22,21 +22,13 @@ from marsupial.model import mission as log
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Moment:
-    """A mission at one moment.
-
-    Parameters
-    ----------
-    robots
-        The reports that the world would give of all robots.
-    meetings
-        The meeting points in use.
-    """
+    """A mission at one moment."""
 
     mission: log.MissionStarted
     t_ms: int
     grid: Grid
-    robots: tuple[RobotReport, ...]
-    meetings: tuple[log.MapMeeting, ...]
+    robots: tuple[RobotReport, ...]  # the reports that the world would give of all robots
+    meetings: tuple[log.MapMeeting, ...]  # in use
 
     def survey(self) -> Survey:
         """Return the survey of the robots on the known map."""
@@ -53,13 +45,7 @@ def check_moment(events: Sequence[log.MissionEvent], t_ms: int) -> None:
 
 
 def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
-    """Return the moment `t_ms` of the mission; `events` are all of its events up to then at least.
-
-    Raises
-    ------
-    UsageError
-        If the moment is outside the mission.
-    """
+    """Return the moment `t_ms` of a mission, from all its events up to then at least; UsageError if it is outside."""
     check_moment(events, t_ms)
     state, past = MissionTracker(), in_last_frame(events[: _cut(events, t_ms)])
     mission = past[0]

@@ -35,15 +35,7 @@ STEP_MS = 1000
 
 
 class Recall:
-    """Decides when a team has to turn back.
-
-    Parameters
-    ----------
-    goal
-        Whether rovers have to be aboard, or the whole team at home.
-    limit_ms
-        The mission's time limit.
-    """
+    """Decides when a team has to turn back to reach `goal` (rovers aboard, or all at home) by the time limit."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType], goal: Goal, limit_ms: int) -> None:
         self._world, self._kinds, self._goal, self._limit_ms = world, kinds, goal, limit_ms

@@ -26,13 +26,7 @@ _NONE: Ints = np.empty(0, dtype=np.int64)
 
 
 class SteadyWorld:
-    """Passes commands on to another world, and its news without what flickers.
-
-    Attributes
-    ----------
-    raw_news
-        The last news of the other world.
-    """
+    """Passes commands on to another world, and its news without what flickers."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
         self._world = world
@@ -43,7 +37,7 @@ class SteadyWorld:
         self._flicker: Flicker | None = None  # created when known cells change for the first time
         self._grid = world.grid
         self._releases = 0
-        self.raw_news = News(t_ms=world.now_ms)
+        self.raw_news = News(t_ms=world.now_ms)  # the last news of the other world
 
     @property
     def grid(self) -> Grid:

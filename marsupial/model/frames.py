@@ -27,21 +27,11 @@ _NUMBERS = {"t": 2, "m": 4}
 
 @dataclass(frozen=True, slots=True)
 class FrameShift:
-    """The change from one frame to a larger one that contains it.
+    """The change from one frame to a larger one that contains it."""
 
-    Parameters
-    ----------
-    by
-        Columns and rows added on the left and below; neither is negative.
-    width_before
-        Columns of the old frame.
-    width, height
-        Size of the new frame in cells.
-    """
-
-    by: Cell
+    by: Cell  # columns and rows added on the left and below; neither is negative
     width_before: int
-    width: int
+    width: int  # of the new frame
     height: int
 
     def cell(self, cell: Cell) -> Cell:

@@ -36,21 +36,11 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terrain:
-    """A class of known cell.
+    """A class of known cell."""
 
-    Parameters
-    ----------
-    code
-        Value of its cells in a grid, 0 to 254; 0 is the obstacle and always blocks sight.
-    name
-        Name used in scenario files.
-    blocks_sight
-        Whether a robot can't see across such a cell.
-    """
-
-    code: int
+    code: int  # value of its cells in a grid, 0 to 254; 0 is the obstacle and always blocks sight
     name: str
-    blocks_sight: bool = False
+    blocks_sight: bool = False  # whether a robot can't see across such a cell
 
 
 TERRAINS = (

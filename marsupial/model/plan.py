@@ -93,13 +93,7 @@ class Plan:
 
 
 def checked_plan(name: str, value: object) -> Plan:
-    """Return `value` after checking the types of a plan made by somebody else's code.
-
-    Raises
-    ------
-    UsageError
-        If a part has the wrong type; the message names it after `name`.
-    """
+    """Return a plan of other people's code after checking its types; UsageError names a wrong part after `name`."""
     plan = instance(name, value, Plan)
     for i, each in enumerate(instance(f"{name}.actions", plan.actions, tuple)):
         at = f"{name}.actions[{i}]"

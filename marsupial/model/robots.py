@@ -33,26 +33,17 @@ class Routes(StrEnum):
 class EnergyModel:
     """The energy use of a robot type: power by time, energy by distance and manoeuvre.
 
-    Parameters
-    ----------
-    idle_w, drive_w
-        Power in W at all times, and in addition while driving.
-    metre_j
-        Energy in J per metre driven.
-    stop_j
-        Energy in J per stop on the way: at each turn, and at each pause.
-    turn_j
-        Energy in J per turn of 45, 90, 135 and 180 degrees.
-
     References
     ----------
     Mei, Lu, Lee and Hu, Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V-A.
     """
 
+    # idle_w, drive_w: power in W at all times, and in addition while driving
     idle_w: float = 0.0
     drive_w: float = 0.0
-    metre_j: float = 0.0
-    stop_j: float = 0.0
+    metre_j: float = 0.0  # energy in J per metre driven
+    stop_j: float = 0.0  # energy in J per stop on the way: at each turn, and at each pause
+    # energy in J per turn of 45, 90, 135 and 180 degrees
     turn_j: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -109,20 +100,12 @@ class RobotType:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TeamMember:
-    """One robot of the team.
-
-    Parameters
-    ----------
-    start
-        Its first cell; None for a carried rover, and if the seed draws the start.
-    carrier
-        The carrier that it starts on (rovers only).
-    """
+    """One robot of the team."""
 
     name: str
     type: str
-    start: Cell | None = None
-    carrier: str | None = None
+    start: Cell | None = None  # its first cell; None for a carried rover, and if the seed draws the start
+    carrier: str | None = None  # the carrier that it starts on (rovers only)
 
 
 def default_types(capacity: int) -> tuple[RobotType, RobotType]:

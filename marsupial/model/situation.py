@@ -40,26 +40,14 @@ class PlanningType:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotState:
-    """Where and when a robot is free.
-
-    Parameters
-    ----------
-    place
-        Name of its start, or None for a rover that is aboard.
-    carrier
-        Name of the carrier it is aboard, or None.
-    free_at_ms
-        When its running action ends; 0 is now. A rover aboard is not free before its carrier is.
-    home
-        Place where a carrier has to end if the goal is `return_home`.
-    """
+    """Where and when a robot is free."""
 
     name: str
     type: str
-    place: str | None = None
-    carrier: str | None = None
-    free_at_ms: int = 0
-    home: str | None = None
+    place: str | None = None  # name of its start, or None for a rover that is aboard
+    carrier: str | None = None  # name of the carrier it is aboard, or None
+    free_at_ms: int = 0  # when its running action ends; 0 is now. A rover aboard is not free before its carrier is.
+    home: str | None = None  # place where a carrier has to end if the goal is `return_home`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -75,13 +75,7 @@ class Decision:
 
 
 def checked_decision(name: str, value: object) -> Decision:
-    """Return `value` after checking the types of a decision made by somebody else's strategy.
-
-    Raises
-    ------
-    UsageError
-        If a part has the wrong type; the message names it.
-    """
+    """Return a decision made by somebody else's strategy after checking its types; UsageError names a wrong part."""
     decision = instance(f"strategy {name}: what decide returns", value, Decision)
     checked_plan(f"strategy {name}: Decision.plan", decision.plan)
     instance(f"strategy {name}: Decision.report", decision.report, PlanningReport)

@@ -12,42 +12,22 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Square:
-    """A square of the map that is largely unknown.
+    """A square of the map that is largely unknown."""
 
-    Parameters
-    ----------
-    name
-        Stays the same during a mission.
-    x_m, y_m
-        Centre of its unknown cells, from the corner of the map.
-    share
-        Unknown share of the square, above 0 and up to 1.
-    draw
-        A random number from 0 to 1 that stays the same during a mission, to choose some of the squares.
-    """
-
-    name: str
+    name: str  # stays the same during a mission
+    # x_m, y_m: centre of its unknown cells, from the corner of the map
     x_m: float
     y_m: float
-    share: float
-    draw: float
+    share: float  # unknown share of the square, above 0 and up to 1
+    draw: float  # a random number from 0 to 1 that stays the same during a mission, to choose some of the squares
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unseen:
-    """The unknown squares, and figures to guess what is in them.
-
-    Parameters
-    ----------
-    at_m
-        Position of each target, in metres from the corner of the map.
-    rovers_only
-        Share of the ground seen so far that only rovers can drive on, from 0 to 1.
-    speed_mps
-        Speed of each robot type.
-    """
+    """The unknown squares, and figures to guess what is in them."""
 
     squares: tuple[Square, ...] = ()
+    # position of each target, in metres from the corner of the map
     at_m: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    rovers_only: float = 0.0
-    speed_mps: Mapping[str, float] = field(default_factory=dict)
+    rovers_only: float = 0.0  # share of the ground seen so far that only rovers can drive on, from 0 to 1
+    speed_mps: Mapping[str, float] = field(default_factory=dict)  # by robot type

@@ -36,14 +36,9 @@ ROUNDING = 1e-7
 
 
 class Distances:
-    """Remembers the distances between the cells of the last request.
+    """Remembers the distances between the cells (row-major) of the last request.
 
-    Parameters
-    ----------
-    passable
-        Boolean mask (height, width), referred to, not copied; cells are row-major indices.
-    diagonal
-        Length of a diagonal step, 1 to sqrt 2.
+    The mask `passable` (height, width) is referred to, not copied; `diagonal` is the length of a diagonal step.
     """
 
     def __init__(self, passable: Mask, diagonal: float) -> None:
@@ -61,13 +56,7 @@ class Distances:
             self._opened.append(cells)
 
     def between(self, cells: Ints, search: Callable[[int, Ints], Floats]) -> Floats:
-        """Return the distances (k, k) between k >= 1 different passable cells.
-
-        Parameters
-        ----------
-        search
-            Returns the distances of some cells from one.
-        """
+        """Return the distances (k, k) between k >= 1 different passable cells; `search` finds those from one."""
         table = self._recalled(cells)
         opened = NO_OPENINGS
         # the diagonal is always known; without more there is nothing to check
@@ -102,15 +91,7 @@ class Distances:
 
 
 class _Update:
-    """Brings a table of distances up to date.
-
-    Parameters
-    ----------
-    table
-        (k, k): the former distances, NaN where unknown.
-    least
-        (k, n): lower bounds of the distances from each cell to each opening.
-    """
+    """Brings `table` (k, k), the former distances, up to date; `least` (k, n) bounds those to openings from below."""
 
     def __init__(self, table: Floats, least: Floats, opened: Openings) -> None:
         self._table, self._least, self._opened = table, least, opened
@@ -158,10 +139,8 @@ def _settle(table: Floats, least: Floats, errors: Floats, doubtful: Flags) -> No
 
 
 def _parts(linked: Flags) -> Ints32:
-    """Return (k,): the lowest-numbered cell of each cell's connected part; `linked` is symmetric.
-
-    scipy has this, but its import takes as long as a small mission.
-    """
+    """Return (k,): the lowest-numbered cell of each cell's connected part; `linked` is symmetric."""
+    # scipy has this, but its import takes as long as a small mission
     firsts = np.arange(len(linked), dtype=np.int32)
     while True:
         before = firsts
@@ -174,10 +153,7 @@ def _parts(linked: Flags) -> Ints32:
 def _enter(table: Floats, doubtful: Flags, parts: Ints32, source: int, wanted: Ints, found: Floats) -> None:
     """Write the distances (n,) found from a source to wanted cells, and inf between parts shown to be separate.
 
-    Parameters
-    ----------
-    parts
-        (k,): as `_parts` returns them; cells that turn out to be connected join the source's part.
+    `parts` (k,) is what `_parts` returns; cells that turn out to be connected join the source's part.
     """
     joined = np.zeros(len(parts), dtype=np.bool_)
     apart = np.zeros(len(parts), dtype=np.bool_)

@@ -27,57 +27,31 @@ turn, but far more than the rounding of the sum."""
 
 
 class EnergyBuffers(NamedTuple):
-    """The arrays and rules of a search; arrays are flat and framed except `offsets`, `ends` and `turning`.
-
-    Attributes
-    ----------
-    passable
-        1 for passable cells.
-    cost, came
-        Per state: energy in straight steps, inf if the last search did not reach it; heading by which the robot came
-        to the cell.
-    offsets
-        (24,): from a cell to its neighbours, counter-clockwise from east, three times round.
-    queue, queued
-        `BUCKETS` buckets, each of the size of the grid; per cell, the bit set of the buckets it is in.
-    touched
-        Every cell that was given costs.
-    ends
-        (`BUCKETS` + 1,): the end of each bucket in `queue`, and of `touched`.
-    turning
-        (8,): energy of a stop and a turn by k times 45 degrees, in straight steps; 0 for going straight on.
-    gain
-        The most that turning twice may save over turning once; 0 if it never pays.
-    diagonal
-        Energy of a diagonal step, 1 to sqrt 2.
-    cuts_corners
-        Whether a diagonal step needs no cells beside it.
-    """
+    """The arrays and rules of a search; arrays are flat and framed except `offsets`, `ends` and `turning`."""
 
     passable: Bytes
+    # cost, came: per state: energy in straight steps, inf if the last search did not reach it; heading by which the
+    # robot came to the cell
     cost: Floats
     came: Bytes
-    offsets: Words
+    offsets: Words  # (24,): from a cell to its neighbours, counter-clockwise from east, three times round
+    # queue, queued: `BUCKETS` buckets, each of the size of the grid; per cell, the bit set of the buckets it is in
     queue: Cells
     queued: Bytes
-    touched: Cells
-    ends: Words
+    touched: Cells  # every cell that was given costs
+    ends: Words  # (`BUCKETS` + 1,): the end of each bucket in `queue`, and of `touched`
+    # (8,): energy of a stop and a turn by k times 45 degrees, in straight steps; 0 for going straight on
     turning: Floats
-    gain: float
-    diagonal: float
-    cuts_corners: bool
+    gain: float  # the most that turning twice may save over turning once; 0 if it never pays
+    diagonal: float  # energy of a diagonal step, 1 to sqrt 2
+    cuts_corners: bool  # whether a diagonal step needs no cells beside it
 
 
 @native
 def spread(work: EnergyBuffers, source: np.uint64, heading: int, wanted: Cells) -> None:
-    """Settle states outward from a passable cell.
+    """Settle states outward from a passable cell, until the least costs of `wanted` cells are final (empty: of all).
 
-    Parameters
-    ----------
-    heading
-        Initial heading; -1 if the first step needs no turn.
-    wanted
-        The search ends once the least costs of these cells are final. Empty for all cells.
+    The initial `heading` is -1 if the first step needs no turn.
     """
     size = np.uint64(work.passable.size)
     _begin(work, source, heading)
@@ -229,14 +203,9 @@ def trace(work: EnergyBuffers, goal: np.uint64, steps: Bytes) -> np.uint64:
 
 @native
 def tally(work: EnergyBuffers, heading: int, cells: Cells, counts: Ints) -> None:
-    """Count the steps and turns of the ways to reached cells.
+    """Count the steps and turns of the ways to reached cells from the initial `heading`.
 
-    Parameters
-    ----------
-    heading
-        Initial heading of the search.
-    counts
-        (k, 6), output: straight and diagonal steps, and turns by 45, 90, 135 and 180 degrees.
+    `counts` (k, 6) receives straight and diagonal steps, and turns by 45, 90, 135 and 180 degrees.
     """
     for k in range(cells.size):
         cell = np.uint64(cells[k])

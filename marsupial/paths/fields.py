@@ -51,21 +51,11 @@ class SearchMemory:
 
 
 class PathSearch:
-    """Searches on one mask, which may change between calls.
+    """Searches on one mask (height, width), which is referenced and may change between calls.
 
-    Buffers are kept between searches, so keep the instance. Not thread-safe.
-
-    Parameters
-    ----------
-    passable
-        Boolean mask (height, width). Referenced, not copied: each call uses its present values.
-    diagonal
-        Length of a diagonal step in straight ones, 1 to sqrt 2.
-    opened
-        Feed of the cells that become passable, if the mask changes in no other way: then the cost of a call does not
-        grow with the size of the mask. None if it may change in any way.
-    memory
-        Working memory to share with others that are never used at the same time; None to allocate its own.
+    Buffers are kept between searches, so keep the instance. Not thread-safe. `diagonal` is the length of a diagonal
+    step, 1 to sqrt 2. If cells only become passable, and the feed `opened` tells which, the cost of a call does not
+    grow with the size of the mask. Searches that are never used at the same time can share working `memory`.
     """
 
     def __init__(
@@ -96,19 +86,9 @@ class PathSearch:
         return Workspace(height, width, self._diagonal, self._memory.flood)
 
     def field(self, source: Cell, wanted: Sequence[Cell] | None = None, limit: float = math.inf) -> Floats:
-        """Return the distance of every cell from `source`.
+        """Return the distance of every cell (height, width) from `source`, inf for those not reached.
 
-        Parameters
-        ----------
-        wanted
-            The search may stop once these cells are final; None for all cells.
-        limit
-            Greatest distance to search, in cells.
-
-        Returns
-        -------
-        ndarray
-            float64, shape (height, width); inf for cells that were not reached.
+        The search may stop once all `wanted` cells are final, and at the distance `limit`, in cells.
         """
         start = self._framed([source])
         if not self._work.passable(start)[0]:
@@ -130,10 +110,7 @@ class PathSearch:
         return costs
 
     def matrix(self, cells: Sequence[Cell]) -> Floats:
-        """Return the distances between all pairs of `cells`, float64 (k, k), symmetric.
-
-        A cell on impassable ground is at inf from everything, itself included.
-        """
+        """Return the distances (k, k) between all cells; one on impassable ground is at inf, even from itself."""
         self._update_jumps()
         unique, place = np.unique(self._indices(cells), return_inverse=True)
         table = np.full((unique.size, unique.size), np.inf)
@@ -185,10 +162,8 @@ class PathSearch:
         return (cells >= 0) & self.passable.ravel()[cells]
 
     def _search(self, source: int, wanted: Ints) -> Floats:
-        """Return the distances of passable cells from another one, by the search that is faster here.
-
-        After a jump point search with too many diagonal steps, floods are used until a quarter more cells are open.
-        """
+        """Return the distances of passable cells from another one, by the search that is faster here."""
+        # after a jump point search with too many diagonal steps, floods serve until a quarter more cells are open
         if 4 * self._open > 5 * self._ragged:
             costs = self._jumps.costs(source, wanted)
             self._ragged = self._open if self._jumps.steps > RAGGED * self._open else 0

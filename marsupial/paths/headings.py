@@ -15,14 +15,7 @@ from dataclasses import dataclass, field
 
 from marsupial.model.grid import Cell
 from marsupial.model.world import Manoeuvres
-from marsupial.paths.routes import STEPS
-
-_HEADINGS = {step: digit for digit, step in enumerate(STEPS)}
-
-
-def heading_of(start: Cell, end: Cell) -> int:
-    """Return the digit of the step between two neighbouring cells."""
-    return _HEADINGS[end.x - start.x, end.y - start.y]
+from marsupial.paths.routes import heading_of
 
 
 def turn_between(before: int, after: int) -> int:
@@ -33,15 +26,9 @@ def turn_between(before: int, after: int) -> int:
 
 @dataclass(slots=True)
 class Odometer:
-    """Counts the stops and turns of one robot as it drives.
+    """Counts the stops and turns of one robot as it drives."""
 
-    Attributes
-    ----------
-    heading
-        Digit of the last or current step; None for no heading.
-    """
-
-    heading: int | None = None
+    heading: int | None = None  # digit of the last or current step; None for no heading
     _stood: bool = False
     _arrived_ms: int = 0
     _stops: int = 0

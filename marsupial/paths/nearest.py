@@ -30,39 +30,21 @@ Steps = npt.NDArray[np.uint16] | npt.NDArray[np.uint64]
 
 
 class _NearestState(NamedTuple):
-    """The state per cell, row-major, and buffers.
+    """The state per cell, row-major, and buffers."""
 
-    Attributes
-    ----------
-    label
-        Index of the nearest source, plus 1; 0 for none.
-    steps
-        Steps of the way to that source: diagonal ones in the upper half of the bits, straight ones in the lower. Counts
-        instead of a length: exact, and two bytes per cell where the limit allows it.
-    flags
-        `_QUEUED` and `_CHANGED` while a search runs.
-    queue
-        A ring of cells to expand.
-    changed
-        Output: the cells whose source changed.
-    """
-
-    label: Ints32
+    label: Ints32  # index of the nearest source, plus 1; 0 for none
+    # steps of the way to that source: diagonal ones in the upper half of the bits, straight ones in the lower. Counts
+    # instead of a length: exact, and two bytes per cell where the limit allows it.
     steps: Steps
-    flags: Bytes
-    queue: Ints32
-    changed: Ints32
+    flags: Bytes  # `_QUEUED` and `_CHANGED` while a search runs
+    queue: Ints32  # a ring of cells to expand
+    changed: Ints32  # output: the cells whose source changed
 
 
 class Nearest:
-    """The nearest source within a limit, for every cell of one mask. Not thread-safe.
+    """The nearest source within a limit (in cells) for every cell of one mask (height, width). Not thread-safe.
 
-    Parameters
-    ----------
-    passable
-        Boolean mask (height, width), referenced, not copied: cells may become passable (pass them to `add`).
-    limit
-        Greatest distance in cells.
+    The mask is referenced, not copied; cells that become passable are passed to `add`.
     """
 
     def __init__(self, passable: Mask, limit: float = math.inf) -> None:
@@ -79,12 +61,9 @@ class Nearest:
         )
 
     def add(self, sources: Ints, opened: Ints = _NONE) -> Ints:
-        """Add sources and cells that became passable; return the cells whose source changed.
+        """Add sources and cells that became passable (row-major); return the cells whose source changed.
 
-        Parameters
-        ----------
-        sources, opened
-            Row-major indices. Sources on impassable ground are ignored.
+        Sources on impassable ground are ignored.
         """
         return self._add(sources, opened, self._limit).astype(np.int64)
 
@@ -93,10 +72,7 @@ class Nearest:
         return self._state.label[cells].astype(np.int64) - 1
 
     def once(self, sources: Ints, cells: Ints, limit: float = math.inf) -> Ints:
-        """Return the `origins` of cells with these sources added, then forget all sources.
-
-        `limit` replaces that of the instance if it is smaller.
-        """
+        """Return the `origins` of cells with these sources added and a lower limit, then forget all sources."""
         changed = self._add(sources, _NONE, min(self._limit, limit + TOLERANCE))
         found = self.origins(cells)
         self._state.label[changed] = 0

@@ -75,9 +75,9 @@ def _entries(passable: Mask, opened: Ints, news: Flags) -> Ints:
 
 @native
 def _represent(passable: Mask, entries: Ints, left: Flags, diagonal: float, cells: Ints, errors: Floats) -> int:
-    """Choose representatives of all entries; write them and their greatest distances to entries; return their number.
+    """Choose representatives of all entries, which are set in `left`; clear them there.
 
-    `left` is set for entries, and is cleared.
+    Write the representatives and their greatest distances to entries; return their number.
     """
     away = np.empty((SIDE, SIDE))
     count = 0

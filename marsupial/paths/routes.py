@@ -22,13 +22,18 @@ STEPS = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
 
 Route = tuple[Cell, ...]
 Times = npt.NDArray[np.int64]
-_DIGITS = {step: str(digit) for digit, step in enumerate(STEPS)}
+_DIGITS = {step: digit for digit, step in enumerate(STEPS)}
 _SNAP_PER_MS = 1e6
+
+
+def heading_of(start: Cell, end: Cell) -> int:
+    """Return the digit of the step between two neighbouring cells."""
+    return _DIGITS[end.x - start.x, end.y - start.y]
 
 
 def steps_of(route: Sequence[Cell]) -> str:
     """Return the steps of `route` as digits; each cell must be a neighbour of the one before."""
-    return "".join(_DIGITS[b.x - a.x, b.y - a.y] for a, b in pairwise(route))
+    return "".join(str(heading_of(a, b)) for a, b in pairwise(route))
 
 
 def route_of(start: Cell, steps: str) -> Route:
@@ -59,10 +64,7 @@ def travel_table_ms(lengths: npt.NDArray[np.float64], resolution_m: float, speed
 
 
 def passing_times_ms(route: Sequence[Cell], resolution_m: float, speed_mps: float, diagonal: float = SQRT2) -> Times:
-    """Return when the centre of each cell of `route` is passed, in ms after departure.
-
-    Element k is `travel_ms` of the length of the first k steps; `diagonal` is the length of a diagonal step.
-    """
+    """Return when the centre of each cell of `route` is passed, in ms after departure: `travel_ms` of the way."""
     return _times(_lengths(route, diagonal), resolution_m, speed_mps)
 
 

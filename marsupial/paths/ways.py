@@ -19,10 +19,7 @@ from marsupial.paths.routes import Route
 
 
 class Ways(Protocol):
-    """Finds ways on one mask (height, width), `passable`, which may change between calls.
-
-    A heading is a step digit; None if the robot has none.
-    """
+    """Finds ways on one mask (height, width), which may change between calls; a heading is a step digit or None."""
 
     passable: Mask
 
@@ -68,10 +65,7 @@ def ways_of(
 ) -> Ways:
     """Return the search for a robot type's ways; for `opened` and `memory` see `PathSearch`.
 
-    Raises
-    ------
-    UsageError
-        If the type asks for least energy and its driving takes none.
+    Raise UsageError if the type asks for least energy and its driving takes none.
     """
     if kind.routes is Routes.ENERGY:
         return EnergySearch(passable, costs_of(kind, resolution_m), diagonal=kind.diagonal)

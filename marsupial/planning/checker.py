@@ -67,17 +67,9 @@ class Verdict:
 
 
 def check(situation: Situation, plan: Plan, *, targets: frozenset[str] | None = None) -> Verdict:
-    """Check that `plan` is feasible in `situation` and reaches the goal.
+    """Return whether `plan` is feasible and reaches the goal, and the first violation in time, then in plan order.
 
-    Parameters
-    ----------
-    targets
-        Names of the targets to explore; all of the situation if None. The other goals are the situation's.
-
-    Returns
-    -------
-    Verdict
-        With the first violation in time; among actions that start together, the first in the order of the plan.
+    `targets` are those to explore; all if None. The other goals are the situation's.
     """
     violation = next(_violations(situation, plan, targets), None)
     return Verdict(valid=violation is None, violation=violation, makespan_ms=plan.makespan_ms)

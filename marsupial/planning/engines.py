@@ -28,13 +28,7 @@ from marsupial.wording import unknown_name
 
 
 class DeferredEngine:
-    """An engine whose code is imported when it is first asked for a plan.
-
-    Parameters
-    ----------
-    target
-        What makes the engine, without arguments: ``package.module:name``.
-    """
+    """An engine whose code (``package.module:name``) is imported when it is first asked for a plan."""
 
     def __init__(self, info: EngineInfo, target: str) -> None:
         self.info = info

@@ -18,8 +18,7 @@ from marsupial.planning.list_scheduling.timeline import duration_ms, free_at_ms
 def retime(situation: Situation, actions: Iterable[Action]) -> Plan:
     """Return the plan that does `actions` in this order per robot, each as early as possible.
 
-    Only names and places of the actions are used. An action without a path keeps its own duration, for the checker to
-    refuse.
+    Only their names and places are used. An action without a path keeps its duration, for the checker to refuse.
     """
     ready = {robot.name: free_at_ms(situation, robot) for robot in situation.robots}
     timed: list[Action] = []

@@ -60,18 +60,8 @@ _LOSS = -1
 class SimulatedWorld:
     """A simulated `World`.
 
-    Parameters
-    ----------
-    truth
-        The true map.
-    kinds
-        Robot types by name.
-    robots
-        The team at time 0. Robots on the ground see their surroundings at time 0: the first news of `advance`.
-    failures
-        Mission time in ms at which each of these robots is lost.
-    sensor
-        Determines what robots see; None for the exact field of view.
+    Robots on the ground see their surroundings at time 0: the first news of `advance`. `failures` has the mission time
+    in ms at which robots are lost. Without a `sensor` robots have the exact field of view.
     """
 
     def __init__(

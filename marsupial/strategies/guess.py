@@ -204,12 +204,7 @@ def _extended(
 ) -> Situation:
     """Return the situation with these squares added as targets.
 
-    Parameters
-    ----------
-    kinds
-        The types of carriers and of rovers.
-    metres
-        Path lengths (squares, gates), halls before rooms.
+    `kinds` are the types of carriers and of rovers, `metres` path lengths (squares, gates), halls before rooms.
     """
     targets = [TargetInfo(name=_target(square), explorers=kinds[0]) for square in halls]
     targets += [TargetInfo(name=_target(square), explorers=kinds[1]) for square in rooms]

@@ -84,10 +84,7 @@ class _Assignments:
 
 
 def _area(briefing: Briefing, rover: RobotState, meeting: str | None) -> frozenset[str]:
-    """Return the targets that a rover serves from `meeting`: those of the rover-only areas it connects to.
-
-    If it connects to none, all targets that only rovers can explore.
-    """
+    """Return the targets of the rover-only areas that `meeting` connects to, or else all for rovers only."""
     situation = briefing.situation
     carriers = {kind.name for kind in situation.types if kind.role is Role.CARRIER}
     mine = {t.name for t in situation.targets if rover.type in t.explorers and not t.explorers & carriers}

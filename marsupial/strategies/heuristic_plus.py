@@ -67,22 +67,12 @@ def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
 
 @dataclass(slots=True)
 class _TripPlan:
-    """The actions of carriers' jobs and of the rovers on the ground.
-
-    Parameters
-    ----------
-    left
-        Mask (targets,) of the targets that no robot explores.
-    by_ms
-        Times (targets,) at which rovers on the ground explore the targets of their areas.
-    idle
-        Rovers on the ground without work.
-    """
+    """The actions of carriers' jobs and of the rovers on the ground."""
 
     outlook: Outlook
-    left: Mask
-    by_ms: Times
-    idle: list[str]
+    left: Mask  # mask (targets,) of the targets that no robot explores
+    by_ms: Times  # times (targets,) at which rovers on the ground explore the targets of their areas
+    idle: list[str]  # rovers on the ground without work
 
 
 def _drafted(start: Outlook, jobs: list[Job]) -> _TripPlan:
@@ -106,7 +96,7 @@ def _drafted(start: Outlook, jobs: list[Job]) -> _TripPlan:
 def _tours(outlook: Outlook, left: Mask) -> Times:
     """Assign rover-only targets to rovers on the ground: repeatedly the pair with the earliest arrival.
 
-    Removes targets from `left`. Returns when each is explored, `NEVER` for the others.
+    Remove them from `left`; return when each is explored, `NEVER` for the others.
     """
     types = outlook.situation.type_by_name
     mine = [all(types[kind].role is Role.ROVER for kind in t.explorers) for t in outlook.situation.targets]

@@ -34,12 +34,7 @@ TABLES_BYTES = 1 << 26
 class Exact:
     """The engine; one step of a budget is one of each search (`proof.STEP` states).
 
-    Parameters
-    ----------
-    clock
-        Gives wall-clock seconds.
-    latest
-        Returns the best plan of others, which has to be valid; called between steps.
+    `clock` gives wall-clock seconds. `latest` returns the best plan of others, which has to be valid, between steps.
     """
 
     info = infos.EXACT
@@ -52,10 +47,7 @@ class Exact:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield `start` if it is valid, plans that are shorter, then `Finished`; see `Engine`.
-
-        The annealing at the beginning is not counted in steps.
-        """
+        """Yield `start` if it is valid, plans that are shorter, then `Finished`; see `Engine`."""
         self.info.require(objective)
         begun = self._clock()
         complaint = unsupported(situation)

@@ -31,34 +31,19 @@ TOURS_BYTES = 1 << 25
 
 
 class Errands(NamedTuple):
-    """Arrays of int64.
+    """Arrays of int64."""
 
-    Attributes
-    ----------
-    room
-        (bases,): the row, of those below, of the room that a rover at the base is in, -1 if none.
-    within
-        (rows,): the set of targets that make the errands of a row necessary.
-    down, up
-        (rows,): the bits for setting down or visiting, and for picking up; the same where bits are short.
-    rooms
-        How many of the rows, the first ones, are rooms; the others are carriers' targets.
-    tours
-        (n, rovers aboard, bases, sets of errands): ms for a carrier to do them and go home, without the time to dock
-        and undock.
-    like
-        (carriers,): the first index of `tours`.
-    docking, undocking
-        The least ms these take.
-    """
-
-    room: Ints
-    within: Ints
+    room: Ints  # (bases,): the row, of those below, of the room that a rover at the base is in, -1 if none
+    within: Ints  # (rows,): the set of targets that make the errands of a row necessary
+    # down, up: (rows,): the bits for setting down or visiting, and for picking up; the same where bits are short
     down: Ints
     up: Ints
-    rooms: int
+    rooms: int  # how many of the rows, the first ones, are rooms; the others are carriers' targets
+    # (n, rovers aboard, bases, sets of errands): ms for a carrier to do them and go home, without the time to dock and
+    # undock
     tours: Ints
-    like: Ints
+    like: Ints  # (carriers,): the first index of `tours`
+    # docking, undocking: the least ms these take
     docking: int
     undocking: int
 
@@ -162,14 +147,9 @@ def _least_sortie(closure: Ints, meetings: Ints, targets: Ints) -> int:
 
 @inlined
 def can_share(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, limit: int, tries: int) -> bool:
-    """Return whether jobs can be shared among the carriers so that all are done before `limit`; True if it takes long.
+    """Return whether carriers can share jobs so that all are done before `limit`; True if it takes long to find out.
 
-    Parameters
-    ----------
-    jobs
-        (3, n): `ERRAND` and so on, those of one bit together.
-    loads
-        (3, carriers); the last row is given.
+    `jobs` (3, n) has those of one bit together; the last row of `loads` (3, carriers) is given.
     """
     carriers = loads.shape[1]
     for c in range(carriers):

@@ -47,10 +47,7 @@ second it is doubled."""
 
 
 class OptimalityProof:
-    """The `best` plan and the lower bound, and the searches that improve them.
-
-    `latest` returns the best plan of other engines, if any.
-    """
+    """The `best` plan, the lower bound, and the searches that improve them; `latest` is the best plan of others."""
 
     def __init__(self, situation: Situation, best: Plan | None, latest: Callable[[], Plan | None]) -> None:
         self._situation, self._latest = situation, latest

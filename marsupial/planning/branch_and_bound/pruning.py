@@ -47,10 +47,7 @@ def may_lead_to_plan(tables: Tables, search: SearchState, level: int) -> bool:
 
 @inlined
 def _all_transfers_useful(tables: Tables, search: SearchState, level: int) -> bool:
-    """Return whether every rover that was set down or picked up may still serve a target that is left.
-
-    One that was set down for the first time may also have made room aboard, if another one can still board in time.
-    """
+    """Return whether every rover that was set down or picked up may still serve a target that is left."""
     path, left = search.path, search.levels[level, col.LEFT]
     rest = left
     for v in range(tables.carriers, len(search.states[level])):

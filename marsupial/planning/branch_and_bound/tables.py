@@ -22,42 +22,21 @@ from marsupial.planning.local_search.encoding import ProblemData
 
 
 class Tables(NamedTuple):
-    """Arrays of int64; robots are numbered carriers first.
+    """Arrays of int64; robots are numbered carriers first."""
 
-    Attributes
-    ----------
-    traits
-        (robots, 5): `KIND` and so on.
-    tour
-        (types, bases, sets, meetings): ms to explore a set beginning at a base and ending at a meeting.
-    solo_times
-        (rows, sets): ms until a robot has explored a set by itself and has nothing more to do. The rows are those of
-        `alone_row`, `relaxed_row` and `carried_row`; the last one is for robots that can't explore anything.
-    able
-        (types,): the set of targets that a type can explore.
-    root_state
-        (robots, 3): the state that the search begins with.
-    carriers
-        The number of carriers.
-    recover
-        Whether all rovers have to end aboard.
-    errands
-        The least docks, undocks and visits of carriers.
-    closure
-        (types, places, places): the shortest times to drive, by way of any places.
-    bases, meetings, targets, robots
-        Bases and targets as places, meetings as bases, robots as they are numbered in the situation.
-    """
-
-    traits: Ints
-    tour: Ints
+    traits: Ints  # (robots, 5): `KIND` and so on
+    tour: Ints  # (types, bases, sets, meetings): ms to explore a set beginning at a base and ending at a meeting
+    # (rows, sets): ms until a robot has explored a set by itself and has nothing more to do. The rows are those of
+    # `alone_row`, `relaxed_row` and `carried_row`; the last one is for robots that can't explore anything.
     solo_times: Ints
-    able: Ints
-    root_state: Ints
-    carriers: int
-    recover: bool
-    errands: Errands
-    closure: Ints
+    able: Ints  # (types,): the set of targets that a type can explore
+    root_state: Ints  # (robots, 3): the state that the search begins with
+    carriers: int  # their number
+    recover: bool  # whether all rovers have to end aboard
+    errands: Errands  # the least docks, undocks and visits of carriers
+    closure: Ints  # (types, places, places): the shortest times to drive, by way of any places
+    # bases, meetings, targets, robots: bases and targets as places, meetings as bases, robots as they are numbered in
+    # the situation
     bases: Ints
     meetings: Ints
     targets: Ints

@@ -8,42 +8,21 @@ from marsupial.arrays import Ints
 
 
 class SearchState(NamedTuple):
-    """All that a search keeps between calls; `search` draws how levels and events belong together.
+    """All that a search keeps between calls; `search` draws how levels and events belong together."""
 
-    Attributes
-    ----------
-    states
-        (levels, robots, 3): `WHERE` and so on.
-    levels
-        (levels, 4): `LEFT` and so on.
-    events
-        (n, 7): the events listed for all levels up to the current one; `END` and so on.
-    path
-        (levels, 7): the event that led to each level.
-    best
-        (levels, 7): the path of the best plan.
-    shares
-        (robots,): the sets that robots explore after the last event of `best`.
-    assignments, scratch
-        See `cover`.
-    jobs, loads
-        See `can_share`.
-    counters
-        (8,): `LEVEL` and so on.
-    memory, order
-        See `is_dominated`.
-    """
-
-    states: Ints
-    levels: Ints
-    events: Ints
-    path: Ints
-    best: Ints
-    shares: Ints
+    states: Ints  # (levels, robots, 3): `WHERE` and so on
+    levels: Ints  # (levels, 4): `LEFT` and so on
+    events: Ints  # (n, 7): the events listed for all levels up to the current one; `END` and so on
+    path: Ints  # (levels, 7): the event that led to each level
+    best: Ints  # (levels, 7): the path of the best plan
+    shares: Ints  # (robots,): the sets that robots explore after the last event of `best`
+    # assignments, scratch: see `cover`
     assignments: Ints
     scratch: Ints
-    counters: Ints
+    counters: Ints  # (8,): `LEVEL` and so on
+    # jobs, loads: see `can_share`
     jobs: Ints
     loads: Ints
+    # memory, order: see `is_dominated`
     memory: Ints
     order: Ints

@@ -17,23 +17,7 @@ from marsupial.planning.list_scheduling.transports import Transport
 
 
 class Arrivals:
-    """When robots could be at meetings; robots are numbered as in the situation.
-
-    Attributes
-    ----------
-    kinds
-        int64 (robots,): the number of each robot's type.
-    carriers, rovers
-        The numbers of the robots of each role.
-    arrive_ms
-        int64 (robots, meetings): when each could be ready at each meeting by itself; `NEVER` while it is carried.
-    boarding_ms
-        int64 (carriers, meetings): when a rover could dock at the earliest; a full carrier makes room first.
-    aboard
-        int64 (rovers,): the number of the carrier that each rover is aboard, -1 on the ground.
-    docking_ms, undocking_ms
-        int64 (robots,): from beginning to dock or undock to being ready again.
-    """
+    """When robots could be at meetings; robots are numbered as in the situation."""
 
     def __init__(self, timeline: Timeline, costs: Costs) -> None:
         situation = timeline.situation
@@ -42,7 +26,9 @@ class Arrivals:
         self.row = {name: i for i, name in enumerate(self.robots)}
         types = [situation.type_of(name) for name in self.robots]
         numbers = {kind.name: k for k, kind in enumerate(situation.types)}
+        # int64 (robots,): the number of each robot's type
         self.kinds: Indices = np.array([numbers[kind.name] for kind in types], dtype=np.int64)
+        # from beginning to dock or undock to being ready again
         self.docking_ms: Times = np.array([max(1, kind.dock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
         self.undocking_ms: Times = np.array([max(1, kind.undock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
         self.capacity = [kind.capacity for kind in types]
@@ -51,8 +37,11 @@ class Arrivals:
         self._carrier_number = {i: k for k, i in enumerate(self.carriers)}
         self._rover_number = {i: k for k, i in enumerate(self.rovers)}
         n_meetings = len(situation.meetings)
+        # int64 (robots, meetings): when each could be ready at each meeting by itself; `NEVER` while it is carried
         self.arrive_ms: Times = np.empty((len(types), n_meetings), dtype=np.int64)
+        # int64 (carriers, meetings): when a rover could dock at the earliest; a full carrier makes room first
         self.boarding_ms: Times = np.empty((len(self.carriers), n_meetings), dtype=np.int64)
+        # int64 (rovers,): the number of the carrier that each rover is aboard, -1 on the ground
         self.aboard: Indices = np.empty(len(self.rovers), dtype=np.int64)
         self._renew(timeline, range(len(types)))
 
@@ -69,23 +58,17 @@ class Arrivals:
         return np.asarray(self.arrive_ms[carrier] + self.undocking_ms[v])
 
     def carried(self, k: int, arrive_ms: Times, v: int) -> Times:
-        """Return (meetings, meetings): when rover `v`, at the first at `arrive_ms`, is ready at the second.
-
-        `k` is the number of the carrier among the carriers.
+        """Return (meetings, meetings): when rover `v`, at the first at `arrive_ms`, is ready at the second, on carrier
+        `k`.
         """
         docked = np.maximum(self.boarding_ms[k], arrive_ms) + self.docking_ms[v]
         return np.asarray(docked[:, None] + self.costs.transport[self.kinds[self.carriers[k]]] + self.undocking_ms[v])
 
     def relay(self, v: int, *, alone: bool = False) -> tuple[Times, dict[int, Transport]]:
-        """Find the earliest time at which a rover could be at each meeting, with transports (Bellman-Ford).
+        """Return per meeting when a rover could be there, and the last transport on the way (Bellman-Ford).
 
-        With `alone` no carrier picks it up: it drives, set down before by the carrier it is aboard.
-
-        Returns
-        -------
-        times, transports
-            Per meeting the time, and the last transport on the way there (absent: it drives there from where it
-            stands). Exact if no carrier is used twice, an estimate otherwise.
+        Where that is absent it drives there from where it stands. With `alone` no carrier picks it up: it drives, set
+        down before by the carrier it is aboard. Exact if no carrier is used twice, an estimate otherwise.
         """
         transports: dict[int, Transport] = {}
         on, times = self.timeline.on[self.robots[v]], np.minimum(self.arrive_ms[v], NEVER)

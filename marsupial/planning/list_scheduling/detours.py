@@ -17,14 +17,7 @@ from marsupial.planning.list_scheduling.costs import NEVER, Indices, driving_ms
 
 
 class Detours:
-    """A situation with its holes filled.
-
-    Attributes
-    ----------
-    situation
-        The situation with each hole filled, where that is possible, by the time of a detour over meetings and homes,
-        gaps between actions included; the situation itself if it has no such holes.
-    """
+    """A situation with its holes filled."""
 
     def __init__(self, situation: Situation) -> None:
         stops = np.array([situation.place_index[name] for name in situation.meetings + situation.homes], dtype=np.intp)
@@ -35,6 +28,8 @@ class Detours:
             filled = {kind: _filled(situation.travel_ms[kind], stops) for kind in torn}
             tables = dict(situation.travel_ms) | {kind: table for kind, (table, _) in filled.items()}
             self._hops = {kind: hops for kind, (_, hops) in filled.items()}
+            # the situation with each hole filled, where that is possible, by the time of a detour over meetings and
+            # homes, gaps between actions included; the situation itself if it has no such holes
             self.situation = replace(situation, travel_ms=tables)
 
     def expanded(self, plan: Plan) -> Plan:

@@ -50,8 +50,7 @@ class Greedy:
     ) -> Iterator[Improved | Finished]:
         """Yield `start` if there is one, the plans that are shorter, then `Finished`; see `Engine`.
 
-        The first round is always finished, so there is an answer however small the budget. No other round is begun
-        that would end too late at the pace so far.
+        The first round is always finished; no other is begun that would end too late at the pace so far.
         """
         self.info.require(objective)
         begun = self._clock()
@@ -93,22 +92,14 @@ class Listing:
     def serve(self, start: Plan | None = None) -> tuple[Plan, frozenset[str]]:
         """Return a plan that reaches as much of the goal as it can, and the names of the targets left out.
 
-        The plan is feasible (`check` with the targets it explores finds nothing wrong), but some rovers may stay on the
-        ground and some carriers away from home.
-
-        Parameters
-        ----------
-        start
-            A feasible plan: it is kept, and what it leaves undone is added behind it.
+        The plan is feasible, but some rovers may stay on the ground and some carriers away from home. A feasible plan
+        `start` is kept, and what it leaves undone is added behind it.
         """
         plan = next(self.drafts(start)).plan
         return plan, frozenset(target.name for target in self._detours.situation.targets) - plan.explored
 
     def drafts(self, start: Plan | None = None) -> Iterator[_GreedyPlan]:
-        """Yield one plan per round, endlessly, each with the actions of `start` first.
-
-        Each round gives the target that came last a head start.
-        """
+        """Yield one plan per round, endlessly, each with the actions of `start` first."""
         situation, costs = self._detours.situation, self._costs
         begun = Timeline.of(situation) if start is None else replay(situation, start)
         names = [target.name for target in situation.targets]

@@ -27,22 +27,16 @@ from marsupial.planning.list_scheduling.transports import Transport
 
 
 class Insertions:
-    """The insertions behind a timeline, kept up to date with it; `left` are the targets not yet explored.
-
-    Attributes
-    ----------
-    alone_ms
-        int64 (robots, targets): when each robot would have explored each target alone; `NEVER` or later if it can't.
-    landed_ms
-        int64 (1 + carriers, rovers, meetings): when each rover would be ready at each meeting, first set down by the
-        carrier it is aboard, then carried by each carrier; `NEVER` where it can't be.
-    """
+    """The insertions behind a timeline, kept up to date with it; `left` are the targets not yet explored."""
 
     def __init__(self, timeline: Timeline, costs: Costs, left: Mask) -> None:
         self.timeline, self.costs, self.left = timeline, costs, left.copy()
         self.arrivals = Arrivals(timeline, costs)
         n, (c, n_meetings) = len(self.arrivals.robots), self.arrivals.boarding_ms.shape
+        # int64 (robots, targets): when each robot would have explored each target alone; `NEVER` or later if it can't
         self.alone_ms: Times = np.full((n, len(left)), NEVER, dtype=np.int64)
+        # int64 (1 + carriers, rovers, meetings): when each rover would be ready at each meeting, first set down by the
+        # carrier it is aboard, then carried by each carrier; `NEVER` where it can't be
         self.landed_ms: Times = np.full((1 + c, len(self.arrivals.rovers), n_meetings), NEVER, dtype=np.int64)
         self._robots = RobotArrays(
             carriers=np.array(self.arrivals.carriers, dtype=np.int64),
@@ -60,8 +54,8 @@ class Insertions:
     def soonest(self) -> tuple[Times, Indices]:
         """Return per target the soonest time to explore it, `NEVER` if it can't be or is not left, and the insertion.
 
-        Insertions are numbered: each robot alone; each rover set down by the carrier it is aboard; then carriers x
-        rovers, the carrier picking up the rover first.
+        Insertions are numbered: each robot alone; each rover set down by its carrier; then carriers x rovers picked up
+        first.
         """
         done, insertions = np.empty_like(self.left, dtype=np.int64), np.empty_like(self.left, dtype=np.int64)
         known, sortie = self.arrivals, self.costs.sortie

@@ -16,16 +16,13 @@ from marsupial.model.team import after
 
 @dataclass(slots=True)
 class Timeline:
-    """The actions so far and, after them, per robot: `at` a place or `on` a carrier, `ready_ms` for its next action.
-
-    `cargo` are the rovers aboard each carrier, those longest aboard first.
-    """
+    """The actions so far and, after them, per robot: `at` a place or `on` a carrier, `ready_ms` for its next action."""
 
     situation: Situation
     at: dict[str, str | None]
     on: dict[str, str | None]
     ready_ms: dict[str, int]
-    cargo: dict[str, tuple[str, ...]]
+    cargo: dict[str, tuple[str, ...]]  # the rovers aboard each carrier, those longest aboard first
     actions: list[Action]
 
     @classmethod

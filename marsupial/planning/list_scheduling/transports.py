@@ -10,13 +10,10 @@ from marsupial.planning.list_scheduling.timeline import Timeline
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transport:
-    """One stage of a rover's journey: aboard `carrier` from a meeting to another, then by itself to a third.
-
-    `pickup` is None where it is aboard from the start.
-    """
+    """One stage of a rover's journey: aboard `carrier` from a meeting to another, then by itself to a third."""
 
     carrier: str
-    pickup: str | None
+    pickup: str | None  # None where it is aboard from the start
     set_down: str
     then_to: str
 

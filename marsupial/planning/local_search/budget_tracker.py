@@ -29,12 +29,7 @@ SLICE_S, SLICE_SHARE = 0.01, 0.05
 class BudgetTracker:
     """Tracks how much of a budget is used.
 
-    Parameters
-    ----------
-    bound_ms
-        A makespan that can't be shortened.
-    enough
-        Steps after which a budget in seconds is not used any further.
+    No makespan is below `bound_ms`; after `enough` steps a budget in seconds is not used any further.
     """
 
     def __init__(

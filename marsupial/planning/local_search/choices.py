@@ -157,8 +157,8 @@ def random_transfer(sched: LinkedSchedule, kind: int) -> int:
 def consider(sched: LinkedSchedule, carrier: int, node: int, place: int, guided: bool, rank: int) -> tuple[bool, int]:
     """Consider a position behind a node for a stop of a carrier; return whether it is the choice so far, and the rank.
 
-    Guided, the position of the least detour is chosen; the rank is that detour, `LONG` at first. Otherwise a uniform
-    one, by reservoir sampling; the rank is the number of positions considered.
+    Guided, the least detour is chosen and is the rank, `LONG` at first. Otherwise the choice is uniform by reservoir
+    sampling, and the rank is the number of positions considered.
     """
     if not guided:
         return ops.draw(sched, rank + 1) == 0, rank + 1
@@ -181,8 +181,8 @@ def detour(sched: LinkedSchedule, carrier: int, node: int, place: int) -> int:
 def transfer_position(sched: LinkedSchedule, transfer: int, carrier: int, first: int) -> int:
     """Return a node of a carrier's route, from `first` on, to insert a transfer behind that is in no route, or -1.
 
-    The choice is random or of the least detour, among positions that fit by the load there and by the times before the
-    change: a rover is not set down after its sortie was to end, nor picked up before it could be there.
+    The choice is random or of the least detour, among positions that fit by the load and the times before the change: a
+    rover is not set down after its sortie was to end, nor picked up before it could be there.
     """
     last, docks = sched.nodes[transfer, col.BEFORE], sched.nodes[transfer, col.KIND] == col.DOCK
     earliest, latest = 0, LONG

@@ -39,13 +39,10 @@ SIZE = 2
 
 
 class Anytime:
-    """The engine; `clock` gives wall-clock seconds. One step of a budget: each of `searches` tries
-    `search.STEP` changes.
+    """The engine; `clock` gives wall-clock seconds. In one step each of `searches` tries `search.STEP` changes.
 
-    The first call in a process takes up to half a second more, to load compiled code: a service had better make one
-    before a robot waits. The first call ever compiles, for some twenty seconds.
-
-    Priced arrival is its objective as well as the makespan; of priced arrival it proves nothing.
+    The first call in a process loads compiled code, which takes up to half a second: a service makes one before a robot
+    waits. The first call ever compiles, for some twenty seconds. Of priced arrival nothing is proven.
     """
 
     info = infos.ANYTIME
@@ -56,11 +53,9 @@ class Anytime:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield `start` if it is valid, or list scheduling's plan, better ones, then `Finished`; see `Engine`.
+        """Yield a valid `start` or list scheduling's plan, better ones, then `Finished`; see `Engine`.
 
-        A `start` that the checker refuses is passed over. List scheduling makes short plans: by another objective than
-        the makespan it is asked only where there is no start. The first plan and one step come however small the
-        budget.
+        The first plan and one step come however small the budget.
         """
         begun = self._clock()
         shortest = objective == MAKESPAN
@@ -69,6 +64,7 @@ class Anytime:
         if start is not None and incumbent.take(start):
             plans.append(start)
             yield Improved(plan=start, elapsed_s=self._clock() - begun)
+        # list scheduling makes short plans: by another objective it is asked only where there is no start
         for event in self._list_scheduling_plans(situation, budget) if shortest or not plans else ():
             if isinstance(event, Finished):
                 if not plans:

@@ -42,37 +42,18 @@ from marsupial.planning.local_search import columns as col
 
 
 class LinkedSchedule(NamedTuple):
-    """The state of a search. It has few arrays, as each costs time in every compiled call.
+    """The state of a search. It has few arrays, as each costs time in every compiled call."""
 
-    Attributes
-    ----------
-    nodes
-        (nodes, `WIDTH`), times in ms.
-    log
-        (nodes, `WIDTH` + 1): rows as they were before the change, and their numbers.
-    work
-        (`ROWS`, n): sums and stacks, see `SUMS` and `QUEUE`.
-    leg
-        (types, places, places): ms, as in `ProblemData`, `FAR` without a path.
-    robots, groups
-        As in `ProblemData`; in addition `LOAD`, and the capacity of rovers is -1.
-    hints
-        (places, n): see `NODE`.
-    seed
-        (1,): state of the random number generator.
-    recover
-        Whether all rovers have to end aboard.
-    """
-
-    nodes: Ints
-    log: Ints
-    work: Ints
-    leg: Ints32
+    nodes: Ints  # (nodes, `WIDTH`), times in ms
+    log: Ints  # (nodes, `WIDTH` + 1): rows as they were before the change, and their numbers
+    work: Ints  # (`ROWS`, n): sums and stacks, see `SUMS` and `QUEUE`
+    leg: Ints32  # (types, places, places): ms, as in `ProblemData`, `FAR` without a path
+    # robots, groups: as in `ProblemData`; in addition `LOAD`, and the capacity of rovers is -1
     robots: Ints
     groups: Ints
-    hints: Ints
-    seed: Words
-    recover: bool
+    hints: Ints  # (places, n): see `NODE`
+    seed: Words  # (1,): state of the random number generator
+    recover: bool  # whether all rovers have to end aboard
 
 
 @inlined

@@ -78,6 +78,7 @@ def invert(sched: LinkedSchedule) -> bool:
         sched.work[col.TAKEN, count] = node
         count += 1
         node = following
+    # reversed, a route would pick a rover up before it sets it down; exchanged beforehand, the two are in order again
     _exchange_pairs(sched, count)
     for i in range(count):
         node = sched.work[col.TAKEN, count - 1 - i]
@@ -99,10 +100,7 @@ def _detach(sched: LinkedSchedule, node: int) -> None:
 
 @inlined
 def _exchange_pairs(sched: LinkedSchedule, count: int) -> None:
-    """Exchange the undock and the dock of each sortie that has both among the nodes taken.
-
-    Reversed, a route would pick a rover up before it sets it down; exchanged beforehand, the two come in order again.
-    """
+    """Exchange the undock and the dock of each sortie that has both among the nodes taken."""
     for i in range(count):
         node = sched.work[col.TAKEN, i]
         if sched.nodes[node, col.KIND] == col.UNDOCK:

@@ -118,19 +118,10 @@ def anneal(
 ) -> None:
     """Try that many moves.
 
-    Parameters
-    ----------
-    best, best_nodes
-        The incumbent: (4,), its value and a lower bound on the makespan in ms, and its rows (nodes, `WIDTH`).
-    rates
-        (moves,): cumulative, see `cumulative_rates`.
-    weights
-        (4,): of lateness, arrivals and driving, and of the incumbent's makespan, or -1 if incumbents are compared by
-        the parts of their values in turn.
-    temperature
-        In ms, as costs.
-    due_margin
-        How far the due date is below the incumbent's makespan, as a share of it.
+    `best` (4,) has the incumbent's value and a lower bound on the makespan in ms, `best_nodes` its rows. `rates` are
+    those of `cumulative_rates`. `weights` (4,) are of lateness, arrivals and driving, and of the incumbent's makespan,
+    or -1 if incumbents are compared by the parts of their values in turn. The temperature is in ms, as costs;
+    `due_margin` is how far the due date is below the incumbent's makespan, as a share of it.
     """
     cost = cost_of(sched, weights)
     for _ in range(changes):
@@ -212,16 +203,8 @@ def weighted_sum(weights: Floats, makespan: int, reaching: int, driving: int) ->
 class Annealing:
     """Simulated annealing in a few runs from given plans, and a last one from the best plan so far.
 
-    Parameters
-    ----------
-    beginnings
-        Feasible lists of events; the runs begin with them in turn.
-    bound_ms
-        A lower bound on the time when all robots are ready.
-    number
-        Searches with other numbers draw other moves.
-    objective
-        The objective that `data` was encoded for.
+    The runs begin with the feasible lists `beginnings` in turn. `bound_ms` is a lower bound on the time when all robots
+    are ready. Searches with another `number` draw other moves; `objective` is the one that `data` was encoded for.
     """
 
     def __init__(

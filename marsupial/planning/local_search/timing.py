@@ -45,8 +45,8 @@ LATEST = 1 << 60
 def propagate(sched: LinkedSchedule, limit: float, weights: Floats) -> float:
     """Retime what is queued and return the cost; inf if the schedule is infeasible or too late.
 
-    `limit` is a cost: a schedule that would cost more may be given up. `weights` are those of lateness, arrivals and
-    driving, per ms.
+    A schedule that would cost more than `limit` may be given up. `weights` are per ms of lateness, arrivals and
+    driving.
     """
     for i in range(sched.work[0, col.CHECKS]):
         if _overloaded(sched, sched.work[col.CHECK, i]):

@@ -47,17 +47,7 @@ def work_bound_ms(data: ProblemData) -> int:
 
 
 class _Rooms:
-    """The rooms of a situation, by number.
-
-    Attributes
-    ----------
-    by_rover, by_carrier
-        (places, places): ms of the shortest ways with the quickest type of them; inf without one.
-    of
-        (places,): the room that each place is in.
-    targets
-        Per room with targets that no carrier explores: these.
-    """
+    """The rooms of a situation, by number."""
 
     def __init__(self, data: ProblemData) -> None:
         from scipy.sparse.csgraph import connected_components, floyd_warshall  # most of a mission needs no bound
@@ -65,12 +55,14 @@ class _Rooms:
         legs = np.where(data.leg >= NEVER, np.inf, data.leg)
         rovers, carriers = (np.unique(data.robots[data.members(g), col.TYPE]) for g in (col.ROVERS, col.CARRIERS))
         self._data = data
+        # (places, places): ms of the shortest ways with the quickest type of them; inf without one
         self.by_rover, self.by_carrier = (floyd_warshall(legs[kinds].min(axis=0)) for kinds in (rovers, carriers))
         _, self.of = connected_components(np.isfinite(self.by_rover), directed=False)
         self._meetings = data.members(col.MEETINGS)
         own = np.isfinite(legs[carriers]).sum(axis=(0, 1)) > len(carriers)  # a place is 0 away from itself
         theirs = [t for t in data.members(col.TARGETS) if not own[t]]
         labels = dict.fromkeys(self.of[theirs].tolist())
+        # per room with targets that no carrier explores: these
         self.targets = {room: np.array([t for t in theirs if self.of[t] == room], dtype=np.int64) for room in labels}
 
     def _meetings_in(self, room: int) -> Ints:
@@ -90,7 +82,7 @@ class _Rooms:
         return _forest(_apart(carried, [beginnings], groups)[0], _apart(carried, groups, groups))
 
     def tours_ms(self, empty: list[int], visited: list[int], lone: list[int]) -> float:
-        """Return how long carriers drive or wait at least, all in all, to visit rooms and targets.
+        """Return how long carriers drive or wait at least, in all, to visit rooms and targets.
 
         In one of the `empty` rooms a rover is set down and, where rovers have to end aboard, one is picked up:
         meanwhile the carrier waits, or it is visited again.
@@ -137,10 +129,7 @@ class _Rooms:
 
 
 def _forest(least: Floats, between: Floats) -> float:
-    """Return the length of a shortest forest that joins points to roots (Prim).
-
-    `least` is (points,): from the roots; `between` is (points, points), the shorter of both directions counts.
-    """
+    """Return the length of a shortest forest (Prim) that joins points to roots, which are at `least` (points,)."""
     between = np.minimum(between, between.T)
     total, left = 0.0, np.ones(len(least), dtype=np.bool_)
     while left.any():

@@ -43,22 +43,14 @@ Latest = Callable[[], Plan | None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PortfolioMember:
-    """An engine of a portfolio.
-
-    Parameters
-    ----------
-    make
-        Makes the engine with a clock (seconds), which it has to keep its budget by unless its events can be cancelled,
-        and a function that returns the best plan of all so far.
-    suits
-        Whether it is of use in a situation.
-    head_start_s
-        The time for which the lead runs alone first; a member does not begin if less than twice that is left.
-    """
+    """An engine of a portfolio."""
 
     name: str
+    # makes the engine with a clock (seconds), which it has to keep its budget by unless its events can be cancelled,
+    # and a function that returns the best plan of all so far
     make: Callable[[Clock, Latest], Engine]
-    suits: Callable[[Situation], bool] = lambda situation: True
+    suits: Callable[[Situation], bool] = lambda situation: True  # whether it is of use in a situation
+    # the time for which the lead runs alone first; a member does not begin if less than twice that is left
     head_start_s: float = 0.0
 
 

@@ -23,12 +23,7 @@ NEAR = 60
 def cover(ground: Ground, worth: Mapping[str, float], noise: float, rng: np.random.Generator) -> Iterator[Stop]:
     """Yield stops from which all wanted cells are seen.
 
-    Parameters
-    ----------
-    worth
-        Weight of a cell seen from a site, by robot type.
-    noise
-        Greatest random increase of a site's value, as a share.
+    A site's value is the `worth` of its type for each cell seen, increased at random by a share of up to `noise`.
     """
     sites = [(kind, int(index)) for kind in ground.kinds for index in ground.sites[kind]]
     views = [view for kind in ground.kinds for view in ground.site_views(kind)]

@@ -39,26 +39,7 @@ MEMORY = 200_000_000
 
 
 class Ground:
-    """Sites, views and paths on the true map.
-
-    Parameters
-    ----------
-    grid
-        The true map.
-    robots
-        The team at its start; cells seen from there need not be seen again.
-    seen
-        Row-major indices of other cells that need not be seen again.
-
-    Attributes
-    ----------
-    kinds
-        The robot types of the team, by name.
-    wanted
-        The reachable cells still to be seen.
-    sites
-        Row-major indices of the sites of each type, ascending.
-    """
+    """Sites, views and paths on the true map; cells seen from the team's start, or `seen`, need not be seen again."""
 
     def __init__(
         self, grid: Grid, types: Sequence[RobotType], robots: Sequence[PlacedRobot], seen: Ints = NOTHING
@@ -87,10 +68,11 @@ class Ground:
         # the number of each cell's bit, -1 for cells that nobody can reach
         self._place = np.full(truth.cells.size, -1, dtype=np.int64)
         self._place[self._bit] = np.arange(len(self._bit))
-        self.wanted: Cells = ((1 << len(self._bit)) - 1) & ~self._bits(seen)
+        self.wanted: Cells = ((1 << len(self._bit)) - 1) & ~self._bits(seen)  # the reachable cells still to be seen
         for robot in robots:
             if robot.cell is not None:
                 self.wanted &= ~self.view(robot.type, robot.cell)
+        # row-major indices of the sites of each type, ascending
         self.sites = {name: self._lattice(name) for name in self.kinds}
         self._numbers = {name: {int(i): n for n, i in enumerate(sites)} for name, sites in self.sites.items()}
         self._add_lone_sites()

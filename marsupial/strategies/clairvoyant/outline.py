@@ -46,24 +46,15 @@ class Stop:
 
 @dataclass(slots=True)
 class Tour:
-    """What a robot drives between being set down and being picked up; it can be changed.
-
-    Parameters
-    ----------
-    names, cells
-        The places from the first to the last, and the robot's cells there.
-    after
-        The last errand at each place; None where the tour begins or ends.
-    seen
-        What is seen at the first place, and then on each leg.
-    """
+    """What a robot drives between being set down and being picked up; it can be changed."""
 
     robot: str
     kind: str
+    # names, cells: the places from the first to the last, and the robot's cells there
     names: list[str]
     cells: list[Cell]
-    after: list[Action | None]
-    seen: list[Cells]
+    after: list[Action | None]  # the last errand at each place; None where the tour begins or ends
+    seen: list[Cells]  # what is seen at the first place, and then on each leg
 
     def ends_aboard(self) -> bool:
         """Return whether the robot is picked up at the last place."""

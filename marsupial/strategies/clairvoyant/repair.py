@@ -48,13 +48,7 @@ class _Choice(NamedTuple):
 
 
 def repaired(outline: Outline, rng: np.random.Generator, limit_ms: int) -> Outline:
-    """Return the outline with more stops, so that all wanted cells are seen if possible.
-
-    Parameters
-    ----------
-    limit_ms
-        Time limit; robots that finish before it are preferred.
-    """
+    """Return the outline with more stops, so that all wanted cells are seen, if possible by `limit_ms`."""
     tours = Tours(outline)
     missed = tours.missed
     if not missed:
@@ -70,13 +64,7 @@ def repaired(outline: Outline, rng: np.random.Generator, limit_ms: int) -> Outli
 
 
 class _Repair:
-    """Adds stops to tours.
-
-    Attributes
-    ----------
-    is_partial
-        Whether a stop is not in any tour yet.
-    """
+    """Adds stops to tours."""
 
     def __init__(self, tours: Tours, plan: Plan, rng: np.random.Generator, limit_ms: int) -> None:
         self._tours, self._rng, self._limit_ms = tours, rng, limit_ms
@@ -84,7 +72,7 @@ class _Repair:
         for action in plan.actions:
             for robot in action.robots:
                 self._done_ms[robot] = max(self._done_ms[robot], action.end_ms)
-        self.is_partial = False
+        self.is_partial = False  # whether a stop is not in any tour yet
 
     def add_stop(self, missed: Cells) -> Cells:
         """Add a stop that sees a random missed cell; return the missed cells that it sees."""

@@ -67,15 +67,7 @@ Rate = tuple[int, float]
 
 
 def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Outline:
-    """Return the best outline found.
-
-    Parameters
-    ----------
-    used
-        Returns the used share of the budget after so many rounds; the search ends at 1.
-    seed
-        Seed of the search.
-    """
+    """Return the best outline found; `used` returns the used share of the budget after so many rounds."""
     rng = np.random.default_rng(seed)
     initial = (_initial(ground, worth, rng) for worth in cycle(CARRIER_WORTH))
     best = top = current = min(islice(initial, COVERS + 1), key=rate)
@@ -97,10 +89,7 @@ def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Out
 
 
 def fitted(outline: Outline, used: Callable[[int], float], seed: int) -> Outline:
-    """Return an outline that was made for other ground, repaired so that all is seen, then improved by the search.
-
-    The parameters are those of `best_outline`.
-    """
+    """Return an outline made for other ground, repaired so that all is seen, then improved by the search."""
     rng = np.random.default_rng(seed)
     best = shortened(repaired(shortened(outline), rng, max(1, outline.complete_ms)))
     done = 0

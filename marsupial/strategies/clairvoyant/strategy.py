@@ -36,18 +36,9 @@ SEED = 1
 
 
 class Clairvoyant(Strategy):
-    """Plans with the true map.
+    """Plans with the true map until the cells `reachable` (height, width) have been seen in `world`.
 
-    Parameters
-    ----------
-    truth
-        The true map.
-    world
-        The world in which the plan is executed.
-    reachable
-        The cells (height, width) to see.
-    budget
-        Planning budget of the strategies that it is compared with; see `ROUNDS_PER_STEP`.
+    `budget` is the planning budget of the strategies that it is compared with, see `ROUNDS_PER_STEP`.
     """
 
     name = CLAIRVOYANT
@@ -107,12 +98,9 @@ class Clairvoyant(Strategy):
         return (Trigger(Cause.CARRIED_OUT),) if work.idle else ()
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return the stops of the plan, or after it a survey of the true map.
-
-        Rovers can always be picked up where they were set down, so these meeting points are kept.
-        """
         if self._left:
             return self._best().survey
+        # rovers can always be picked up where they were set down
         deployed_at = set(work.deployed_at.values())
         kept = sorted((point for point in keep if point.name in deployed_at), key=lambda point: point.name)
         return self._surveyor.survey(self._world.robots(), self._world.now_ms, kept)

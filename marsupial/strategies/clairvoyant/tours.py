@@ -34,12 +34,8 @@ class Tours:
         return next(((tour, tour.names.index(name)) for tour in self.all if name in tour.names), None)
 
     def own(self, tour: Tour, at: int) -> Cells:
-        """Return what only the legs to and from a stop see.
-
-        For the only stop of a deployed rover it is what only this rover sees on its whole tour: without the stop there
-        is no reason to set it down.
-        """
-        if self.is_only_stop(tour, at):
+        """Return what only the legs to and from a stop see, or a deployed rover's whole tour to its only stop."""
+        if self.is_only_stop(tour, at):  # without it there is no reason to set the rover down
             return self._own(tour, range(len(tour.seen)))
         return self._own(tour, range(at, min(at + 2, len(tour.seen))))
 

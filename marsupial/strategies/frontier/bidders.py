@@ -50,30 +50,16 @@ class Bidders(ABC):
     def bids(
         self, view: FrontierView, robot: Explorer, ways: Floats, others: list[Explorer], aims: list[int]
     ) -> Floats:
-        """Return the bids (n,) of a robot for its frontier cells.
+        """Return the bids (n,) of a robot for its frontier cells, at lengths `ways` (n,) in cells.
 
-        Parameters
-        ----------
-        ways
-            (n,) lengths of its routes there, in cells.
-        others
-            The other robots.
-        aims
-            The frontier cells that the others drive to.
+        `aims` are the frontier cells that the others drive to.
         """
 
 
 def counted(mask: Flags, around: Ints, cells: Ints) -> Floats:
-    """Return the number of set cells of a mask around each of some cells, by a Fourier transform.
+    """Return how many cells of a mask (height, width) are set around each of n cells, by a Fourier transform.
 
-    Parameters
-    ----------
-    mask
-        (height, width).
-    around
-        (k, 2): offsets dx, dy of the cells to count; at least (0, 0).
-    cells
-        (n,) row-major indices.
+    `around` (k, 2) are the offsets dx, dy of the cells to count, at least (0, 0).
     """
     reach = int(np.abs(around).max())
     shape = (mask.shape[0] + 2 * reach, mask.shape[1] + 2 * reach)

@@ -39,39 +39,24 @@ LATER_SHARE = 0.2
 
 @dataclass(slots=True, kw_only=True)
 class _Tours:
-    """The tours that robots follow.
+    """The tours that robots follow."""
 
-    Parameters
-    ----------
-    guess
-        The map (height, width) that the tours were planned for.
-    routes
-        The remaining cells of each robot, its present one first.
-    begun
-        The robots' cells when the tours were planned.
-    """
-
-    guess: CellArray
+    guess: CellArray  # the map (height, width) that the tours were planned for
     outline: Outline
-    routes: dict[str, list[Cell]]
-    begun: dict[str, Cell]
+    routes: dict[str, list[Cell]]  # the remaining cells of each robot, its present one first
+    begun: dict[str, Cell]  # the robots' cells when the tours were planned
 
 
 @dataclass(slots=True, kw_only=True)
 class Covering:
-    """Follows tours that see everything.
-
-    Parameters
-    ----------
-    rounds, seconds
-        Limits of each search after the first; it ends at the first that is reached.
-    """
+    """Follows tours that see everything."""
 
     name: ClassVar[str] = "covering"
     each_step: ClassVar[bool] = True
     gives_up: ClassVar[bool] = True
     most_robots: ClassVar[int | None] = None
 
+    # rounds, seconds: limits of each search after the first; it ends at the first that is reached
     rounds: float = 4.0
     seconds: float = math.inf
     _tours: _Tours | None = field(default=None, init=False)

@@ -33,13 +33,7 @@ from marsupial.strategies.rules import decide_by
 
 
 class FrontierStrategy:
-    """A strategy that sends robots to the cells chosen by a rule.
-
-    Parameters
-    ----------
-    name
-        Name in logs: that of the rule, with its parameters if any were given.
-    """
+    """A strategy that sends robots to the cells chosen by a rule; its name may have the rule's parameters."""
 
     def __init__(self, rule: FrontierRule, name: str = "") -> None:
         self.name = name or rule.name
@@ -47,13 +41,6 @@ class FrontierStrategy:
         self._pace: FrontierPace | None = None
 
     def suits(self, team: Iterable[Role]) -> None:
-        """Refuse a team, given by its robots' roles, that the strategy can't lead.
-
-        Raises
-        ------
-        ScenarioError
-            If there are rovers, or more robots than the rule can lead.
-        """
         roles = Counter(team)
         rovers, most = roles[Role.ROVER], self._rule.most_robots
         if rovers:
@@ -64,12 +51,10 @@ class FrontierStrategy:
     def replanning(
         self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
     ) -> FrontierPace:
-        """Return the policy that decides when to ask the rule, and applies its choices."""
         self._pace = FrontierPace(self._rule, world, kinds, homes, goal)
         return self._pace
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the plan in which each robot drives to its frontier; the rule's time counts as planning time."""
         decision = decide_by(self.name, self._explore, briefing)
         wall_s = decision.report.wall_s + (0.0 if self._pace is None else self._pace.choosing_s)
         return replace(decision, report=replace(decision.report, wall_s=wall_s, first_plan_s=wall_s))
@@ -82,15 +67,7 @@ class FrontierStrategy:
 
 
 class FrontierPace(OnArrival):
-    """Asks the rule whenever a robot needs a new goal.
-
-    Attributes
-    ----------
-    ways
-        The target of each robot with a goal.
-    choosing_s
-        Wall-clock seconds that the rule took.
-    """
+    """Asks the rule whenever a robot needs a new goal."""
 
     def __init__(
         self,
@@ -108,8 +85,8 @@ class FrontierPace(OnArrival):
         self._goals: dict[str, int] = {}
         self._trails: dict[str, tuple[Cell, ...]] = {}
         self._steps: dict[str, Cell] = {}
-        self.ways: dict[str, str] = {}
-        self.choosing_s = 0.0
+        self.ways: dict[str, str] = {}  # the target of each robot with a goal
+        self.choosing_s = 0.0  # wall-clock seconds that the rule took
 
     def _move(self, shift: FrameShift) -> None:
         super()._move(shift)

@@ -12,33 +12,25 @@ from marsupial.strategies.frontier.view import FrontierView
 
 
 class FrontierRule(Protocol):
-    """Chooses a frontier cell for each robot. Its dataclass fields are the parameters of the paper.
-
-    Attributes
-    ----------
-    each_step
-        Whether it is asked at each cell that a robot reaches; if not, whenever a robot has arrived.
-    gives_up
-        Whether it is asked as soon as the frontier cell that a robot drives to is none any more, since some robot has
-        seen what is behind it.
-    most_robots
-        Most robots it can lead; None for any number.
-    """
+    """Chooses a frontier cell for each robot. Its dataclass fields are the parameters of the paper."""
 
     name: ClassVar[str]
+    # whether it is asked at each cell that a robot reaches; if not, whenever a robot has arrived
     each_step: ClassVar[bool]
+    # whether it is asked as soon as the frontier cell that a robot drives to is none any more, since some robot has
+    # seen what is behind it
     gives_up: ClassVar[bool]
-    most_robots: ClassVar[int | None]
+    most_robots: ClassVar[int | None]  # most robots it can lead; None for any number
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return a frontier cell (row-major index) for robots by name; the others keep their goals, or wait.
+        """Return the frontier cell (row-major) of robots by name; the others keep their goals, or wait.
 
         Any other cell that the robot can drive to is allowed too, for a step aside.
         """
 
 
 def with_parameters(rule: type[FrontierRule], text: str) -> FrontierRule:
-    """Return the rule with the values of a text like ``W_n=1/W_p=0.5``; the others are the paper's.
+    """Return the rule with the values of a text like ``W_n=1/W_p=0.5``, all others being the paper's.
 
     Raises
     ------
