@@ -11,8 +11,7 @@ import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.maps.footprint import disc
-from marsupial.model.grid import OBSTACLE, Cell, CellArray
-from marsupial.model.robots import RobotType
+from marsupial.model import OBSTACLE, Cell, CellArray, RobotType
 from marsupial.native import native
 
 

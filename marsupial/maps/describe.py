@@ -15,16 +15,14 @@ import numpy as np
 from marsupial.maps.footprint import Footprint, disc, footprint_of
 from marsupial.maps.reach import parts
 from marsupial.maps.specks import find_specks, painted, without_specks
-from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, Grid, Mask
-from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, LegendEntry, MapReading, Mask
 from marsupial.model.robots import RobotType, Role, TeamMember, default_types
 from marsupial.wording import counted
 
 USUAL_RESOLUTION_M = (0.005, 1.0)
 USUAL_EXTENT_M = 5000.0
 
-NOTABLE_GAIN = 0.05
-"""Warn of specks that keep robots out of this much ground, as a share of what they reach."""
+NOTABLE_GAIN = 0.05  # warn of specks that keep robots out of this much ground, as a share of what they reach
 
 NOISY_GAIN = 1.0
 """The same for specks of obstacle: many are legs of furniture, so only those that halve the ground look like noise."""

@@ -21,9 +21,7 @@ from marsupial.maps.reach import parts
 from marsupial.maps.sight import Sight
 from marsupial.maps.targets import cell_at
 from marsupial.maps.territory import Reach, Territory
-from marsupial.model.grid import UNKNOWN, Grid, Mask
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType, Role
+from marsupial.model import UNKNOWN, Grid, Mask, PlacedRobot, RobotType, Role
 
 
 def explorable_area(grid: Grid, kinds: Sequence[RobotType], robots: Sequence[PlacedRobot]) -> Mask:
@@ -91,7 +89,6 @@ class _Explored:
         self._entered = {kind.name: np.zeros(truth.cells.shape, dtype=np.bool_) for kind in kinds}
 
     def enter(self, reached: Mapping[str, Mask]) -> None:
-        """Get to know the ground that robots come to stand on."""
         for name, cells in reached.items():
             stands = np.flatnonzero(cells & ~self._entered[name])
             self._entered[name].ravel()[stands] = True

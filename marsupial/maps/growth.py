@@ -13,10 +13,8 @@ import numpy as np
 from marsupial.arrays import Ints, Ints32
 from marsupial.maps.reach import spread
 from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
+from marsupial.model import Mask, PlacedRobot, RobotType, Role
 from marsupial.model.feed import Reader
-from marsupial.model.grid import Mask
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType, Role
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 

@@ -22,9 +22,7 @@ from marsupial.maps.sight import Sight, hopeful_codes
 from marsupial.maps.targets import Frontier, cell_at
 from marsupial.maps.territory import Territory, dock_range_cells
 from marsupial.maps.window import Window
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import UNKNOWN, Cell, Mask
-from marsupial.model.robots import Role
+from marsupial.model import UNKNOWN, Cell, FrameShift, Mask, Role
 from marsupial.paths.nearest import Nearest
 
 GAP_CELLS = 2.0 + 1e-6
@@ -52,9 +50,9 @@ class Looks:
     def moved(self, shift: FrameShift) -> Looks:
         """Return the looks re-indexed for a frame that grew."""
         return Looks(
-            offered={(name, _moved(stand, shift)) for name, stand in self.offered},
-            made={(name, _moved(stand, shift)) for name, stand in self.made},
-            in_vain={_moved(cell, shift) for cell in self.in_vain},
+            offered={(name, shift.index(stand)) for name, stand in self.offered},
+            made={(name, shift.index(stand)) for name, stand in self.made},
+            in_vain=set(map(shift.index, self.in_vain)),
         )
 
 
@@ -180,7 +178,3 @@ def _within(limit: float, area: Mask, passable: Mask) -> Mask:
     near = area.copy()
     near.ravel()[Nearest(passable, limit).add(np.flatnonzero(area & ~inner))] = True
     return near
-
-
-def _moved(index: int, shift: FrameShift) -> int:
-    return int(shift.indices(np.array(index)))

@@ -29,13 +29,10 @@ from marsupial.maps.reach import groups, middle, spread
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
 from marsupial.maps.window import Window
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.mission import MapMeeting, PlacedRobot
-from marsupial.model.robots import Role
+from marsupial.model import Cell, MapMeeting, Mask, PlacedRobot, Role
 from marsupial.native import native
 
-STRETCH_M = 6.0
-"""Length of border in metres that one meeting point serves."""
+STRETCH_M = 6.0  # length of border in metres that one meeting point serves
 
 _KEPT_POINT_CELLS = 3.0
 """A kept point at most this far from a stretch of border serves it: borders move a little as the map grows."""
@@ -149,7 +146,7 @@ class _Pair:
             if robot.type == self._rover and self._dock[robot.cell.y, robot.cell.x]:
                 spots.append(self._point(self._index(robot.cell)))
             loaded = any(other.carrier == robot.name and other.type == self._rover for other in self._robots)
-            if robot.type == self._carrier and loaded and self._has_targets():
+            if robot.type == self._carrier and loaded and any(self._rover in t.viewpoints for t in self._targets):
                 spots += self._within_reach(robot.cell)
         names = {point.name for point in points}
         return list({spot.name: spot for spot in spots if spot.name not in names}.values())
@@ -182,9 +179,6 @@ class _Pair:
     def _rover_only(self) -> list[Target]:
         carriers = {kind.name for kind in self._territory.of_role(Role.CARRIER)}
         return [t for t in self._targets if self._rover in t.viewpoints and not carriers & t.viewpoints.keys()]
-
-    def _has_targets(self) -> bool:
-        return any(self._rover in target.viewpoints for target in self._targets)
 
     def _areas_near(self, cell: Cell) -> set[int]:
         """Return the areas that matter at a cell or, for a docking cell, next to it."""

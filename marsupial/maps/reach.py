@@ -10,8 +10,7 @@ import numpy as np
 
 from marsupial.arrays import Ints, Ints32
 from marsupial.maps.footprint import standable
-from marsupial.model.grid import Grid, Mask
-from marsupial.model.robots import RobotType
+from marsupial.model import Grid, Mask, RobotType
 from marsupial.native import inlined, native
 
 __all__ = ["groups", "largest_reach", "parts", "standable"]
@@ -99,7 +98,6 @@ def _position(cells: Ints, cell: int) -> int:
 
 @native
 def _label(mask: Mask, labels: Ints32, queue: Ints32) -> int:
-    """Write the labels of `parts`; return the number of parts."""
     height, width = mask.shape
     count = 0
     for y in range(height):

@@ -53,11 +53,8 @@ from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
 from marsupial.maps.travel import AllGround, Poses, SharedLengths, travel_times, ways_by_type
 from marsupial.maps.unseen import UnseenPart
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell
+from marsupial.model import Cell, FrameShift, Goal, RobotReport, RobotType, Role, Unseen
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
-from marsupial.model.robots import RobotType, Role
-from marsupial.model.scenario import Goal
 from marsupial.model.situation import (
     UNREACHABLE,
     PlanningType,
@@ -67,8 +64,6 @@ from marsupial.model.situation import (
     TargetInfo,
     TravelTable,
 )
-from marsupial.model.unseen import Unseen
-from marsupial.model.world import RobotReport
 from marsupial.paths.fields import SearchMemory
 from marsupial.paths.routes import travel_table_ms
 

@@ -32,9 +32,8 @@ from marsupial.maps.reach import groups, middle
 from marsupial.maps.sight import hopeful_codes
 from marsupial.maps.territory import Reach, Territory
 from marsupial.maps.views import Views
-from marsupial.model.frames import FrameShift
+from marsupial.model import FrameShift, MapTarget, Remaining
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask, code_table
-from marsupial.model.mission import MapTarget, Remaining
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 

@@ -15,9 +15,8 @@ import numpy as np
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.footprint import Footprint, known_parts
 from marsupial.maps.window import Window
+from marsupial.model import Cell, Grid, Mask, RobotType, Role
 from marsupial.model.feed import Feed
-from marsupial.model.grid import Cell, Grid, Mask
-from marsupial.model.robots import RobotType, Role
 from marsupial.paths.fields import PathSearch
 
 

@@ -11,16 +11,14 @@ import numpy as np
 
 from marsupial.arrays import Floats
 from marsupial.maps.territory import Territory
+from marsupial.model import UNREACHABLE, RobotType, Routes, TravelTable
 from marsupial.model.feed import Feed
 from marsupial.model.grid import Cell, code_table
-from marsupial.model.robots import RobotType, Routes
-from marsupial.model.situation import UNREACHABLE, TravelTable
 from marsupial.paths.fields import PathSearch, SearchMemory
 from marsupial.paths.routes import travel_table_ms
 from marsupial.paths.ways import Ways, ways_of
 
-Poses = Mapping[str, Mapping[str, Cell]]
-"""The cell of each place, per robot type that can use it."""
+Poses = Mapping[str, Mapping[str, Cell]]  # the cell of each place, per robot type that can use it
 
 
 def travel_times(

@@ -14,20 +14,15 @@ from marsupial.arrays import Ints
 from marsupial.maps.footprint import known_parts
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Territory
-from marsupial.model.robots import Role
-from marsupial.model.unseen import Square, Unseen
+from marsupial.model import Role, Square, Unseen
 
-SIDE_M = 8.0
-"""Length of the side of a square."""
-
-UNKNOWN_SHARE = 0.5
-"""Share of a square that must be unknown."""
+SIDE_M = 8.0  # length of the side of a square
+UNKNOWN_SHARE = 0.5  # share of a square that must be unknown
 
 FIRST_GUESS, FIRST_GUESS_M2 = 0.3, 25.0
 """Expected share of rover-only ground before any is seen, and its weight as an area of seen ground."""
 
-CODES = 256
-"""Number of possible terrain codes."""
+CODES = 256  # number of possible terrain codes
 
 
 class UnseenPart:

@@ -17,8 +17,7 @@ from marsupial.maps.sight import Sight
 from marsupial.model.grid import Cell, CellArray
 from marsupial.native import native
 
-MOST_CELLS = 1 << 16
-"""Of larger views only the number of unknown cells is kept."""
+MOST_CELLS = 1 << 16  # of larger views only the number of unknown cells is kept
 
 
 @dataclass(slots=True)

@@ -13,12 +13,8 @@ from itertools import pairwise
 
 from marsupial.maps.travel import Poses
 from marsupial.mission.observer import Observer
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell
+from marsupial.model import Action, ActionName, Cell, Deployments, FrameShift, Plan, RobotReport, World
 from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded, DriveStarted
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.team import Deployments
-from marsupial.model.world import RobotReport, World
 from marsupial.paths.routes import steps_of
 
 Router = Callable[[str, Cell, Cell, int | None], Sequence[Cell] | None]
@@ -127,7 +123,9 @@ class Executor:
             if action.carrier is not None:  # dockings and undockings can't be interrupted
                 continue
             queue = self._queues[name]
-            if queue and name not in self._superseded and self._same_drive(name, action, queue[0]):
+            new = queue[0] if queue and queue[0].carrier is None and queue[0].name is action.name else None
+            goal = None if new is None else poses.get(new.place, {}).get(self._types[name])
+            if new is not None and name not in self._superseded and goal == self._goals[name]:
                 self._running[name] = (revision, queue.popleft())  # it belongs to the new plan from now on
             else:
                 self._superseded.add(name)
@@ -199,10 +197,6 @@ class Executor:
         self._blocked.discard(name)
         self._end(action, revision, end)
         return action
-
-    def _same_drive(self, name: str, old: Action, new: Action) -> bool:
-        goal = self._poses.get(new.place, {}).get(self._types[name])
-        return new.carrier is None and old.name is new.name and goal == self._goals[name]
 
     def _startable(self, name: str) -> Action | None:
         queue = self._queues[name]

@@ -24,8 +24,7 @@ from marsupial.model import OBSTACLE, UNKNOWN, CellArray, FrameShift, Remaining
 MOST_LOSSES = 2
 """How often a cell may become unknown before it flickers: a correction of the map does that once or twice."""
 
-NEAR_CELLS = 2
-"""Cells this close to a flickering one flicker too: what is drawn on a map shifts by a cell or two."""
+NEAR_CELLS = 2  # cells this close to a flickering one flicker too: what is drawn on a map shifts by a cell or two
 
 MOST_FLIPS = 4
 """How often a cell may change its value before it flickers: a door that opens and closes twice changes four times."""
@@ -112,7 +111,6 @@ class Flicker:
         return cells[~known & (now != UNKNOWN)], cells[known & (before != now)]
 
     def _filtered(self, cells: Ints, now_ms: int, under: Ints) -> Bytes:
-        """Return the filtered codes of cells (n,)."""
         raw, kept = self._raw.ravel()[cells], self._kept.ravel()[cells]
         codes = np.where((raw == UNKNOWN) & kept, self._last.ravel()[cells], raw)
         held = self._held(cells, now_ms)
@@ -126,7 +124,6 @@ class Flicker:
         return np.asarray(often & (now_ms - self._flipped_ms.ravel()[cells] <= STEADY_MS))
 
     def _count_losses(self, cells: Ints) -> None:
-        """Count that known cells became unknown."""
         losses = self._losses.ravel()
         losses[cells] = np.minimum(losses[cells], MOST_LOSSES) + 1
         often = cells[losses[cells] > MOST_LOSSES]
@@ -138,7 +135,6 @@ class Flicker:
         self._watch((y * width + x).ravel())
 
     def _count_flips(self, cells: Ints, now_ms: int) -> None:
-        """Count that known cells changed their value."""
         flips, flipped_ms = self._flips.ravel(), self._flipped_ms.ravel()
         recent = now_ms - flipped_ms[cells] <= STEADY_MS
         flips[cells] = np.where(recent, np.minimum(flips[cells], MOST_FLIPS) + 1, 1)

@@ -61,8 +61,7 @@ from marsupial.mission.recall import CarriersAlone, Recall, ReturnPolicy
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.mission.runs import runs_of
 from marsupial.mission.steady import SteadyWorld
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import UNKNOWN, Cell, Mask
+from marsupial.model import UNKNOWN, Action, Cell, FrameShift, Mask, Plan, RobotType, SituationGoal
 from marsupial.model.mission import (
     Cause,
     Changed,
@@ -75,16 +74,12 @@ from marsupial.model.mission import (
     Trigger,
     Triggers,
 )
-from marsupial.model.plan import Action, Plan
-from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
-from marsupial.model.situation import SituationGoal
 from marsupial.model.strategy import Briefing, Decider, Decision, as_strategy, checked_decision
 from marsupial.model.world import News, World, energy_j
 from marsupial.planning.checker import check
 
-MAX_FRUITLESS = 5
-"""Replannings without effect at one moment; the next one ends the mission as stalled."""
+MAX_FRUITLESS = 5  # replannings without effect at one moment; the next one ends the mission as stalled
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -237,7 +232,6 @@ class MissionLoop:
         return self._executor.finished(news.finished)
 
     def _grow_frame(self, shift: FrameShift) -> None:
-        """Re-index stored cells after the map grew."""
         grid = self._world.grid
         self._observer.event(
             FrameGrown(

@@ -57,7 +57,9 @@ class Patience:
         """Return how the mission ends, or None if it doesn't or if it waits instead."""
         stranded = self._find_stranded()
         if ended is None or not stranded or ended[0] not in (Status.COMPLETE, Status.STALLED):
-            self._stop_waiting()
+            self.waits = False
+            self._since_ms = -1
+            self._report("")
             return ended
         if self._is_overdue():
             return Status.STALLED, self._reason()
@@ -76,7 +78,6 @@ class Patience:
         return (triggers or (Trigger(Cause.CARRIED_OUT),)) if self._begun else (Trigger(Cause.START),)
 
     def _find_stranded(self) -> tuple[RobotReport, ...]:
-        """Find the robots that can't stand where they are on the known map."""
         grid = self._world.grid
         self._stranded = tuple(
             robot
@@ -93,11 +94,6 @@ class Patience:
             self.waits = True
             self._since_ms = self._world.now_ms
         self._report(self._reason())
-
-    def _stop_waiting(self) -> None:
-        self.waits = False
-        self._since_ms = -1
-        self._report("")
 
     def _report(self, reason: str) -> None:
         if reason != self._reported:

@@ -17,11 +17,8 @@ from marsupial.maps.reach import largest_reach
 from marsupial.model import Cell, Mask, PlacedRobot, Scenario
 from marsupial.paths.fields import PathSearch
 
-NEAR = 65536
-"""Number of nearest cells sorted first: a team finds room there, and sorting all of a large map takes long."""
-
-AT_ONCE = 4096
-"""Number of cells tested for room in one batch."""
+NEAR = 65536  # number of nearest cells sorted first: a team finds room there, and sorting all of a large map takes long
+AT_ONCE = 4096  # number of cells tested for room in one batch
 
 
 def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:

@@ -171,7 +171,8 @@ def _coverage(mission: log.MissionStarted, reveals: Sequence[CellEvent]) -> tupl
     # the map itself is needed only if known cells change: otherwise areas just add up
     cells = _unknown(mission) if any(isinstance(event, log.Changed) for event in reveals) else None
     for event in reveals:
-        now = _counts(event.runs)
+        known = sum(length for _, length, code in triples(event.runs) if code != UNKNOWN)
+        now = known, known - sum(length for _, length, code in triples(event.runs) if code == OBSTACLE)
         before = (0, 0) if cells is None else _counts_before(cells, event)
         seen, open_cells = seen + now[0] - before[0], open_cells + now[1] - before[1]
         # the last count of a moment replaces the earlier ones
@@ -186,14 +187,8 @@ def _unknown(mission: log.MissionStarted) -> CellArray:
     return np.full((mission.height, mission.width), UNKNOWN, dtype=np.uint8)
 
 
-def _counts(runs: Sequence[int]) -> tuple[int, int]:
-    """Return how many cells of runs are known, and how many of these are no obstacles."""
-    known = sum(length for _, length, code in triples(runs) if code != UNKNOWN)
-    return known, known - sum(length for _, length, code in triples(runs) if code == OBSTACLE)
-
-
 def _counts_before(cells: CellArray, event: CellEvent) -> tuple[int, int]:
-    """Return the same counts for the event's cells before the event, and write the event to the map."""
+    """Return how many of the event's cells were known before, and no obstacles; write the event to the map."""
     flat = cells.reshape(-1)
     parts = [flat[start : start + length] for start, length, _ in triples(event.runs)]
     known = sum(int(np.count_nonzero(part != UNKNOWN)) for part in parts)

@@ -47,7 +47,10 @@ def check_moment(events: Sequence[log.MissionEvent], t_ms: int) -> None:
 def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
     """Return the moment `t_ms` of a mission, from all its events up to then at least; UsageError if it is outside."""
     check_moment(events, t_ms)
-    state, past = MissionTracker(), in_last_frame(events[: _cut(events, t_ms)])
+    # replay what came before the last plan made at `t_ms`, or else all up to then
+    end = bisect_right(events, t_ms, key=lambda event: event.t_ms)
+    end = max((i for i in range(end) if isinstance(events[i], log.Planned) and events[i].t_ms == t_ms), default=end)
+    state, past = MissionTracker(), in_last_frame(events[:end])
     mission = past[0]
     assert isinstance(mission, log.MissionStarted)
     for event in past:
@@ -62,13 +65,6 @@ def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
         robots=tuple(_report(name, state.tracks, t_ms) for name in state.tracks),
         meetings=_in_use(past, state),
     )
-
-
-def _cut(events: Sequence[log.MissionEvent], t_ms: int) -> int:
-    """Return the number of events to replay: those before the last plan made at `t_ms`, else all up to `t_ms`."""
-    end = bisect_right(events, t_ms, key=lambda event: event.t_ms)
-    plans = [i for i in range(end) if isinstance(events[i], log.Planned) and events[i].t_ms == t_ms]
-    return plans[-1] if plans else end
 
 
 def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:

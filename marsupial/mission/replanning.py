@@ -13,14 +13,8 @@ from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Target
 from marsupial.mission.carryover import same_targets
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell
+from marsupial.model import Action, ActionName, Cell, FrameShift, Goal, News, PlanProgress, RobotType, World
 from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
-from marsupial.model.plan import Action, ActionName
-from marsupial.model.robots import RobotType
-from marsupial.model.scenario import Goal
-from marsupial.model.strategy import PlanProgress
-from marsupial.model.world import News, World
 
 
 class Replanning(Protocol):
@@ -72,8 +66,10 @@ class OnNews(Lookout):
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         """Return the setbacks, or how the current targets differ from those that the plan knows."""
         explores = [action for action in done if action.name is ActionName.EXPLORE]
-        if explores:
-            self._note_looks({action.robot for action in explores})
+        explorers = {action.robot for action in explores}
+        for robot in self._world.robots() if explores else ():
+            if robot.name in explorers and robot.cell is not None:
+                self._looks.make(robot.type, robot.cell.y * self._world.grid.width + robot.cell.x)
         setbacks = setbacks_in(news)
         if setbacks:
             return setbacks
@@ -124,14 +120,7 @@ class OnNews(Lookout):
             return (Trigger(Cause.ROBOT_FREE),)
         return triggers
 
-    def _note_looks(self, explorers: set[str]) -> None:
-        """Remember from where robots have looked that have just explored a target."""
-        for robot in self._world.robots():
-            if robot.name in explorers and robot.cell is not None:
-                self._looks.make(robot.type, robot.cell.y * self._world.grid.width + robot.cell.x)
-
     def _targets(self) -> tuple[Target, ...]:
-        """Return the current targets."""
         return self._surveyor.targets(self._world.robots())
 
     def _left_out(self, targets: tuple[Target, ...], wanted: set[str]) -> bool:

@@ -74,8 +74,7 @@ class Track:
     lost: bool = False
 
 
-Tracks = Mapping[str, Track]
-"""All robots by name, in team order."""
+Tracks = Mapping[str, Track]  # all robots by name, in team order
 
 
 class MissionTracker(Observer):
@@ -124,7 +123,6 @@ class MissionTracker(Observer):
         }
 
     def _grow(self, event: log.FrameGrown) -> None:
-        """Re-index cells after the map grew."""
         shift = FrameShift(event.shift, self.cells.shape[1], event.width, event.height)
         self.cells = shift.laid_out(self.cells, UNKNOWN)
         self.plan = None if self.plan is None else moved_plan(self.plan, shift)

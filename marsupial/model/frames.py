@@ -21,8 +21,7 @@ S = TypeVar("S", bound=np.generic)
 Indices = npt.NDArray[np.int64]
 
 _NAMED_AFTER_CELLS = re.compile(r"(?P<kind>[tm])_(?P<numbers>-?\d+(?:_-?\d+)+)(?P<rest>.*)")
-_NUMBERS = {"t": 2, "m": 4}
-"""How many numbers in the name of a target or meeting point are cell coordinates."""
+_NUMBERS = {"t": 2, "m": 4}  # how many numbers in the name of a target or meeting point are cell coordinates
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +45,10 @@ class FrameShift:
         """Return row-major indices in the new frame."""
         x, y = indices % self.width_before + self.by.x, indices // self.width_before + self.by.y
         return y * self.width + x
+
+    def index(self, index: int) -> int:
+        """Return one row-major index in the new frame."""
+        return int(self.indices(np.array(index)))
 
     def laid_out(self, cells: npt.NDArray[S], fill: int) -> npt.NDArray[S]:
         """Return an array (height, width) of the old frame in the new one; new cells are `fill`."""

@@ -53,24 +53,13 @@ TERRAINS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grid:
-    """A grid map.
+    """A grid map."""
 
-    Parameters
-    ----------
-    cells
-        uint8, shape (height, width); terrain codes, or `UNKNOWN`. Held read-only.
-    resolution_m
-        Edge length of a cell in metres.
-    origin_m
-        (x, y, yaw) of the lower left corner of cell (0, 0) in the map frame; metres and radians.
-    terrains
-        The terrain classes that may occur.
-    """
-
-    cells: CellArray
-    resolution_m: float
+    cells: CellArray  #: uint8, shape (height, width); terrain codes, or `UNKNOWN`. Held read-only.
+    resolution_m: float  #: edge length of a cell in metres
+    #: (x, y, yaw) of the lower left corner of cell (0, 0) in the map frame; metres and radians
     origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    terrains: tuple[Terrain, ...] = TERRAINS
+    terrains: tuple[Terrain, ...] = TERRAINS  #: the terrain classes that may occur
 
     def __post_init__(self) -> None:
         if self.cells.ndim != 2 or self.cells.dtype != np.uint8 or 0 in self.cells.shape:

@@ -15,8 +15,7 @@ from typing import ClassVar
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.model.situation import Situation, TargetInfo
 
-Value = tuple[float, ...]
-"""Cost of a plan: lower is better; compared lexicographically."""
+Value = tuple[float, ...]  # cost of a plan: lower is better; compared lexicographically
 
 
 class ObjectiveName(StrEnum):

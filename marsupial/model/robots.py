@@ -49,41 +49,22 @@ class EnergyModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotType:
-    """The abilities of robots of one type.
-
-    Parameters
-    ----------
-    speed_mps
-        Driving speed in m/s.
-    sensor_range_m
-        Sensor range in metres.
-    radius_m
-        Radius of its footprint in metres; 0 is a point that only needs its own cell.
-    terrains
-        Codes of the terrain classes it can drive on.
-    capacity
-        Carriers: number of rovers that it can carry. Rovers: 0.
-    dock_ms, undock_ms
-        Rovers: duration of docking on a carrier and of undocking from it. Carriers: 0.
-    diagonal
-        Length of a diagonal step in straight steps: sqrt 2, or less, down to 1 in worlds where every move takes the
-        same time.
-    routes
-        Which routes it takes; least energy only if driving uses energy (`driving_j`).
-    """
+    """The abilities of robots of one type."""
 
     name: str
     role: Role
-    speed_mps: float
+    speed_mps: float  #: driving speed in m/s
     sensor_range_m: float
-    radius_m: float
-    terrains: frozenset[int]
-    capacity: int = 0
-    dock_ms: int = 0
-    undock_ms: int = 0
+    radius_m: float  #: radius of its footprint in metres; 0 is a point that only needs its own cell
+    terrains: frozenset[int]  #: codes of the terrain classes it can drive on
+    capacity: int = 0  #: carriers: number of rovers that it can carry. Rovers: 0.
+    dock_ms: int = 0  #: rovers: duration of docking on a carrier
+    undock_ms: int = 0  #: rovers: duration of undocking from it
     energy: EnergyModel = EnergyModel()
+    #: length of a diagonal step in straight steps: sqrt 2, or less, down to 1 in worlds where every move takes the same
+    #: time
     diagonal: float = SQRT2
-    routes: Routes = Routes.SHORTEST
+    routes: Routes = Routes.SHORTEST  #: which routes it takes; least energy only if driving uses energy (`driving_j`)
 
     @property
     def driving_j(self) -> float:

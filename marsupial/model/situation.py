@@ -21,8 +21,7 @@ from marsupial.model.bounds import BOUNDS, team_fault
 from marsupial.model.robots import Role
 from marsupial.wording import counted
 
-UNREACHABLE = -1
-"""Entry of a travel table without a path."""
+UNREACHABLE = -1  # entry of a travel table without a path
 
 TravelTable = npt.NDArray[np.int64]
 
@@ -71,25 +70,20 @@ class SituationGoal:
 class Situation:
     """Robots, places, travel times and goal at one moment.
 
-    Parameters
-    ----------
-    types, robots, targets, meetings, homes
-        Meetings and homes are names only. Names are unique over all robots and places.
-    travel_ms
-        Per robot type an int64 table (n, n) over `places`: row = from, column = to; `UNREACHABLE` without a path.
-        Held read-only. A type that can't explore a target can't reach it either.
-
     Raises
     ------
     SituationError
         With all problems found.
     """
 
+    # names are unique over all robots and places
     types: tuple[PlanningType, ...]
     robots: tuple[RobotState, ...]
     targets: tuple[TargetInfo, ...]
-    meetings: tuple[str, ...]
+    meetings: tuple[str, ...]  #: names only, as those of homes
     homes: tuple[str, ...] = ()
+    #: per robot type an int64 table (n, n) over `places`: row = from, column = to; `UNREACHABLE` without a path. Held
+    #: read-only. A type that can't explore a target can't reach it either.
     travel_ms: Mapping[str, TravelTable] = field(repr=False)
     goal: SituationGoal = SituationGoal()
 

@@ -10,7 +10,7 @@ Opening cells changes the distance of a and b only if a way through an opening w
 
 `openings` gives the w and their errors. `least` holds lower bounds, the octile distance at first. Every search raises
 them: a search from s gives the true d(s, w), and by the triangle inequality no cell c is nearer to w than
-|d(s, c) - d(s, w)|. An `_Update` alternates between both steps:
+|d(s, c) - d(s, w)|. `_update` alternates between both steps:
 
 1. mark as sure all pairs that satisfy the inequality (`_settle`);
 2. search from the cell with the most unknown, then the most doubtful pairs, and learn from it (`_learn`).
@@ -63,7 +63,7 @@ class Distances:
         if self._opened and np.count_nonzero(~np.isnan(table)) > cells.size:
             opened = openings(self._passable, np.concatenate(self._opened), self._diagonal)
         self._opened.clear()
-        _Update(table, self._octile(cells, opened.cells), opened).run(cells, self._outward(cells), search)
+        _update(table, self._octile(cells, opened.cells), opened, cells, self._outward(cells), search)
         self._cells, self._table = cells, table.copy()
         return table
 
@@ -90,42 +90,30 @@ class Distances:
         return away
 
 
-class _Update:
-    """Brings `table` (k, k), the former distances, up to date; `least` (k, n) bounds those to openings from below."""
-
-    def __init__(self, table: Floats, least: Floats, opened: Openings) -> None:
-        self._table, self._least, self._opened = table, least, opened
-        self._doubtful: Flags = np.ones(table.shape, dtype=np.bool_)
-        np.fill_diagonal(self._doubtful, False)
-        self._parts = _parts(np.isfinite(table))
-        self._settle()
-
-    def run(self, cells: Ints, outward: Floats, search: Callable[[int, Ints], Floats]) -> None:
-        """Search until no pair is unknown or doubtful."""
-        while self._doubtful.any():
-            # ties: outer cells first, so that the remaining searches are between cells close together, and short
-            unknown, doubtful = (each.sum(axis=1) for each in (np.isnan(self._table), self._doubtful))
-            source = int(np.lexsort((outward, doubtful, unknown))[-1])
-            wanted = np.flatnonzero(self._doubtful[source])
-            found = search(int(cells[source]), np.concatenate([cells[wanted], self._opened.cells]))
-            _enter(self._table, self._doubtful, self._parts, source, wanted, found[: wanted.size])
-            self._learn(source, found[wanted.size :])
-
-    def _learn(self, source: int, away: Floats) -> None:
-        """Raise the lower bounds, given the distances (n,) from a source to the openings."""
+def _update(
+    table: Floats, least: Floats, opened: Openings, cells: Ints, outward: Floats, search: Callable[[int, Ints], Floats]
+) -> None:
+    """Bring `table` (k, k), the former distances, up to date; `least` (k, n) bounds those to openings from below."""
+    doubtful = ~np.eye(len(table), dtype=np.bool_)
+    firsts = _parts(np.isfinite(table))
+    _settle(table, least, opened.errors, doubtful)
+    while doubtful.any():
+        # ties: outer cells first, so that the remaining searches are between cells close together, and short
+        unknown, doubts = (each.sum(axis=1) for each in (np.isnan(table), doubtful))
+        source = int(np.lexsort((outward, doubts, unknown))[-1])
+        wanted = np.flatnonzero(doubtful[source])
+        found = search(int(cells[source]), np.concatenate([cells[wanted], opened.cells]))
+        _enter(table, doubtful, firsts, source, wanted, found[: wanted.size])
+        away = found[wanted.size :]
         if away.size:
-            _learn(self._table[source], self._least, away)
-            self._least[source] = away
-            self._settle()
-
-    def _settle(self) -> None:
-        """Mark as sure the distances that no way through an opening can beat."""
-        _settle(self._table, self._least, self._opened.errors, self._doubtful)
+            _learn(table[source], least, away)
+            least[source] = away
+            _settle(table, least, opened.errors, doubtful)
 
 
 @native
 def _settle(table: Floats, least: Floats, errors: Floats, doubtful: Flags) -> None:
-    """Clear `doubtful` (k, k) for the distances that are sure, see `_Update`; NaN never is."""
+    """Clear `doubtful` (k, k) for the distances that no way through an opening can beat; NaN is never sure."""
     for a in range(len(table)):
         for b in range(a + 1, len(table)):
             if doubtful[a, b] and not np.isnan(table[a, b]):

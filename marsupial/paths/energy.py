@@ -20,15 +20,13 @@ import numpy as np
 
 from marsupial.arrays import Cells, Floats, Ints
 from marsupial.errors import UsageError
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.robots import SQRT2, RobotType
+from marsupial.model import SQRT2, Cell, Mask, RobotType
 from marsupial.paths import energy_kernels as kernels
 from marsupial.paths.headings import heading_of, turn_between
 from marsupial.paths.routes import Route, route_length, route_of
 from marsupial.paths.workspace import NOWHERE, FramedGrid
 
-_FREE = -1
-"""Heading of a search whose first step needs no turn."""
+_FREE = -1  # heading of a search whose first step needs no turn
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -99,7 +99,6 @@ def _begin(work: EnergyBuffers, source: np.uint64, heading: int) -> None:
 
 @inlined
 def _settle(work: EnergyBuffers, slot: int, level: float) -> None:
-    """Settle the states of a bucket."""
     passable, cost, came, offsets, queue, queued, touched, ends, turning, gain, diagonal, cuts_corners = work
     size = np.uint64(passable.size)
     others = np.uint8(255 ^ (1 << slot))
@@ -144,7 +143,6 @@ def _settle(work: EnergyBuffers, slot: int, level: float) -> None:
 
 @inlined
 def _queue(queue: Cells, queued: Bytes, ends: Words, cell: np.uint64, slot: int) -> None:
-    """Put a cell in a bucket unless it is in it already."""
     bucket = slot % BUCKETS
     bit = np.uint8(1 << bucket)
     if not queued[cell] & bit:
@@ -155,7 +153,6 @@ def _queue(queue: Cells, queued: Bytes, ends: Words, cell: np.uint64, slot: int)
 
 @inlined
 def _least(cost: Floats, cell: np.uint32) -> float:
-    """Return the least cost of the states of a cell."""
     first = np.uint64(cell) * HEADINGS
     least = cost[first]
     for ahead in range(1, 8):

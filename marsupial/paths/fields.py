@@ -21,16 +21,14 @@ from functools import cached_property
 import numpy as np
 
 from marsupial.arrays import Cells, Floats, Ints
+from marsupial.model import SQRT2, Cell, Mask
 from marsupial.model.feed import Feed, Reader
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.robots import SQRT2
 from marsupial.paths.distances import Distances
 from marsupial.paths.jumps import JumpMemory, Jumps
 from marsupial.paths.routes import Route, route_of
 from marsupial.paths.workspace import NOWHERE, FloodMemory, Workspace
 
-RAGGED = 0.2
-"""Diagonal steps per open cell at which a jump point search takes as long as a flood."""
+RAGGED = 0.2  # diagonal steps per open cell at which a jump point search takes as long as a flood
 
 
 class SearchMemory:
@@ -59,11 +57,7 @@ class PathSearch:
     """
 
     def __init__(
-        self,
-        passable: Mask,
-        diagonal: float = SQRT2,
-        opened: Feed | None = None,
-        memory: SearchMemory | None = None,
+        self, passable: Mask, diagonal: float = SQRT2, opened: Feed | None = None, memory: SearchMemory | None = None
     ) -> None:
         self.passable = passable
         height, width = passable.shape

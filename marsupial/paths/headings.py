@@ -13,8 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from marsupial.model.grid import Cell
-from marsupial.model.world import Manoeuvres
+from marsupial.model import Cell, Manoeuvres
 from marsupial.paths.routes import heading_of
 
 

@@ -23,13 +23,11 @@ import numpy as np
 from marsupial.arrays import Bytes, Cells, Floats, Words
 from marsupial.native import inlined, native
 
-TOLERANCE = 1e-9
-"""Lengths that differ by less count as equal: sums of the same steps in another order."""
+TOLERANCE = 1e-9  # lengths that differ by less count as equal: sums of the same steps in another order
 
 ZERO = np.uint64(0)
 ONE = np.uint64(1)
-SOURCE = 8
-"""Arrival direction of a source; other cells hold the direction (0 to 7) of the last step."""
+SOURCE = 8  # arrival direction of a source; other cells hold the direction (0 to 7) of the last step
 
 
 class Buffers(NamedTuple):

@@ -14,8 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.arrays import Bytes, Ints, Ints32
-from marsupial.model.grid import Mask
-from marsupial.model.robots import SQRT2
+from marsupial.model import SQRT2, Mask
 from marsupial.native import inlined, native
 from marsupial.paths.kernels import TOLERANCE
 

@@ -13,12 +13,9 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from marsupial.model.grid import Cell
-from marsupial.model.robots import SQRT2
-from marsupial.model.situation import UNREACHABLE
+from marsupial.model import SQRT2, UNREACHABLE, Cell
 
-STEPS = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
-"""(dx, dy) of each step digit."""
+STEPS = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))  # (dx, dy) of each step digit
 
 Route = tuple[Cell, ...]
 Times = npt.NDArray[np.int64]
@@ -69,7 +66,7 @@ def passing_times_ms(route: Sequence[Cell], resolution_m: float, speed_mps: floa
 
 
 def _lengths(route: Sequence[Cell], diagonal: float = SQRT2) -> npt.NDArray[np.float64]:
-    """Return the length up to each cell, from counts of straight and diagonal steps, not from a running sum."""
+    # from counts of straight and diagonal steps: a running sum would add up rounding errors
     moved = np.abs(np.diff(np.array(route, dtype=np.int64), axis=0)).sum(axis=1)
     diagonals = np.concatenate(([0], np.cumsum(moved == 2)))
     return np.arange(len(route)) - diagonals + diagonals * diagonal

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from marsupial.arrays import Floats, Ints
+from marsupial.model import Cell, Mask, RobotType, Routes
 from marsupial.model.feed import Feed
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.robots import RobotType, Routes
 from marsupial.paths.energy import EnergySearch, costs_of
 from marsupial.paths.fields import PathSearch, SearchMemory
 from marsupial.paths.routes import Route
@@ -37,11 +36,7 @@ class ShortestWays:
     """The shortest ways, whatever the heading; see `PathSearch`."""
 
     def __init__(
-        self,
-        passable: Mask,
-        diagonal: float,
-        opened: Feed | None = None,
-        memory: SearchMemory | None = None,
+        self, passable: Mask, diagonal: float, opened: Feed | None = None, memory: SearchMemory | None = None
     ) -> None:
         self.passable = passable
         self._search = PathSearch(passable, diagonal, opened, memory)
@@ -57,11 +52,7 @@ class ShortestWays:
 
 
 def ways_of(
-    kind: RobotType,
-    passable: Mask,
-    resolution_m: float,
-    opened: Feed | None = None,
-    memory: SearchMemory | None = None,
+    kind: RobotType, passable: Mask, resolution_m: float, opened: Feed | None = None, memory: SearchMemory | None = None
 ) -> Ways:
     """Return the search for a robot type's ways; for `opened` and `memory` see `PathSearch`.
 

@@ -16,9 +16,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from itertools import accumulate
 
-from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model import EPSILON_MS, Action, ActionName, Plan, RobotState, Role, Situation
 
 
 class ViolationKind(StrEnum):
@@ -120,12 +118,10 @@ class _World:
         )
 
     def fault(self, action: Action) -> Fault | None:
-        """Return why `action` can't start now, or None."""
         names = self._names(action) or self._role(action) or self._time(action)
         return names or _CHECKS[action.name](self, action)
 
     def apply(self, action: Action) -> None:
-        """Apply the effects of an accepted action."""
         for robot in action.robots:
             self.free_ms[robot] = action.end_ms + EPSILON_MS
             self.busy.add(robot)
@@ -136,7 +132,6 @@ class _World:
             self.explored.add(action.place)
 
     def missing(self, targets: tuple[str, ...]) -> Iterator[Fault]:
-        """Yield the parts of the goal that are not reached."""
         for target in targets:
             if target not in self.explored:
                 yield ViolationKind.TARGET_UNEXPLORED, f"{target} has not been explored"

@@ -10,10 +10,7 @@ from functools import partial
 from pkgutil import resolve_name
 
 from marsupial.errors import EngineUnavailable, UsageError
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Budget, Engine, EngineInfo, Finished, Improved, Objective, Plan, Situation
 from marsupial.planning import infos
 from marsupial.planning.extensions import extension_engine, extension_infos
 from marsupial.planning.external import commands
@@ -23,7 +20,7 @@ from marsupial.planning.external.decompose import PartSize
 from marsupial.planning.external.decomposed import Decomposed
 from marsupial.planning.external.tamer import load_tamer, tamer
 from marsupial.planning.names import OWN, engine_names
-from marsupial.planning.punctual import punctual
+from marsupial.planning.race import punctual
 from marsupial.wording import unknown_name
 
 
@@ -51,8 +48,7 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
     "tamer": tamer,
 }
 
-PROCESSES = frozenset({"aries", "tamer"})
-"""Engines that run in processes of their own, as external planners do."""
+PROCESSES = frozenset({"aries", "tamer"})  # engines that run in processes of their own, as external planners do
 
 PRELOAD = (load_tamer, load_aries, commands)
 """Functions that load the libraries of engines that run in processes of their own."""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from marsupial.model.objective import MAKESPAN, Objective, Value
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Objective, Plan, Situation, Value
 from marsupial.planning.checker import Violation, check
 
 

@@ -27,7 +27,6 @@ def least_assignment(costs: Floats) -> tuple[Ints, Ints]:
 
 
 def _columns(costs: Floats) -> Ints:
-    """Return the column (rows,) of each row; there are at least as many columns as rows."""
     rows, columns = costs.shape
     row_price, column_price = np.zeros(rows), np.zeros(columns)
     column_of, row_of = np.full(rows, -1), np.full(columns, -1)

@@ -13,8 +13,7 @@ from functools import partial
 import numpy as np
 
 from marsupial.arrays import Flags
-from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model import RobotState, Role, Situation
 from marsupial.wording import counted
 
 

@@ -53,8 +53,7 @@ class _SimulatedRobot:
     odometer: Odometer = field(default_factory=Odometer)
 
 
-_LOSS = -1
-"""Event number of losses."""
+_LOSS = -1  # event number of losses
 
 
 class SimulatedWorld:

@@ -29,11 +29,8 @@ from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.outlook import Option, Outlook
 from marsupial.strategies.rules import decide_by
 
-GAIN_MS = 20_000
-"""A further rover is set down in an area if it explores a target there at least this much sooner."""
-
-Job = tuple[Option, int]
-"""A carrier's next option, and the index of its target."""
+GAIN_MS = 20_000  # a further rover is set down in an area if it explores a target there at least this much sooner
+Job = tuple[Option, int]  # a carrier's next option, and the index of its target
 
 
 class HeuristicPlus(Strategy):
@@ -56,7 +53,9 @@ def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
         draft = _drafted(start, jobs)
     outlook = draft.outlook
     sent = {option.robot for option, _ in jobs}
-    _use_idle_rovers(draft)
+    for option, target in outlook.assign([[o.only(draft.left) for o in outlook.options(r)] for r in draft.idle]):
+        outlook.take(option, target)
+        draft.left[target] = False
     if not outlook.plan.explored:
         return serve(briefing.situation)
     for rover in _on_ground(outlook):
@@ -132,13 +131,6 @@ def _much_sooner(draft: _TripPlan, option: Option) -> Mask:
     """Return the targets of rovers on the ground that justify setting down a further rover."""
     spare = not option.retrieved and option.robot != option.explorer
     return np.asarray(spare & (draft.by_ms < NEVER) & (option.end_ms + GAIN_MS <= draft.by_ms))
-
-
-def _use_idle_rovers(draft: _TripPlan) -> None:
-    outlook = draft.outlook
-    for option, target in outlook.assign([[o.only(draft.left) for o in outlook.options(r)] for r in draft.idle]):
-        outlook.take(option, target)
-        draft.left[target] = False
 
 
 def _possible(outlook: Outlook, option: Option, target: int) -> bool:

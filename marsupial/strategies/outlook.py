@@ -19,12 +19,10 @@ from marsupial.model import ActionName, Plan, Role, Situation
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
 from marsupial.planning.list_scheduling.detours import Detours
 from marsupial.planning.list_scheduling.insertions import Insertions
-from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import transport
+from marsupial.planning.list_scheduling.timeline import Timeline, transport
 from marsupial.planning.matching import least_assignment
 
-KEEP_MS = 2000
-"""Bonus for the target that a robot had before, so that it does not change targets without a gain."""
+KEEP_MS = 2000  # bonus for the target that a robot had before, so that it does not change targets without a gain
 
 _IMPOSSIBLE = 1e15  # ms; more than any sum of possible times
 

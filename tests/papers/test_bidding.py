@@ -24,7 +24,7 @@ from marsupial.papers.alkhawaldah.experiment import HOPPER, cell_world
 from marsupial.papers.alkhawaldah.rule import Bidding
 from marsupial.papers.sheng2006.rule import Sheng
 from marsupial.paths.fields import PathSearch
-from marsupial.strategies.frontier.bidders import counted
+from marsupial.strategies.frontier.rule import counted
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 HALLWAY = draw(

@@ -8,8 +8,8 @@ from __future__ import annotations
 from marsupial.arrays import Ints
 from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col
+from marsupial.planning.branch_and_bound.columns import SearchState
 from marsupial.planning.branch_and_bound.tables import Tables
-from marsupial.planning.branch_and_bound.tree import SearchState
 from marsupial.planning.list_scheduling.costs import NEVER
 
 

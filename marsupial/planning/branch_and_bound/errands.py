@@ -23,11 +23,8 @@ from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search import columns as given
 from marsupial.planning.local_search.encoding import ProblemData
 
-BITS = 16
-"""Most errands; leaving out others only weakens the bound."""
-
-TOURS_BYTES = 1 << 25
-"""Most memory for tours over sets of errands; there are fewer errands where that is not enough."""
+BITS = 16  # most errands; leaving out others only weakens the bound
+TOURS_BYTES = 1 << 25  # most memory for tours over sets of errands; there are fewer errands where that is not enough
 
 
 class Errands(NamedTuple):

@@ -16,8 +16,7 @@ from marsupial.planning.branch_and_bound.tables import Tables
 
 BUCKET = 16
 CODE_BITS, SET_BITS = 6, 12
-CODES_PER_WORD = 10
-"""Codes of rovers' positions per word."""
+CODES_PER_WORD = 10  # codes of rovers' positions per word
 
 MAX_CARRIERS, MAX_ROVERS, MAX_CODES, MAX_TARGETS = 8, 24, 1 << CODE_BITS, SET_BITS
 

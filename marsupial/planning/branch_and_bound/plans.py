@@ -7,8 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from marsupial.arrays import Ints
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Plan, Situation
 from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.tables import Tables
 from marsupial.planning.branch_and_bound.tours import shortest_tours

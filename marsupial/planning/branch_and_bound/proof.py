@@ -18,9 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from marsupial.arrays import Ints
-from marsupial.model.plan import EPSILON_MS, Plan
-from marsupial.model.planning import Finished, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import EPSILON_MS, Finished, Outcome, Plan, Situation
 from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.memory import entry_size
 from marsupial.planning.branch_and_bound.plans import plan_found
@@ -29,17 +27,10 @@ from marsupial.planning.branch_and_bound.tables import Tables, tables_of, timele
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode
 
-STEP = 2000
-"""States that a search enters in one step."""
-
-MEMORY_BYTES = 1 << 26
-"""Memory of states per search; there are two searches at most."""
-
-STEPS_ALONE = 20
-"""Steps of the search from above before one from below joins."""
-
-STRIDES = 16
-"""The first search from below covers one part in this many of the gap."""
+STEP = 2000  # states that a search enters in one step
+MEMORY_BYTES = 1 << 26  # memory of states per search; there are two searches at most
+STEPS_ALONE = 20  # steps of the search from above before one from below joins
+STRIDES = 16  # the first search from below covers one part in this many of the gap
 
 SLOW, QUICK = 4, 2
 """Effort of a search from below relative to the one before: above the first number the next stride is halved, below the
@@ -104,7 +95,6 @@ class OptimalityProof:
             yield self._best
 
     def _plan_of_others(self) -> Iterator[Plan]:
-        """Yield the plan of another engine if it is better than the best one."""
         plan = self._latest()
         if plan is not None and self._best is not None and plan.makespan_ms < self._best.makespan_ms:
             self._best = plan

@@ -13,13 +13,12 @@ from __future__ import annotations
 
 from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col
+from marsupial.planning.branch_and_bound.columns import SearchState
 from marsupial.planning.branch_and_bound.cover import NO, cover
 from marsupial.planning.branch_and_bound.errands import can_share
 from marsupial.planning.branch_and_bound.tables import Tables, alone_row, carried_row, relaxed_row
-from marsupial.planning.branch_and_bound.tree import SearchState
 
-TRIES = 20_000
-"""Most assignments tried for a bound, see `cover`."""
+TRIES = 20_000  # most assignments tried for a bound, see `cover`
 
 
 @inlined
@@ -48,6 +47,7 @@ def may_lead_to_plan(tables: Tables, search: SearchState, level: int) -> bool:
 @inlined
 def _all_transfers_useful(tables: Tables, search: SearchState, level: int) -> bool:
     """Return whether every rover that was set down or picked up may still serve a target that is left."""
+    assignments = search.assignments
     path, left = search.path, search.levels[level, col.LEFT]
     rest = left
     for v in range(tables.carriers, len(search.states[level])):
@@ -58,9 +58,7 @@ def _all_transfers_useful(tables: Tables, search: SearchState, level: int) -> bo
         # Never moved, or set down once to make room: no reason needed.
         if not count or (count == 1 and tables.root_state[v, col.ON] >= 0 and _may_board(tables, search, level, c)):
             continue
-        if not rest or not _may_explore(
-            tables, search, search.assignments[v, col.ROW], search.assignments[v, col.READY], left
-        ):
+        if not rest or not _may_explore(tables, search, assignments[v, col.ROW], assignments[v, col.READY], left):
             return False
         rest &= rest - 1  # one target less for the other rovers, whichever it is
     return True

@@ -110,7 +110,8 @@ def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: I
             if r < carriers and home[0] >= 0:
                 alone[r, b] = _tours_to(closure[k], walks[k][b], int(base), targets, home)[:, 0]
             elif r < carriers or not data.recover:
-                alone[r, b] = _open_tours(walks[k][b])
+                open_ends = np.zeros((walks[k][b].shape[1], 1), np.int64)
+                alone[r, b] = end_tours(walks[k][b], np.zeros(1, np.int64), open_ends)[:, 0]
         if r < carriers:
             relaxed[r] = alone[r]
         else:
@@ -123,11 +124,6 @@ def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: I
 def _tours_to(leg: Ints, walks: Ints, base: int, targets: Ints, ends: Ints) -> Ints:
     """Return (sets, ends): times of tours from a base to each of the ends."""
     return end_tours(walks, leg[base][ends], leg[np.ix_(targets, ends)])
-
-
-def _open_tours(walks: Ints) -> Ints:
-    """Return (sets,): times of tours that end anywhere."""
-    return end_tours(walks, np.zeros(1, np.int64), np.zeros((walks.shape[1], 1), np.int64))[:, 0]
 
 
 def timeless(tables: Tables) -> Tables:

@@ -9,11 +9,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from marsupial.model.plan import EPSILON_MS
-from marsupial.model.robots import Role
+from marsupial.model import EPSILON_MS, Role
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Times
-from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import Transport
+from marsupial.planning.list_scheduling.timeline import Timeline, Transport
 
 
 class Arrivals:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from marsupial.arrays import Flags, Ints
-from marsupial.model.plan import EPSILON_MS
-from marsupial.model.situation import UNREACHABLE, Situation, TravelTable
+from marsupial.model import EPSILON_MS, UNREACHABLE, Situation, TravelTable
 
 Times = Ints
 Indices = Ints
 Mask = Flags
-NEVER = 1 << 56
-"""Times from here on mean never; a dozen of them add up without overflow."""
+NEVER = 1 << 56  # times from here on mean never; a dozen of them add up without overflow
 
 
 class Costs:

@@ -11,8 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
-from marsupial.model.situation import UNREACHABLE, Situation, TravelTable
+from marsupial.model import EPSILON_MS, UNREACHABLE, Action, ActionName, Plan, Situation, TravelTable
 from marsupial.planning.list_scheduling.costs import NEVER, Indices, driving_ms
 
 

@@ -20,21 +20,16 @@ from itertools import islice
 
 import numpy as np
 
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import ActionName, Plan
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, ActionName, Budget, Finished, Improved, Objective, Outcome, Plan, Situation
 from marsupial.planning import infos
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Times
 from marsupial.planning.list_scheduling.detours import Detours
 from marsupial.planning.list_scheduling.insertions import Insertions
 from marsupial.planning.list_scheduling.recovery import go_home, recover
-from marsupial.planning.list_scheduling.timeline import Timeline, replay
-from marsupial.planning.list_scheduling.transports import follow, transport
+from marsupial.planning.list_scheduling.timeline import Timeline, follow, replay, transport
 from marsupial.planning.reachability import hopeless_targets, impossible, reach
 
-ROUNDS = 8
-"""Most plans made; more of them gain little."""
+ROUNDS = 8  # most plans made; more of them gain little
 
 
 class Greedy:
@@ -106,7 +101,8 @@ class Listing:
         head_start_ms = np.zeros(len(names), dtype=np.int64)
         while True:
             timeline, left = _explore(begun.copy(), costs, head_start_ms)
-            last = names.index(left[0] if left else _last_explored(timeline)) if names else None
+            explored = [action for action in timeline.actions if action.name is ActionName.EXPLORE]
+            last = left[0] if left else max(explored, key=lambda a: a.end_ms).place if names else None
             complaint = _why_left(situation, left)
             goal = situation.goal
             if goal.recover_rovers or goal.return_home:
@@ -118,7 +114,7 @@ class Listing:
             yield _GreedyPlan(plan=self._detours.expanded(timeline.plan), complaint=complaint)
             if last is None:
                 return
-            head_start_ms[last] += timeline.plan.makespan_ms // 2 + 1
+            head_start_ms[names.index(last)] += timeline.plan.makespan_ms // 2 + 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,11 +132,6 @@ def _why_left(situation: Situation, left: list[str]) -> str:
     return reasons.get(left[0], f"list scheduling found no way to {left[0]}")
 
 
-def _last_explored(timeline: Timeline) -> str:
-    explored = (action for action in timeline.actions if action.name is ActionName.EXPLORE)
-    return max(explored, key=lambda action: action.end_ms).place
-
-
 def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Timeline, list[str]]:
     """Explore every target that insertions can serve; return the timeline and the names of the others."""
     names = [target.name for target in timeline.situation.targets]
@@ -153,7 +144,10 @@ def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Ti
         # A head start counts as if the target could be explored that much sooner.
         target = int(np.argmin(np.where(done < NEVER, done - head_start_ms, NEVER)))
         if done[target] < NEVER:
-            _insert(insertions, int(numbers[target]), target, names[target])
+            robot, carrier = insertions.explorer(int(numbers[target]))
+            if carrier is not None:
+                transport(insertions.timeline, robot, insertions.journey(robot, carrier, target))
+            insertions.timeline.explore(robot, names[target])
             insertions.advance()
             insertions.left[target] = False
             continue
@@ -164,13 +158,6 @@ def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Ti
         insertions = Insertions(relayed[0], costs, insertions.left)
         insertions.left[relayed[1]] = False
     return insertions.timeline, [name for name, left in zip(names, insertions.left, strict=True) if left]
-
-
-def _insert(insertions: Insertions, number: int, target: int, name: str) -> None:
-    robot, carrier = insertions.explorer(number)
-    if carrier is not None:
-        transport(insertions.timeline, robot, insertions.journey(robot, carrier, target))
-    insertions.timeline.explore(robot, name)
 
 
 def _relay_to_target(insertions: Insertions, names: list[str]) -> tuple[Timeline, int] | None:

@@ -22,8 +22,7 @@ import numpy as np
 from marsupial.planning.list_scheduling.arrivals import Arrivals
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
 from marsupial.planning.list_scheduling.kernels import RobotArrays, renew_landed, soonest
-from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import Transport
+from marsupial.planning.list_scheduling.timeline import Timeline, Transport
 
 
 class Insertions:

@@ -11,14 +11,11 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from marsupial.model.plan import EPSILON_MS
-from marsupial.model.robots import Role
-from marsupial.model.situation import Situation
+from marsupial.model import EPSILON_MS, Role, Situation
 from marsupial.planning.list_scheduling.arrivals import Arrivals
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Mask, Times
 from marsupial.planning.list_scheduling.kernels import soonest_aboard
-from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import Transport, board, follow
+from marsupial.planning.list_scheduling.timeline import Timeline, Transport, board, follow
 from marsupial.planning.reachability import matching
 
 

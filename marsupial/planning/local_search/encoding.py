@@ -12,10 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from marsupial.arrays import Ints, Ints32
-from marsupial.model.objective import MAKESPAN, Objective, PricedArrival
+from marsupial.model import MAKESPAN, Objective, PricedArrival, RobotState, Role, Situation
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState, Situation
 from marsupial.planning.list_scheduling.costs import NEVER, driving_ms
 from marsupial.planning.list_scheduling.recovery import go_home
 from marsupial.planning.list_scheduling.timeline import Timeline

@@ -87,9 +87,8 @@ def near_meeting(sched: LinkedSchedule, side: int, robot: int, place: int) -> in
 @inlined
 def after(sched: LinkedSchedule, node: int, robot: int) -> int:
     """Return the node after one in the chain of a robot."""
-    return (
-        sched.nodes[node, col.AFTER] if sched.nodes[node, col.ROBOT] == robot else sched.nodes[node, col.CARRIER_AFTER]
-    )
+    nodes = sched.nodes
+    return nodes[node, col.AFTER] if nodes[node, col.ROBOT] == robot else nodes[node, col.CARRIER_AFTER]
 
 
 @inlined
@@ -101,11 +100,8 @@ def route_robot(sched: LinkedSchedule, node: int) -> int:
 @inlined
 def before(sched: LinkedSchedule, node: int, robot: int) -> int:
     """Return the node before one in the chain of a robot."""
-    return (
-        sched.nodes[node, col.BEFORE]
-        if sched.nodes[node, col.ROBOT] == robot
-        else sched.nodes[node, col.CARRIER_BEFORE]
-    )
+    nodes = sched.nodes
+    return nodes[node, col.BEFORE] if nodes[node, col.ROBOT] == robot else nodes[node, col.CARRIER_BEFORE]
 
 
 @inlined
@@ -308,11 +304,8 @@ def new_transfer(sched: LinkedSchedule, kind: int, place: int) -> int:
     sched.work[0, col.UNUSED] -= 1
     node = sched.work[col.SPARE, sched.work[0, col.UNUSED]]
     log_node(sched, node)
-    sched.nodes[node, col.KIND] = kind
-    sched.nodes[node, col.PLACE] = place
-    sched.nodes[node, col.COUNTED] = 0
-    sched.nodes[node, col.DRIVE] = 0
-    sched.nodes[node, col.END] = 0
+    sched.nodes[node, col.KIND], sched.nodes[node, col.PLACE] = kind, place
+    sched.nodes[node, col.COUNTED] = sched.nodes[node, col.DRIVE] = sched.nodes[node, col.END] = 0
     return node
 
 
@@ -321,14 +314,10 @@ def begin(sched: LinkedSchedule) -> None:
     """Begin a change."""
     # A new number makes all stamps and queue marks of earlier changes void at once.
     sched.work[0, col.EPOCH] += 1
-    sched.work[0, col.OLD_REACHING] = sched.work[0, col.REACHING]
-    sched.work[0, col.OLD_DRIVING] = sched.work[0, col.DRIVING]
-    sched.work[0, col.OLD_LATE] = sched.work[0, col.LATE]
-    sched.work[0, col.OLD_UNUSED] = sched.work[0, col.UNUSED]
-    sched.work[0, col.LOGGED] = 0
+    for k in range(col.UNDONE):
+        sched.work[0, col.FORMER_SUMS + k] = sched.work[0, col.REACHING + k]
+    sched.work[0, col.LOGGED] = sched.work[0, col.CHECKS] = sched.work[0, col.DROPPED] = 0
     sched.work[0, col.QUEUED] = sched.work[0, col.SOONER] = 0
-    sched.work[0, col.CHECKS] = 0
-    sched.work[0, col.DROPPED] = 0
 
 
 @inlined
@@ -338,10 +327,8 @@ def undo(sched: LinkedSchedule) -> None:
         node = sched.log[i, col.WIDTH]
         for k in range(col.WIDTH):
             sched.nodes[node, k] = sched.log[i, k]
-    sched.work[0, col.REACHING] = sched.work[0, col.OLD_REACHING]
-    sched.work[0, col.DRIVING] = sched.work[0, col.OLD_DRIVING]
-    sched.work[0, col.LATE] = sched.work[0, col.OLD_LATE]
-    sched.work[0, col.UNUSED] = sched.work[0, col.OLD_UNUSED]
+    for k in range(col.UNDONE):
+        sched.work[0, col.REACHING + k] = sched.work[0, col.FORMER_SUMS + k]
 
 
 @inlined

@@ -89,7 +89,6 @@ def load(sched: LinkedSchedule, events: Ints32) -> bool:
 
 @inlined
 def _clear(sched: LinkedSchedule) -> None:
-    """Empty the schedule."""
     robots, targets = len(sched.robots), sched.groups[col.TARGETS, 0]
     for node in range(len(sched.nodes)):
         for column in range(sched.nodes.shape[1]):

@@ -18,11 +18,8 @@ from marsupial.planning.local_search.choices import (
 from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 from marsupial.planning.local_search.transfer_moves import drop_if_empty, swap_tails_at
 
-LONGEST_STRING = 4
-"""Most transfers of a carrier moved at once."""
-
-LONGEST_TURN = 12
-"""Most nodes of a route reversed at once."""
+LONGEST_STRING = 4  # most transfers of a carrier moved at once
+LONGEST_TURN = 12  # most nodes of a route reversed at once
 
 
 @inlined
@@ -159,15 +156,12 @@ def _position_at(sched: LinkedSchedule, carrier: int, end: int, wanted: int) -> 
 @inlined
 def splice(sched: LinkedSchedule) -> bool:
     """Exchange the tails of two robots so that one of them reaches two near targets in a row."""
+    nodes = sched.nodes
     at_one = late_target(sched)
-    target = sched.hints[sched.nodes[at_one, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
+    target = sched.hints[nodes[at_one, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
     if target < 0:
         return False
-    one, other, at_other = (
-        sched.nodes[at_one, col.ROBOT],
-        sched.nodes[target, col.ROBOT],
-        sched.nodes[target, col.BEFORE],
-    )
+    one, other, at_other = (nodes[at_one, col.ROBOT], nodes[target, col.ROBOT], nodes[target, col.BEFORE])
     by_carrier = ops.is_carrier(sched, one)
     if by_carrier != ops.is_carrier(sched, other) or (by_carrier and one == other):
         return False

@@ -15,8 +15,7 @@ from marsupial.planning.local_search import linked_schedule as ops
 from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 from marsupial.planning.local_search.transfer_moves import drop_if_empty, move_to
 
-LONGEST_SEGMENT = 8
-"""Most targets moved at once."""
+LONGEST_SEGMENT = 8  # most targets moved at once
 
 
 @inlined

@@ -20,8 +20,7 @@ from marsupial.planning.local_search.encoding import ProblemData
 MOST_PLACES = 400
 """With more of them there is no such bound: shortest ways between all take a tenth of a second with so many."""
 
-AT_ONCE_MS = 1e-6
-"""A way that counts for nothing; scipy would take less than 1e-8 for none."""
+AT_ONCE_MS = 1e-6  # a way that counts for nothing; scipy would take less than 1e-8 for none
 
 
 def work_bound_ms(data: ProblemData) -> int:
@@ -123,7 +122,6 @@ class _Rooms:
         return ways
 
     def _entries(self, room: int) -> Ints:
-        """Return where rovers can be first on the ground of a room."""
         starts = self._data.robots[self._data.members(col.ROVERS), col.AT]
         return np.concatenate([self._meetings_in(room), starts[(starts >= 0) & (self.of[starts] == room)]])
 

@@ -7,6 +7,3 @@ cell has been seen. The plan is the best one that a local search found, so the b
 
 CLAIRVOYANT = "clairvoyant"
 """Its name; it is not in the registry of strategies, since it needs the true map."""
-
-SEARCH = "anytime"
-"""The planner whose search it uses."""

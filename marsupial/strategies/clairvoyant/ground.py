@@ -26,13 +26,11 @@ from marsupial.paths.ways import ways_of
 K = TypeVar("K")
 V = TypeVar("V")
 
-Cells = int
-"""A set of reachable cells, one bit for each."""
+Cells = int  # a set of reachable cells, one bit for each
 
 NOTHING: Ints = np.empty(0, dtype=np.int64)
 
-MOST_SITES = 6000
-"""Most sites of a robot type on the lattice; fewer on large maps. Necessary sites are added to them."""
+MOST_SITES = 6000  # most sites of a robot type on the lattice; fewer on large maps. Necessary sites are added to them.
 
 MEMORY = 200_000_000
 """Bytes for views from sites, and as many for the other caches, which are cleared when they are full."""

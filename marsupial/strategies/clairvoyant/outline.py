@@ -18,12 +18,8 @@ from marsupial.arrays import Floats
 from marsupial.maps.survey import Survey, planning_type
 from marsupial.maps.targets import Target
 from marsupial.maps.travel import Poses, travel_times
-from marsupial.model.grid import Cell
-from marsupial.model.mission import MapMeeting, PlacedRobot
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.robots import RobotType
+from marsupial.model import Action, ActionName, Cell, MapMeeting, PlacedRobot, Plan, RobotType, Unseen
 from marsupial.model.situation import RobotState, Situation, TargetInfo, TravelTable
-from marsupial.model.unseen import Unseen
 from marsupial.paths.routes import passing_times_ms
 from marsupial.planning.list_scheduling.timeline import replay
 from marsupial.strategies.clairvoyant.ground import Cells, Ground

@@ -19,23 +19,12 @@ from marsupial.strategies.clairvoyant.ground import Cells
 from marsupial.strategies.clairvoyant.outline import Outline, Tour
 from marsupial.strategies.clairvoyant.tours import Tours
 
-LATE = 4.0
-"""Cost of a ms beyond the time limit, relative to a ms of driving."""
-
-FIXED_MS = 500.0
-"""Cost of a stop in addition to driving: few stops that see much are better than many."""
-
-NOISE = 0.3
-"""Random variation of costs: the standard deviation of their logarithm."""
-
-UNSERVED = 4.0
-"""Cost of a stop that no robot can reach, relative to the time limit."""
-
-SITES = 100
-"""Most sites of a type compared for one cell."""
-
-Place = tuple[Tour, int]
-"""A tour, and the number of its place after which a stop is inserted."""
+LATE = 4.0  # cost of a ms beyond the time limit, relative to a ms of driving
+FIXED_MS = 500.0  # cost of a stop in addition to driving: few stops that see much are better than many
+NOISE = 0.3  # random variation of costs: the standard deviation of their logarithm
+UNSERVED = 4.0  # cost of a stop that no robot can reach, relative to the time limit
+SITES = 100  # most sites of a type compared for one cell
+Place = tuple[Tour, int]  # a tour, and the number of its place after which a stop is inserted
 
 
 class _Choice(NamedTuple):
@@ -125,7 +114,6 @@ class _Repair:
         return costs, [None if i < 0 else places[i] for i in where.tolist()]
 
     def _detours(self, tour: Tour, at: int, sites: Ints) -> Floats:
-        """Return the detour in ms to each site after a place of a tour."""
         ground = self._tours.ground
         before, *after = tour.cells[at : at + 2]
         extra = ground.distances(tour.kind, before)[sites]

@@ -26,33 +26,21 @@ from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode, events_of, plan_of
 from marsupial.planning.local_search.search import Annealing
-from marsupial.strategies.clairvoyant.cover import cover
-from marsupial.strategies.clairvoyant.doors import doors
+from marsupial.strategies.clairvoyant.cover import cover, doors
 from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.repair import repaired
-from marsupial.strategies.clairvoyant.shorten import shortened
+from marsupial.strategies.clairvoyant.tours import shortened
 
 CARRIER_WORTH = (1.0, 3.0, 0.5)
 """Weight of a cell seen from a carrier in the initial covers, in turn; from a rover it is 1."""
 
-PATIENCE = 12
-"""Rounds without improvement before a restart."""
-
-LATEST = 0.6
-"""Share of the budget after which it returns to the best outline instead of restarting."""
-
-COVERS = 2
-"""Number of covers from which a restart takes the best."""
-
-COVER_NOISE = 0.3
-"""Greatest random increase of a site's value in a cover, as a share."""
-
-BEGIN_STEPS, ROUND_STEPS, BATCH = 200, 30, 10
-"""Annealing steps for each cover, for each round, and per batch."""
-
-MOST_REMOVED = 8
-"""Most stops that a round removes."""
+PATIENCE = 12  # rounds without improvement before a restart
+LATEST = 0.6  # share of the budget after which it returns to the best outline instead of restarting
+COVERS = 2  # number of covers from which a restart takes the best
+COVER_NOISE = 0.3  # greatest random increase of a site's value in a cover, as a share
+BEGIN_STEPS, ROUND_STEPS, BATCH = 200, 30, 10  # annealing steps for each cover, for each round, and per batch
+MOST_REMOVED = 8  # most stops that a round removes
 
 AMBITION = 0.05
 """The time limit of repairs is this share below the best completion time, so that robots aim to be faster."""
@@ -60,8 +48,7 @@ AMBITION = 0.05
 TOLERANCE = 0.02
 """A result may be worse than the best by this share to be the next start; the share shrinks to 0 at the end."""
 
-DRIVING_SHARE = 0.002
-"""Cost of a ms of driving, relative to a ms until all is seen."""
+DRIVING_SHARE = 0.002  # cost of a ms of driving, relative to a ms until all is seen
 
 Rate = tuple[int, float]
 

@@ -14,14 +14,9 @@ import numpy as np
 
 from marsupial.maps.survey import Survey, Surveyor, placed
 from marsupial.maps.territory import Territory
-from marsupial.model.grid import Cell, Grid, Mask
+from marsupial.model import Action, Budget, Cell, Goal, Grid, Mask, News, Outcome, Plan, RobotType, World
 from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
-from marsupial.model.plan import Action, Plan
-from marsupial.model.planning import Budget, Outcome
-from marsupial.model.robots import RobotType
-from marsupial.model.scenario import Goal
 from marsupial.model.strategy import Briefing, Decision, PlanningReport, PlanProgress, Strategy
-from marsupial.model.world import News, World
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.clairvoyant.ground import Ground
@@ -67,7 +62,6 @@ class Clairvoyant(Strategy):
         self.exploration_ms: int | None = None
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the one plan, or after it a plan that brings the rovers back."""
         # the search runs in `survey`, before this call, but counts as planning
         began = perf_counter() - self._search_s
         plan, detail = Plan(actions=()), ""
@@ -92,7 +86,6 @@ class Clairvoyant(Strategy):
             self.exploration_ms = news.t_ms
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Replan as soon as all has been seen, and whenever a plan is finished."""
         if not self._left and (self._exploring or work.idle):
             return (Trigger(Cause.EXPLORED),)
         return (Trigger(Cause.CARRIED_OUT),) if work.idle else ()
@@ -113,7 +106,6 @@ class Clairvoyant(Strategy):
         """Do nothing: newly seen cells don't change the plan."""
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
-        """Return the frontiers of the seen area."""
         known = Surveyor(Territory(self._world.grid, self._kinds), self._homes, self._goal)
         targets = known.targets(self._world.robots())
         return known.remaining(targets, reason if self._left else "nothing reachable is behind it")

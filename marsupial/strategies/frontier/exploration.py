@@ -17,13 +17,8 @@ from marsupial.arrays import Floats, Ints
 from marsupial.errors import ScenarioError
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Frontier, Target, cell_at
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell
-from marsupial.model.mission import MapMeeting, Triggers
-from marsupial.model.plan import Action, Plan
-from marsupial.model.robots import RobotType, Role, Routes
-from marsupial.model.scenario import Goal
-from marsupial.model.strategy import Briefing, Decision, PlanProgress
+from marsupial.model import Action, Cell, FrameShift, Goal, MapMeeting, Plan, RobotType, Role, Routes, Triggers
+from marsupial.model.strategy import Briefing, Decision, PlanProgress, Strategy
 from marsupial.model.world import News, RobotReport, World
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.strategies.frontier.arrival import OnArrival
@@ -32,7 +27,7 @@ from marsupial.strategies.frontier.view import TRAIL, Explorer, FrontierView
 from marsupial.strategies.rules import decide_by
 
 
-class FrontierStrategy:
+class FrontierStrategy(Strategy):
     """A strategy that sends robots to the cells chosen by a rule; its name may have the rule's parameters."""
 
     def __init__(self, rule: FrontierRule, name: str = "") -> None:
@@ -40,13 +35,13 @@ class FrontierStrategy:
         self._rule = rule
         self._pace: FrontierPace | None = None
 
-    def suits(self, team: Iterable[Role]) -> None:
-        roles = Counter(team)
-        rovers, most = roles[Role.ROVER], self._rule.most_robots
+    def suits(self, roles: Iterable[Role]) -> None:
+        team = Counter(roles)
+        rovers, most = team[Role.ROVER], self._rule.most_robots
         if rovers:
             raise ScenarioError(f"strategy {self.name} leads carriers without rovers, the team has {rovers}")
-        if most is not None and roles.total() > most:
-            raise ScenarioError(f"strategy {self.name} leads {most} at most, the team has {roles.total()} robots")
+        if most is not None and team.total() > most:
+            raise ScenarioError(f"strategy {self.name} leads {most} at most, the team has {team.total()} robots")
 
     def replanning(
         self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
@@ -70,12 +65,7 @@ class FrontierPace(OnArrival):
     """Asks the rule whenever a robot needs a new goal."""
 
     def __init__(
-        self,
-        rule: FrontierRule,
-        world: World,
-        kinds: Mapping[str, RobotType],
-        homes: Mapping[str, Cell],
-        goal: Goal,
+        self, rule: FrontierRule, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
     ) -> None:
         super().__init__(world, kinds, homes, goal)
         self._rule = rule
@@ -90,20 +80,18 @@ class FrontierPace(OnArrival):
 
     def _move(self, shift: FrameShift) -> None:
         super()._move(shift)
-        self._goals = {name: int(shift.indices(np.array(goal))) for name, goal in self._goals.items()}
+        self._goals = {name: shift.index(goal) for name, goal in self._goals.items()}
         self._trails = {name: tuple(map(shift.cell, trail)) for name, trail in self._trails.items()}
         self._steps = shift.cells(self._steps)
         self.ways = {name: shift.place(target) for name, target in self.ways.items()}
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Drop goals that were reached, then return the triggers as `OnArrival` does."""
         if not self._rule.each_step:
             for action in done:
                 self._goals.pop(action.robot, None)
         return super().look(news, done, work)
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Ask the rule; return the survey whose targets are the frontier cells it chose."""
         self.choosing_s = 0.0
         return super().survey(work, keep, late=late)
 

@@ -10,16 +10,12 @@ import numpy as np
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.reach import groups
 from marsupial.maps.targets import Frontier, cell_at
-from marsupial.model.grid import Cell, Grid, Mask
-from marsupial.model.robots import RobotType
+from marsupial.model import Cell, Grid, Mask, RobotType
 from marsupial.paths.kernels import TOLERANCE
 from marsupial.paths.routes import STEPS
 
-TRAIL = 4
-"""Most cells of a trail."""
-
-SHORTEST_DETOUR = 2.0
-"""Length in cells of the shortest route to a neighbouring cell that is blocked from here."""
+TRAIL = 4  # most cells of a trail
+SHORTEST_DETOUR = 2.0  # length in cells of the shortest route to a neighbouring cell that is blocked from here
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
