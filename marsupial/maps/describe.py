@@ -24,8 +24,7 @@ USUAL_EXTENT_M = 5000.0
 
 NOTABLE_GAIN = 0.05  # warn of specks that keep robots out of this much ground, as a share of what they reach
 
-NOISY_GAIN = 1.0
-"""The same for specks of obstacle: many are legs of furniture, so only those that halve the ground look like noise."""
+NOISY_GAIN = 1.0  # the same for obstacles: many are legs of furniture, so only halved ground looks like noise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,15 +178,13 @@ def _at_border(places: Mask, kind: RobotType, resolution_m: float) -> bool:
 
 def _content_warnings(
     occupied: TerrainShare, unknown: TerrainShare, free: tuple[TerrainShare, ...], reading: MapReading | None
-) -> list[str]:
-    found = []
+) -> Iterator[str]:
     if not free:
-        found.append("there is no free cell: no robot can stand anywhere")
+        yield "there is no free cell: no robot can stand anywhere"
     if not occupied.cells:
-        found.append("there is no obstacle: no wall was recognised")
+        yield "there is no obstacle: no wall was recognised"
     if reading is not None and not reading.walled and not unknown.cells:
-        found.append("there is no unknown cell: what the map maker never saw counts as free or as obstacle")
-    return found
+        yield "there is no unknown cell: what the map maker never saw counts as free or as obstacle"
 
 
 def _leak_warnings(

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from marsupial.arrays import Ints, Ints32
-from marsupial.maps.contact import Contact
+from marsupial.maps.footprint import Contact
 from marsupial.maps.growth import GrowingReach, reach_of
 from marsupial.maps.landings import Landings, Looks, covered, roomy
 from marsupial.maps.reach import parts

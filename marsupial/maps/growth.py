@@ -39,9 +39,7 @@ class GrowingReach:
         self._cleared = territory.cleared.reader()
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Reach:
-        """Return what the team can reach: live masks, which change with the next call, and the cells new since the
-        last.
-        """
+        """Return what the team can reach: live masks, which change with the next call, and their new cells."""
         names = frozenset(robot.name for robot in robots)
         if names != self._names:
             self._begin(names)

@@ -15,8 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from marsupial.arrays import Flags, Ints
-from marsupial.maps.contact import Contact
-from marsupial.maps.footprint import Footprint, disc
+from marsupial.maps.footprint import Contact, Footprint, disc
 from marsupial.maps.reach import groups, parts
 from marsupial.maps.sight import Sight, hopeful_codes
 from marsupial.maps.targets import Frontier, cell_at
@@ -25,16 +24,12 @@ from marsupial.maps.window import Window
 from marsupial.model import UNKNOWN, Cell, FrameShift, Mask, Role
 from marsupial.paths.nearest import Nearest
 
-GAP_CELLS = 2.0 + 1e-6
-"""How far from a rover's body a cell may be that lies between it and the body of a carrier it docks with."""
+GAP_CELLS = 2.0 + 1e-6  # how far from a rover's body a cell between it and the carrier it docks with may be
 
 
 @dataclass(slots=True)
 class Looks:
-    """Where robots were sent to look, and what they have looked for in vain.
-
-    Full fields of view never fail, but a sensor may show less, and so may a map made by others.
-    """
+    """Where robots were sent to look, and what they looked for in vain, with sensors that show less than they could."""
 
     # offered, made: robot types and the cells (row-major) to look from; those from which one has looked since
     offered: set[tuple[str, int]] = field(default_factory=set)
@@ -57,10 +52,7 @@ class Looks:
 
 
 class Landings:
-    """Finds where to look for ground to set rovers down on, on one growing map.
-
-    The owner of the territory updates it; `looks` are those made before, and kept up to date here.
-    """
+    """Finds where to look for ground to set rovers down on, on one growing map; `looks` are kept up to date."""
 
     def __init__(self, territory: Territory, looks: Looks) -> None:
         self._territory, self._looks = territory, looks
@@ -73,10 +65,7 @@ class Landings:
         self._found: tuple[object, Mapping[str, Frontier]] | None = None
 
     def frontiers(self, reach: Mapping[str, Mask], rovers: Collection[str]) -> Mapping[str, Frontier]:
-        """Return where each type is to look, by name, as what it can explore.
-
-        `reach` has where each type can get to, by name; `rovers` are the types of the rovers in the team.
-        """
+        """Return where each type is to look as what it can explore, given all reaches and the types of rovers."""
         counts = {name: int(np.count_nonzero(cells)) for name, cells in reach.items()}
         now = self._territory.revision, frozenset(rovers), counts
         if self._found is None or self._found[0] != now or self._looks.made:

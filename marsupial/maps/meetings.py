@@ -34,8 +34,7 @@ from marsupial.native import native
 
 STRETCH_M = 6.0  # length of border in metres that one meeting point serves
 
-_KEPT_POINT_CELLS = 3.0
-"""A kept point at most this far from a stretch of border serves it: borders move a little as the map grows."""
+_KEPT_POINT_CELLS = 3.0  # a kept point this near a border serves it: borders move a little as the map grows
 
 _NO_AREA = 0
 
@@ -55,10 +54,7 @@ def find_meetings(
     robots: Iterable[PlacedRobot],
     keep: Iterable[MapMeeting] = (),
 ) -> Meetings:
-    """Return the meeting points that matter for these targets and robots.
-
-    The points in use, `keep`, stay unchanged while both poses are reachable.
-    """
+    """Return the meeting points that matter; those in use, `keep`, stay while both poses are reachable."""
     robots = tuple(robots)
     points = [point for point in keep if _still_good(point, reach)]
     connects: dict[str, frozenset[str]] = {}
@@ -166,10 +162,7 @@ class _Pair:
         return served
 
     def _borders(self) -> Iterator[tuple[int, Ints]]:
-        """Yield each area that matters with its border, the docking cells beside it, in the order of the first cells.
-
-        Last, as `_NO_AREA`, come the docking cells with a target that borders on no area.
-        """
+        """Yield each area with its border, then as `_NO_AREA` the docking cells with a target beside no area."""
         for area, cells in sorted(self._cells_of.items(), key=lambda item: int(item[1].min())):
             yield area, np.unique(_beside(cells, self._dock))
         viewpoints = [target.viewpoints[self._rover] for target in self._rover_only()]

@@ -23,10 +23,7 @@ def parts(mask: Mask) -> tuple[Ints32, int]:
 
 
 def groups(cells: Ints, shape: tuple[int, int]) -> list[Ints]:
-    """Return the groups of `cells` (row-major, each once) that touch each other, corners included.
-
-    Each group ascends; groups are in the order of their first cells.
-    """
+    """Return the groups (ascending) of `cells` (row-major, each once) that touch, corners included, by first cell."""
     found, ends = np.empty((2, len(cells)), dtype=np.int64)
     count = _group(np.sort(cells), *shape, found, ends)
     return [np.sort(group) for group in np.split(found, ends[: count - 1])] if count else []
@@ -112,10 +109,7 @@ def _label(mask: Mask, labels: Ints32, queue: Ints32) -> int:
 
 @native
 def spread(mask: Mask, marks: Mask | Ints32, mark: int, queue: Ints32, tail: int) -> int:
-    """Mark all cells connected within `mask` to the marked ones in `queue`; return the queue's new length.
-
-    `queue` holds row-major indices up to `tail` and has room for all cells.
-    """
+    """Mark all cells connected within `mask` to the `tail` first ones in `queue`; return the queue's new length."""
     height, width = mask.shape
     head = 0
     while head < tail:

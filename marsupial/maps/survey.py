@@ -86,19 +86,9 @@ class Survey:
         return replace(
             self,
             targets=tuple(target.moved(shift) for target in self.targets),
-            meetings=tuple(moved_meeting(point, shift) for point in self.meetings),
+            meetings=tuple(map(shift.meeting, self.meetings)),
             poses={shift.place(name): shift.cells(cells) for name, cells in self.poses.items()},
         )
-
-
-def moved_meeting(point: MapMeeting, shift: FrameShift) -> MapMeeting:
-    """Return a meeting point re-indexed for a frame that grew."""
-    return replace(
-        point,
-        name=shift.place(point.name),
-        carrier_cell=shift.cell(point.carrier_cell),
-        rover_cell=shift.cell(point.rover_cell),
-    )
 
 
 class Surveyor:
@@ -146,10 +136,7 @@ class Surveyor:
         return any(len(frontier.cells) for frontier in self.frontiers(robots).values())
 
     def remaining(self, targets: Sequence[Target], reason: str) -> tuple[Remaining, ...]:
-        """Return all remaining frontiers: `targets` with `reason`, the others with why they are no targets.
-
-        The state is that of the last call of `targets` or `survey`.
-        """
+        """Return the frontiers left at the last survey: `targets` with `reason`, others with why they are none."""
         left = tuple(Remaining(cell=t.cell, frontier_cells=len(t.cells), reason=reason) for t in targets)
         return left + self.finder.refused(targets, self._reach)
 
@@ -322,7 +309,7 @@ class Surveyor:
             if carrier.place is None:
                 continue
             kind = self._territory.kinds[carrier.type]
-            lengths = search.costs(poses[carrier.place][carrier.type], cells)
+            lengths = search.lengths(poses[carrier.place][carrier.type], cells)
             times = travel_table_ms(lengths, self._territory.grid.resolution_m, kind.speed_mps)
             direct[carrier.name] = {
                 target.name: int(time)

@@ -124,11 +124,7 @@ class TargetFinder:
         return tuple(targets)
 
     def find_whole(self, frontiers: Mapping[str, Frontier], soonest_s: Mapping[str, Floats]) -> tuple[Target, ...]:
-        """Return a target for each reachable group of touching cells, at the cell that is reached soonest.
-
-        `frontiers` has what a team can explore by type, `soonest_s` the earliest arrivals (n,) at its viewpoints, inf
-        for none.
-        """
+        """Return a target per reachable group of touching cells, at the cell that is reached `soonest_s` (by type)."""
         targets: list[Target] = []
         for explorers, cells in self._by_explorers(frontiers):
             reached = np.full(len(cells), np.inf)
@@ -238,9 +234,8 @@ def _may_turn_out(group: Ints, prints: Iterable[Footprint], shape: tuple[int, in
 
 @native
 def _stands_beside(cells: Ints, offsets: Ints, where: Mask) -> bool:
-    """Return whether a robot with these footprint `offsets` (n, 2) covers one of the cells, or is beside it.
-
-    `where` (height, width) is where it may stand.
+    """Return whether a robot with footprint `offsets` (n, 2), standing somewhere, covers one of the cells or is beside
+    it.
     """
     height, width = where.shape
     for index in cells:

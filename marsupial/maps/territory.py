@@ -89,10 +89,7 @@ class Territory:
         return Window.around(self._lowest, self._highest, 1, (self.grid.height, self.grid.width))
 
     def near(self, cell: Cell, limit: float) -> tuple[Window, Floats]:
-        """Return the lengths in cells of the shortest ways over see-through ground from a cell, inf beyond a limit.
-
-        The array (height, width) is that of the window returned with it.
-        """
+        """Return a window, and in it the lengths in cells of see-through ways from a cell, inf beyond a limit."""
         window = Window.around(cell, cell, int(limit) + 1, self.see_through.shape)
         here = Cell(cell.x - window.left, cell.y - window.bottom)
         return window, PathSearch(self.see_through[window.cut]).field(here, limit=limit)

@@ -54,11 +54,10 @@ class Views:
         return self._view(cell, range_cells).unknown
 
     def clusters(self, groups: Sequence[Ints], range_cells: float) -> list[tuple[int, Ints]]:
-        """Split cells, groups of row-major indices, into clusters whose members are all visible from the cluster's
-        seed.
+        """Split groups of cells (row-major) into clusters that are visible from a seed; return (seed, ascending
+        members).
 
-        Return (seed, ascending members) of each. Each seed is the middle of what is left of a group, group by group,
-        and its cluster may take cells of other groups.
+        Each seed is the middle of what is left of a group, group by group; its cluster may take cells of other groups.
         """
         width = self._cells.shape[1]
         for group in groups:

@@ -21,16 +21,13 @@ from marsupial.maps.reach import groups, middle
 from marsupial.maps.targets import cell_at
 from marsupial.model import OBSTACLE, UNKNOWN, CellArray, FrameShift, Remaining
 
-MOST_LOSSES = 2
-"""How often a cell may become unknown before it flickers: a correction of the map does that once or twice."""
+MOST_LOSSES = 2  # how often a cell may become unknown before it flickers: a correction of the map does that twice
 
 NEAR_CELLS = 2  # cells this close to a flickering one flicker too: what is drawn on a map shifts by a cell or two
 
-MOST_FLIPS = 4
-"""How often a cell may change its value before it flickers: a door that opens and closes twice changes four times."""
+MOST_FLIPS = 4  # how often a cell may change before it flickers: a door that opens and closes twice changes 4 times
 
-STEADY_MS = 60_000
-"""How long a flickering cell has to be the same to count as reported; flips further apart are not added up."""
+STEADY_MS = 60_000  # how long a flickering cell has to be the same to count as reported; older flips do not count
 
 
 class Flicker:
@@ -61,8 +58,7 @@ class Flicker:
         return bool(len(self._watched))
 
     def update(self, seen: Ints, now_ms: int, under: Ints) -> tuple[Ints, Ints]:
-        """Count the changes of reported cells (row-major, ascending, each once); `under` are those that robots stand
-        on.
+        """Count changes of reported cells (row-major, ascending, each once); robots stand on those `under` them.
 
         Return the cells that became known in the filtered map, and the known cells that changed in it.
         """

@@ -16,8 +16,7 @@ from marsupial.mission.observer import Observer
 from marsupial.model import Cause, News, RobotReport, RobotType, Status, Trigger, Triggers, World
 from marsupial.planning.reachability import obstacles
 
-WAIT_MS = 60_000
-"""Longest wait, in mission time, for robots that can't stand where they are, once the mission has begun."""
+WAIT_MS = 60_000  # longest wait, in mission time, for robots that can't stand where they are, once it has begun
 
 Ending = tuple[Status, str]
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.mission.frames import in_last_frame
 from marsupial.mission.state import MissionTracker, RobotView, Tracks, views
 from marsupial.model import OBSTACLE, UNKNOWN, Action, CellArray
 from marsupial.model import mission as log
+from marsupial.model.frames import in_last_frame
 from marsupial.model.runs import paint, triples
 
 
@@ -74,10 +74,7 @@ class _KnownMap:
 
 
 class Playback:
-    """The state of a mission at any moment; cells are in the last frame of its map.
-
-    The events are those of `marsupial.formats.missionlog.read_log`; an unfinished mission plays to its last event.
-    """
+    """The state of a mission at any moment, with cells in the last frame; a mission may be unfinished."""
 
     def __init__(self, events: Sequence[log.MissionEvent]) -> None:
         events = in_last_frame(events)

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from marsupial.errors import UsageError
 from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
-from marsupial.mission.frames import in_last_frame
 from marsupial.mission.state import MissionTracker, Tracks
 from marsupial.model import Action, ActionName, Deployments, Grid, RobotReport
 from marsupial.model import mission as log
+from marsupial.model.frames import in_last_frame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

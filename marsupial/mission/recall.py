@@ -21,9 +21,9 @@ from marsupial.model import SQRT2, Action, ActionName, Cell, Goal, News, PlanPro
 from marsupial.model.mission import Cause, MapMeeting, Trigger, Triggers
 from marsupial.planning.list_scheduling.greedy import serve
 
-SPARE_SHARE, SPARE_MS = 0.1, 3000
-"""Reserve when the team is back: a share of the time for the way back, and ms on top. Robots sometimes drive slower
-than planned, and stop at a cell before they turn."""
+# Reserve when the team is back: robots sometimes drive slower than planned, and stop at a cell before they turn.
+SPARE_SHARE = 0.1  # of the time for the way back
+SPARE_MS = 3000  # on top
 
 STEP_MS = 1000  # least time between two estimates of the way back
 

@@ -39,10 +39,7 @@ class Replanning(Protocol):
         """Return what asks for a new plan after `news` and the end of the actions `done`."""
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return the survey for a new plan; `keep` are meeting points in use.
-
-        If `late`, planning has already taken place and the plan is only fitted to this survey.
-        """
+        """Return the survey for a new plan, or (`late`) to fit one to that was made; `keep` are meetings in use."""
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
         """Note that the current plan was made from `survey`, or from `since` and then fitted to `survey`."""

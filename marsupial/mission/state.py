@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from marsupial.mission.frames import moved_plan
 from marsupial.mission.observer import Observer
 from marsupial.model import UNKNOWN, Action, Cell, CellArray, FrameShift, RobotType, Whereabouts
 from marsupial.model import mission as log
+from marsupial.model.frames import moved_plan
 from marsupial.model.runs import paint
-from marsupial.paths.headings import heading_of
-from marsupial.paths.routes import passing_times_ms, route_of
+from marsupial.paths.routes import heading_of, passing_times_ms, route_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

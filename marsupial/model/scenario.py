@@ -55,13 +55,7 @@ class Scenario:
 
 
 def with_routes(scenario: Scenario, routes: Routes) -> Scenario:
-    """Return the scenario with these routes for all robot types.
-
-    Raises
-    ------
-    ScenarioError
-        If routes of least energy are wanted but driving uses no energy.
-    """
+    """Return the scenario with these routes for all types; raise ScenarioError if driving then uses no energy."""
     kinds = tuple(replace(kind, routes=routes) for kind in scenario.robot_types)
     faults = [(kind.name, kind.routes_fault) for kind in kinds]
     problems = [Problem("routes", f"robot type {name!r}: {fault}") for name, fault in faults if fault is not None]

@@ -68,13 +68,7 @@ class SituationGoal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Situation:
-    """Robots, places, travel times and goal at one moment.
-
-    Raises
-    ------
-    SituationError
-        With all problems found.
-    """
+    """Robots, places, travel times and goal at one moment; raises SituationError with all problems found."""
 
     # names are unique over all robots and places
     types: tuple[PlanningType, ...]

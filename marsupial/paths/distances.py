@@ -31,15 +31,11 @@ from marsupial.model.grid import Mask
 from marsupial.native import native
 from marsupial.paths.openings import NO_OPENINGS, Openings, openings
 
-ROUNDING = 1e-7
-"""Least gain, in cells, that counts as a shorter way: bounds are sums and differences of rounded lengths."""
+ROUNDING = 1e-7  # least gain, in cells, of a shorter way: bounds are sums and differences of rounded lengths
 
 
 class Distances:
-    """Remembers the distances between the cells (row-major) of the last request.
-
-    The mask `passable` (height, width) is referred to, not copied; `diagonal` is the length of a diagonal step.
-    """
+    """Remembers the distances between the cells (row-major) of the last request, on a mask that may open."""
 
     def __init__(self, passable: Mask, diagonal: float) -> None:
         self._passable, self._diagonal = passable, diagonal

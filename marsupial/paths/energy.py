@@ -22,8 +22,7 @@ from marsupial.arrays import Cells, Floats, Ints
 from marsupial.errors import UsageError
 from marsupial.model import SQRT2, Cell, Mask, RobotType
 from marsupial.paths import energy_kernels as kernels
-from marsupial.paths.headings import heading_of, turn_between
-from marsupial.paths.routes import Route, route_length, route_of
+from marsupial.paths.routes import Route, heading_of, route_length, route_of, turn_between
 from marsupial.paths.workspace import NOWHERE, FramedGrid
 
 _FREE = -1  # heading of a search whose first step needs no turn
@@ -31,13 +30,7 @@ _FREE = -1  # heading of a search whose first step needs no turn
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionCosts:
-    """The energy of driving; the defaults are those of the paper, in its unit: that of driving one unit of distance.
-
-    Raises
-    ------
-    UsageError
-        If distance takes no energy, or an energy is negative.
-    """
+    """The energy of driving; the defaults are those of the paper, in its unit: that of driving one unit of distance."""
 
     distance: float = 1.0  # energy per unit of distance, the side of a cell
     stop: float = 0.5  # extra energy of a stop; each change of direction takes one
@@ -124,10 +117,7 @@ class EnergySearch:
         return np.where(reached, counts[:, 0] + counts[:, 1] * self._diagonal, np.inf)
 
     def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
-        """Return the lengths (k, k) in cells of the ways of least energy between `cells`, row i from cell i.
-
-        `headings` are the initial ones of robots in the cells.
-        """
+        """Return the lengths (k, k) in cells of the ways of least energy between `cells`, from initial `headings`."""
         headings = [None] * len(cells) if headings is None else headings
         table = np.full((len(cells), len(cells)), np.inf)
         free = [i for i, heading in enumerate(headings) if heading is None]

@@ -49,10 +49,7 @@ class EnergyBuffers(NamedTuple):
 
 @native
 def spread(work: EnergyBuffers, source: np.uint64, heading: int, wanted: Cells) -> None:
-    """Settle states outward from a passable cell, until the least costs of `wanted` cells are final (empty: of all).
-
-    The initial `heading` is -1 if the first step needs no turn.
-    """
+    """Settle states outward from a cell, until the costs of `wanted` cells are final (empty: of all)."""
     size = np.uint64(work.passable.size)
     _begin(work, source, heading)
     left = np.uint64(wanted.size)

@@ -4,7 +4,7 @@ Motion is eight-connected: a step costs 1, a diagonal one sqrt 2 and needs both 
 the grid are impassable. The costs are those that A* finds. Three layers answer:
 
     field, route ---------------------------------> flood, one cell after the other   workspace.py, kernels.py
-    costs ------------------> the faster search: /
+    lengths ----------------> the faster search: /
     matrix -> Distances ---/  jump point search ----> corner to corner                 jumps.py
               distances.py, openings.py: only the pairs whose distance may have changed
 
@@ -53,7 +53,8 @@ class PathSearch:
 
     Buffers are kept between searches, so keep the instance. Not thread-safe. `diagonal` is the length of a diagonal
     step, 1 to sqrt 2. If cells only become passable, and the feed `opened` tells which, the cost of a call does not
-    grow with the size of the mask. Searches that are never used at the same time can share working `memory`.
+    grow with the size of the mask. Searches that are never used at the same time can share working `memory`. Shortest
+    ways are the same for all headings.
     """
 
     def __init__(
@@ -93,7 +94,7 @@ class PathSearch:
         goals = goals[self._work.passable(goals)]
         return self._work.field(self._work.search(start, goals, limit))
 
-    def costs(self, source: Cell, wanted: Sequence[Cell] | Ints) -> Floats:
+    def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
         """Return the distance of each wanted cell from `source`, stopping once all of them are final."""
         self._update_jumps()
         start, cells = self._indices([source]), self._indices(wanted)
@@ -103,7 +104,7 @@ class PathSearch:
             costs[inside] = self._search(int(start[0]), cells[inside])
         return costs
 
-    def matrix(self, cells: Sequence[Cell]) -> Floats:
+    def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
         """Return the distances (k, k) between all cells; one on impassable ground is at inf, even from itself."""
         self._update_jumps()
         unique, place = np.unique(self._indices(cells), return_inverse=True)
@@ -113,7 +114,7 @@ class PathSearch:
             table[np.ix_(inside, inside)] = self._distances.between(unique[inside], self._search)
         return table[np.ix_(place, place)]
 
-    def route(self, start: Cell, goal: Cell) -> Route | None:
+    def route(self, start: Cell, goal: Cell, heading: int | None = None) -> Route | None:
         """Return a shortest route, both ends included, always the same one; None if there is none."""
         ends = self._framed([start, goal])
         if not self._work.passable(ends).all():

@@ -14,8 +14,7 @@ from marsupial.arrays import Bytes, Floats, Ints, Ints32, Words
 from marsupial.native import inlined, native, outlined
 from marsupial.paths.kernels import TOLERANCE
 
-FRAME = 64
-"""Closed cells before the first cell of a row or column of bits. The last word always ends with closed ones too."""
+FRAME = 64  # closed cells before the first cell of a row or column of bits; the last word ends with closed ones too
 
 _ONE, _NONE, _ALL = np.uint64(1), np.uint64(0), np.uint64(0xFFFFFFFFFFFFFFFF)
 _SHIFT, _LAST = np.uint64(6), np.uint64(63)

@@ -70,10 +70,7 @@ class JumpMemory:
 
 
 class Jumps:
-    """Searches on one mask of a `shape`, which may change between calls. Not thread-safe.
-
-    `diagonal` is the length of a diagonal step, 1 to sqrt 2; for `memory` see `PathSearch`.
-    """
+    """Searches on one mask of a `shape`, which may change between calls; for `memory` see `PathSearch`."""
 
     def __init__(self, shape: tuple[int, int], diagonal: float, memory: JumpMemory | None = None) -> None:
         height, width = shape

@@ -22,8 +22,7 @@ _ONE = np.uint64(1)
 _NONE: Ints = np.empty(0, dtype=np.int64)
 _QUEUED, _CHANGED = np.uint8(1), np.uint8(2)
 
-MANY = 255
-"""Limits from here on, in cells, need more than two bytes for the steps of a way: one byte for each kind of step."""
+MANY = 255  # limits from here on, in cells, need more than one byte for each kind of step of a way
 
 Steps = npt.NDArray[np.uint16] | npt.NDArray[np.uint64]
 
@@ -41,10 +40,7 @@ class _NearestState(NamedTuple):
 
 
 class Nearest:
-    """The nearest source within a limit (in cells) for every cell of one mask (height, width). Not thread-safe.
-
-    The mask is referenced, not copied; cells that become passable are passed to `add`.
-    """
+    """The nearest source within a limit (in cells) for every cell of one mask, which may open. Not thread-safe."""
 
     def __init__(self, passable: Mask, limit: float = math.inf) -> None:
         self._passable = passable
@@ -60,10 +56,7 @@ class Nearest:
         )
 
     def add(self, sources: Ints, opened: Ints = _NONE) -> Ints:
-        """Add sources and cells that became passable (row-major); return the cells whose source changed.
-
-        Sources on impassable ground are ignored.
-        """
+        """Add passable sources and cells that became passable (row-major); return the cells whose source changed."""
         return self._add(sources, opened, self._limit).astype(np.int64)
 
     def origins(self, cells: Ints) -> Ints:

@@ -17,8 +17,7 @@ from marsupial.planning.race import Clock
 MOST_TARGETS = 12  # most targets for which branch and bound is worth its core; local search has one thread then
 MOST_ROVERS = 10  # most rovers for that where all have to end aboard; otherwise as many as the engine takes
 
-HEAD_START_S = 0.01
-"""Time for which local search runs alone; it has a plan by then, and branch and bound takes up better ones later."""
+HEAD_START_S = 0.01  # local search runs alone that long and has a plan by then; exact takes up better ones later
 
 
 class Auto(Portfolio):

@@ -50,8 +50,7 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
 
 PROCESSES = frozenset({"aries", "tamer"})  # engines that run in processes of their own, as external planners do
 
-PRELOAD = (load_tamer, load_aries, commands)
-"""Functions that load the libraries of engines that run in processes of their own."""
+PRELOAD = (load_tamer, load_aries, commands)  # load the libraries of engines in processes of their own
 
 PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
     "aries": (
@@ -70,15 +69,7 @@ PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
 
 
 def engine(name: str) -> Engine:
-    """Return the engine of that name, which may be missing on this machine (`info.missing`).
-
-    A name that begins with `PREFIX` is the command line of an external planner.
-
-    Raises
-    ------
-    UsageError
-        If there is none of that name, or a command line has no places for the files.
-    """
+    """Return the engine of a name or command line (`PREFIX`), perhaps missing here; UsageError if there is none."""
     if name.startswith(PREFIX):
         return External(name)
     if name in ENGINES:
@@ -98,8 +89,6 @@ def engine_of(planner: str | Engine) -> Engine:
 
 def mission_engine(planner: str | Engine, budget: Budget) -> Engine:
     """Return the engine as missions use it: able to keep a budget of that kind, and splitting what is too big for it.
-
-    An engine instead of a name is taken if it can keep such a budget.
 
     Raises
     ------

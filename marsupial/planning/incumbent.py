@@ -7,10 +7,7 @@ from marsupial.planning.checker import Violation, check
 
 
 class Incumbent:
-    """The best plan so far for a situation, by an objective.
-
-    With `partial`, plans for some of the targets count as well; the fewer targets one leaves out, the better it is.
-    """
+    """The best plan so far by an objective; with `partial`, plans for some targets count, the more the better."""
 
     def __init__(self, situation: Situation, objective: Objective = MAKESPAN, *, partial: bool = False) -> None:
         self._situation, self._objective, self._partial = situation, objective, partial

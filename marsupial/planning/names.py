@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from marsupial import extensions
 
-OWN = ("anytime", "aries", "auto", "exact", "greedy", "tamer")
-"""Those of `marsupial.planning.engines.ENGINES`, in order."""
+OWN = ("anytime", "aries", "auto", "exact", "greedy", "tamer")  # as in `engines.ENGINES`
 
 
 def engine_names() -> tuple[str, ...]:

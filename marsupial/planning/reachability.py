@@ -172,10 +172,7 @@ def _each(
     served: Mapping[str, Flags],
     close: Callable[[Flags, Flags], Flags],
 ) -> dict[str, Flags]:
-    """Return what each robot reaches: its start, and what `close` makes of the places it gets to from there.
-
-    A rover that is aboard sets out from where its carrier can set it down (`served`).
-    """
+    """Return what each robot reaches: its start, or where it is set down (`served`), and what `close` adds."""
     drives = {kind: _drives(situation, kind) for kind in {robot.type for robot in robots}}
     # no place is a start and something else, so robots that first get to the same places reach the same
     closed: dict[tuple[str, bytes], Flags] = {}

@@ -2,7 +2,7 @@
 
 It is a discrete-event simulation in integer milliseconds: `advance` jumps from event to event and never sleeps. Each
 robot on the ground senses from every cell that it passes: all cells in line of sight within its range, and those that
-its body would touch one cell further on (`marsupial.maps.contact`). Unknown cells of the scenario's map are obstacles.
+its body would touch one cell further on. Unknown cells of the scenario's map are obstacles.
 
 The event heap holds (time, sequence number, robot, event number). When a robot is lost, its event and that of its
 docking partner stay in the heap, but they no longer have the number that the robot expects, and are ignored.
@@ -19,11 +19,10 @@ import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.errors import InternalError
-from marsupial.maps.contact import Contact
+from marsupial.maps.footprint import Contact
 from marsupial.model import UNKNOWN, Cell, CellArray, Grid, Manoeuvres, News, PlacedRobot, RobotReport, RobotType
 from marsupial.native import native
-from marsupial.paths.headings import Odometer
-from marsupial.paths.routes import passing_times_ms
+from marsupial.paths.routes import Odometer, passing_times_ms
 from marsupial.sim.sensors import Checked, FieldOfView, Sensor
 
 

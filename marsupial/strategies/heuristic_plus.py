@@ -23,45 +23,41 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.model import Briefing, Decision, Plan, Role, Strategy
+from marsupial.model import Briefing, Plan, Role
 from marsupial.planning.list_scheduling.costs import NEVER, Mask, Times
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.outlook import Option, Outlook
-from marsupial.strategies.rules import decide_by
+from marsupial.strategies.rules import RuleStrategy
 
 GAIN_MS = 20_000  # a further rover is set down in an area if it explores a target there at least this much sooner
 Job = tuple[Option, int]  # a carrier's next option, and the index of its target
 
 
-class HeuristicPlus(Strategy):
+class HeuristicPlus(RuleStrategy):
     """The baseline, improved."""
 
     name = "heuristic-plus"
 
-    def decide(self, briefing: Briefing) -> Decision:
-        return decide_by(self.name, _explore, briefing)
-
-
-def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
-    start = Outlook(briefing.situation, briefing.previous)
-    carriers = [robot.name for robot in briefing.situation.of_role(Role.CARRIER)]
-    jobs: list[Job] = []
-    draft = _drafted(start, jobs)
-    # fix one job at a time and draft anew, as each changes what rovers on the ground can do
-    while (job := _next_job(draft, carriers, jobs)) is not None:
-        jobs.append(job)
+    def explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
+        start = Outlook(briefing.situation, briefing.previous)
+        carriers = [robot.name for robot in briefing.situation.of_role(Role.CARRIER)]
+        jobs: list[Job] = []
         draft = _drafted(start, jobs)
-    outlook = draft.outlook
-    sent = {option.robot for option, _ in jobs}
-    for option, target in outlook.assign([[o.only(draft.left) for o in outlook.options(r)] for r in draft.idle]):
-        outlook.take(option, target)
-        draft.left[target] = False
-    if not outlook.plan.explored:
-        return serve(briefing.situation)
-    for rover in _on_ground(outlook):
-        outlook.wait_at_meeting(rover)
-    outlook.stand_by([carrier for carrier in carriers if carrier not in sent])
-    return outlook.plan, frozenset()
+        # fix one job at a time and draft anew, as each changes what rovers on the ground can do
+        while (job := _next_job(draft, carriers, jobs)) is not None:
+            jobs.append(job)
+            draft = _drafted(start, jobs)
+        outlook = draft.outlook
+        sent = {option.robot for option, _ in jobs}
+        for option, target in outlook.assign([[o.only(draft.left) for o in outlook.options(r)] for r in draft.idle]):
+            outlook.take(option, target)
+            draft.left[target] = False
+        if not outlook.plan.explored:
+            return serve(briefing.situation)
+        for rover in _on_ground(outlook):
+            outlook.wait_at_meeting(rover)
+        outlook.stand_by([carrier for carrier in carriers if carrier not in sent])
+        return outlook.plan, frozenset()
 
 
 @dataclass(slots=True)

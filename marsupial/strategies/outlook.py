@@ -16,8 +16,7 @@ import numpy as np
 
 from marsupial.arrays import Floats
 from marsupial.model import ActionName, Plan, Role, Situation
-from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
-from marsupial.planning.list_scheduling.detours import Detours
+from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours, Indices, Mask, Times
 from marsupial.planning.list_scheduling.insertions import Insertions
 from marsupial.planning.list_scheduling.timeline import Timeline, transport
 from marsupial.planning.matching import least_assignment
@@ -94,9 +93,7 @@ class Outlook:
         return found
 
     def assign(self, options: Sequence[Sequence[Option]]) -> list[tuple[Option, int]]:
-        """Return the assignment of most robots to targets with the least sum of times (Hungarian method); earliest
-        first.
-        """
+        """Return the Hungarian assignment of robots to targets, with the least sum of times; earliest first."""
         if not options or not self.targets:
             return []
         choices = [[self._cost(option) for option in mine] for mine in options]

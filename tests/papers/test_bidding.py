@@ -55,7 +55,7 @@ def view_of(grid: Grid, robots: Sequence[Explorer], kind: RobotType = HOPPER, se
     search = PathSearch(territory.footprints[kind.name].standable, kind.diagonal)
 
     def lengths(robot: Explorer, wanted: Ints) -> Floats:
-        return search.costs(robot.cell, [cell_at(cell, grid.width) for cell in wanted.tolist()])
+        return search.lengths(robot.cell, [cell_at(cell, grid.width) for cell in wanted.tolist()])
 
     return FrontierView(
         grid=grid,

@@ -23,8 +23,8 @@ KIND, PLACES, DOCKS, UNDOCKS, TWIN = range(5)
 MOST_LEVELS = 60  # most docks and undocks of a plan; where more are needed, nothing is proven
 MOST_EVENTS = 1 << 17  # most events waiting at a time; where there are more, nothing is proven
 
-LEFT, KEY, FIRST, NEXT = 0, 1, 2, 3
-"""Columns of levels: targets left, key of the last event, index of the first event listed and of the next to try."""
+# columns of levels: targets left, key of the last event, index of the first event listed and of the next to try
+LEFT, KEY, FIRST, NEXT = range(4)
 
 KEY_SCALE = 64  # a key is the end of an event times this, plus the number of events before it that end at the same ms
 

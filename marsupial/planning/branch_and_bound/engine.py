@@ -25,10 +25,7 @@ TABLES_BYTES = 1 << 26  # most memory for tours over sets of targets; all in all
 
 
 class Exact:
-    """The engine; one step of a budget is one of each search (`proof.STEP` states).
-
-    `clock` gives wall-clock seconds. `latest` returns the best plan of others, which has to be valid, between steps.
-    """
+    """The engine; `latest` gives the best valid plan of others. One step of a budget is one of each search."""
 
     info = infos.EXACT
 

@@ -144,10 +144,7 @@ def _least_sortie(closure: Ints, meetings: Ints, targets: Ints) -> int:
 
 @inlined
 def can_share(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, limit: int, tries: int) -> bool:
-    """Return whether carriers can share jobs so that all are done before `limit`; True if it takes long to find out.
-
-    `jobs` (3, n) has those of one bit together; the last row of `loads` (3, carriers) is given.
-    """
+    """Return whether carriers can share `jobs`, sorted by bit, before `limit`; True if it takes long to find out."""
     carriers = loads.shape[1]
     for c in range(carriers):
         loads[col.TOURED, c] = loads[col.BUSY, c] = 0

@@ -160,10 +160,8 @@ def _tour_times(leg: Ints, base: int, targets: Ints) -> tuple[Ints, Ints]:
 
 
 def _interchangeable(data: ProblemData, one: int, other: int) -> bool:
-    return bool(
-        data.robots[one, given.TYPE] == data.robots[other, given.TYPE]
-        and data.robots[one, given.HOME] == data.robots[other, given.HOME]
-    )
+    columns = [given.TYPE, given.HOME]
+    return np.array_equal(data.robots[one, columns], data.robots[other, columns])
 
 
 def _traits(data: ProblemData, robots: Ints, carriers: int) -> Ints:

@@ -56,9 +56,7 @@ class Arrivals:
         return np.asarray(self.arrive_ms[carrier] + self.undocking_ms[v])
 
     def carried(self, k: int, arrive_ms: Times, v: int) -> Times:
-        """Return (meetings, meetings): when rover `v`, at the first at `arrive_ms`, is ready at the second, on carrier
-        `k`.
-        """
+        """Return (meetings, meetings): when `v`, at the first at `arrive_ms`, is ready at the second, on `k`."""
         docked = np.maximum(self.boarding_ms[k], arrive_ms) + self.docking_ms[v]
         return np.asarray(docked[:, None] + self.costs.transport[self.kinds[self.carriers[k]]] + self.undocking_ms[v])
 

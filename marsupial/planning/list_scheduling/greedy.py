@@ -22,8 +22,7 @@ import numpy as np
 
 from marsupial.model import MAKESPAN, ActionName, Budget, Finished, Improved, Objective, Outcome, Plan, Situation
 from marsupial.planning import infos
-from marsupial.planning.list_scheduling.costs import NEVER, Costs, Times
-from marsupial.planning.list_scheduling.detours import Detours
+from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours, Times
 from marsupial.planning.list_scheduling.insertions import Insertions
 from marsupial.planning.list_scheduling.recovery import go_home, recover
 from marsupial.planning.list_scheduling.timeline import Timeline, follow, replay, transport
@@ -43,10 +42,7 @@ class Greedy:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield `start` if there is one, the plans that are shorter, then `Finished`; see `Engine`.
-
-        The first round is always finished; no other is begun that would end too late at the pace so far.
-        """
+        """Yield `start` if there is one, the plans that are shorter, then `Finished`; see `Engine`."""
         self.info.require(objective)
         begun = self._clock()
         if start is not None:
@@ -63,6 +59,7 @@ class Greedy:
             if not draft.complaint and (best is None or draft.plan.makespan_ms < best.makespan_ms):
                 best = draft.plan
                 yield Improved(plan=best, elapsed_s=elapsed)
+            # the first round is always finished; no other is begun that would end too late at the pace so far
             if budget.seconds is not None and elapsed * (n + 1) / n > budget.seconds:
                 break
         yield Finished(

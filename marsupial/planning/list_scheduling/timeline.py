@@ -223,10 +223,7 @@ def follow(timeline: Timeline, rover: str, meeting: int, transports: Mapping[int
 
 
 def retime(situation: Situation, actions: Iterable[Action]) -> Plan:
-    """Return the plan that does `actions` in this order per robot, each as early as possible.
-
-    Only their names and places are used. An action without a path keeps its duration, for the checker to refuse.
-    """
+    """Return the plan of `actions`, each as early as possible; without a path one keeps its duration, to be refused."""
     # engines leave gaps (Aries) or let actions touch (Tamer): what counts is the order of each robot's actions
     ready = {robot.name: free_at_ms(situation, robot) for robot in situation.robots}
     timed: list[Action] = []

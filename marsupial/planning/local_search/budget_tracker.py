@@ -14,11 +14,9 @@ from marsupial.model import EPSILON_MS, Budget, Value
 POLISH_STEPS, POLISH_S = 50, 0.1  # effort after the makespan is proven optimal, for the other parts of the value
 FIRST_ROUND = 8  # steps of the first round; each later one has as many as all before it
 
-PAUSE_STEPS, PAUSE_S = 10, 0.02
-"""Least effort between two reports. With a budget in seconds, a plan shorter by 1 % is reported at once."""
+PAUSE_STEPS, PAUSE_S = 10, 0.02  # least effort between two reports, but a plan shorter by 1 % is reported at once
 
-SLICE_S, SLICE_SHARE = 0.01, 0.05
-"""Longest time between two looks at the clock, in seconds and as a share of the budget."""
+SLICE_S, SLICE_SHARE = 0.01, 0.05  # longest time between two looks at the clock, also as a share of the budget
 
 
 class BudgetTracker:

@@ -96,10 +96,7 @@ class Anytime:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield a valid `start` or list scheduling's plan, better ones, then `Finished`; see `Engine`.
-
-        The first plan and one step come however small the budget.
-        """
+        """Yield a valid `start` or list scheduling's plan, better ones after at least one step, then `Finished`."""
         begun = self._clock()
         shortest = objective == MAKESPAN
         incumbent = Incumbent(situation, objective)

@@ -6,15 +6,9 @@ Each returns whether it made a change; most changes are infeasible.
 from __future__ import annotations
 
 from marsupial.native import inlined
+from marsupial.planning.local_search import choices
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search import linked_schedule as ops
-from marsupial.planning.local_search.choices import (
-    critical_node,
-    late_target,
-    other_carrier,
-    other_position,
-    random_node,
-)
 from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 from marsupial.planning.local_search.transfer_moves import drop_if_empty, swap_tails_at
 
@@ -25,8 +19,8 @@ LONGEST_TURN = 12  # most nodes of a route reversed at once
 @inlined
 def _focus_node(sched: LinkedSchedule) -> int:
     """Return a random node in use, half of the time one on a critical path."""
-    node = critical_node(sched) if ops.draw(sched, 2) else -1
-    return node if node >= 0 else random_node(sched)
+    node = choices.critical_node(sched) if ops.draw(sched, 2) else -1
+    return node if node >= 0 else choices.random_node(sched)
 
 
 @inlined
@@ -49,9 +43,9 @@ def move_string(sched: LinkedSchedule) -> bool:
     at = back
     if ops.draw(sched, 2):
         carrier = ops.pick(sched, col.CARRIERS)
-        at = other_position(sched, carrier, back, sched.nodes[first, col.PLACE])
+        at = choices.other_position(sched, carrier, back, sched.nodes[first, col.PLACE])
     elif not reversed_ or ops.draw(sched, 2):
-        at = other_position(sched, carrier, back, sched.nodes[first, col.PLACE])
+        at = choices.other_position(sched, carrier, back, sched.nodes[first, col.PLACE])
     for i in range(count):
         node = sched.work[col.TAKEN, count - 1 - i if reversed_ else i]
         ops.assign(sched, node, carrier, at)
@@ -116,7 +110,7 @@ def cross_exchange(sched: LinkedSchedule) -> bool:
     if sched.nodes[at_one, col.KIND] == col.START:
         return False
     one = ops.route_robot(sched, at_one)
-    other = other_carrier(sched, at_one)
+    other = choices.other_carrier(sched, at_one)
     if one == other or not ops.is_carrier(sched, one):
         return False
     if ops.draw(sched, 2):
@@ -157,7 +151,7 @@ def _position_at(sched: LinkedSchedule, carrier: int, end: int, wanted: int) -> 
 def splice(sched: LinkedSchedule) -> bool:
     """Exchange the tails of two robots so that one of them reaches two near targets in a row."""
     nodes = sched.nodes
-    at_one = late_target(sched)
+    at_one = choices.late_target(sched)
     target = sched.hints[nodes[at_one, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
     if target < 0:
         return False

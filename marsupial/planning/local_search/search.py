@@ -57,25 +57,26 @@ from marsupial.planning.local_search.timing import LATEST, cost_of, makespan_of,
 
 STEP = 1000  # moves that each search tries in one step of a budget
 
-START_TEMPERATURE, CROWDED_TEMPERATURE, END_TEMPERATURE = 0.16, 2.0, 0.0002
-"""Shares of the first plan's makespan: at the start at most the first, and the second divided by the number of targets;
-at the end."""
+# shares of the first plan's makespan
+START_TEMPERATURE = 0.16  # at most this at the start
+CROWDED_TEMPERATURE = 2.0  # and at most this, divided by the number of targets
+END_TEMPERATURE = 0.0002
 
-FULL_HEAT_CHANGES, LEAST_HEAT = 15_000, 0.15
-"""Changes per target from which on a run starts at the full temperature; with fewer the start is lower in proportion,
-down to the least share."""
+FULL_HEAT_CHANGES = 15_000  # changes per target from which on a run starts at the full temperature, else in proportion
+LEAST_HEAT = 0.15  # least share of it
 
 REHEAT = 0.4  # start temperature of the last run, as a share of that of the others
 
-MOST_RUNS, MIN_RUN_CHANGES, MAX_RUN_CHANGES, EARLY_RUNS_SHARE = 6, 1500, 9000, 0.7
-"""The number of early runs if each gets at least the minimum of changes per target; there are more if each would get
-more than the maximum. The share of the budget for all of them."""
+MOST_RUNS = 6  # early runs, unless each would get more than the maximum of changes per target
+MIN_RUN_CHANGES, MAX_RUN_CHANGES = 1500, 9000
+EARLY_RUNS_SHARE = 0.7  # of the budget, for all of them
 
 BUSY_RUN_CHANGES = 100_000  # changes per target of an early run where there are many transfers
 
-ARRIVAL_WEIGHT, CROWDED_ARRIVAL_WEIGHT, DRIVING_WEIGHT = 0.2, 0.02, 1e-4
-"""Weights where lateness has 1: of the mean time at which targets are reached, that per target where there are many,
-and of driving."""
+# weights where lateness has 1
+ARRIVAL_WEIGHT = 0.2  # of the mean time at which targets are reached
+CROWDED_ARRIVAL_WEIGHT = 0.02  # the same per target, where there are many
+DRIVING_WEIGHT = 1e-4
 
 DUE_MARGIN = 0.05  # how far the due date is below the incumbent's makespan, as a share of it
 MAKESPAN_WEIGHT = 3  # index of the weight of the incumbent's makespan, after those of lateness, arrivals and driving

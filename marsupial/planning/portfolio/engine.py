@@ -125,9 +125,8 @@ class Results:
         return (reports[0].outcome, reports[0].detail or "no plan") if reports else (Outcome.NO_PLAN, "no plan")
 
 
-GRACE_S, FIRST_PLAN_S = 0.05, 1.0
-"""Time after the end of the budget in which engines may still finish their step and report bounds, with a plan and
-without one."""
+GRACE_S = 0.05  # time after the end of the budget in which engines may finish their step and report bounds
+FIRST_PLAN_S = 1.0  # the same without a plan
 
 POLISH_S = 0.1  # least time that the lead goes on after the makespan is proven optimal
 GIVEN = "the one before"  # name of the finder of `start`

@@ -24,10 +24,7 @@ APART_M, MOST = 8.0, 40  # least distance between additional meeting points, and
 
 
 def cover(ground: Ground, worth: Mapping[str, float], noise: float, rng: np.random.Generator) -> Iterator[Stop]:
-    """Yield stops from which all wanted cells are seen.
-
-    A site's value is the `worth` of its type for each cell seen, increased at random by a share of up to `noise`.
-    """
+    """Yield stops from which all wanted cells are seen; sites' values are `worth` per cell, with some `noise`."""
     sites = [(kind, int(index)) for kind in ground.kinds for index in ground.sites[kind]]
     views = [view for kind in ground.kinds for view in ground.site_views(kind)]
     factors = [

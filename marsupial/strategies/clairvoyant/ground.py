@@ -15,7 +15,7 @@ from typing import TypeVar
 import numpy as np
 
 from marsupial.arrays import Floats, Ints
-from marsupial.maps.contact import Contact
+from marsupial.maps.footprint import Contact
 from marsupial.maps.growth import reach_of
 from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
@@ -32,8 +32,7 @@ NOTHING: Ints = np.empty(0, dtype=np.int64)
 
 MOST_SITES = 6000  # most sites of a robot type on the lattice; fewer on large maps. Necessary sites are added to them.
 
-MEMORY = 200_000_000
-"""Bytes for views from sites, and as many for the other caches, which are cleared when they are full."""
+MEMORY = 200_000_000  # bytes for views from sites, and as many for the other caches, which are cleared when full
 
 
 class Ground:

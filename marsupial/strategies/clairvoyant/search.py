@@ -32,8 +32,7 @@ from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.repair import repaired
 from marsupial.strategies.clairvoyant.tours import shortened
 
-CARRIER_WORTH = (1.0, 3.0, 0.5)
-"""Weight of a cell seen from a carrier in the initial covers, in turn; from a rover it is 1."""
+CARRIER_WORTH = (1.0, 3.0, 0.5)  # weight of a cell seen from a carrier in the initial covers, in turn; from a rover 1
 
 PATIENCE = 12  # rounds without improvement before a restart
 LATEST = 0.6  # share of the budget after which it returns to the best outline instead of restarting
@@ -42,11 +41,9 @@ COVER_NOISE = 0.3  # greatest random increase of a site's value in a cover, as a
 BEGIN_STEPS, ROUND_STEPS, BATCH = 200, 30, 10  # annealing steps for each cover, for each round, and per batch
 MOST_REMOVED = 8  # most stops that a round removes
 
-AMBITION = 0.05
-"""The time limit of repairs is this share below the best completion time, so that robots aim to be faster."""
+AMBITION = 0.05  # repairs aim to be faster than the best by this share
 
-TOLERANCE = 0.02
-"""A result may be worse than the best by this share to be the next start; the share shrinks to 0 at the end."""
+TOLERANCE = 0.02  # a result worse than the best by this share may be the next start; it shrinks to 0
 
 DRIVING_SHARE = 0.002  # cost of a ms of driving, relative to a ms until all is seen
 

@@ -23,9 +23,9 @@ from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.search import best_outline
 
-ROUNDS_PER_STEP, SECONDS = 1.5, 5.0
-"""Search rounds per step of a strategy's planning budget, or factor on its seconds: the clairvoyant plans once, while a
-strategy plans a hundred times."""
+# it plans once, while a strategy plans a hundred times
+ROUNDS_PER_STEP = 1.5  # search rounds per step of a strategy's planning budget
+SECONDS = 5.0  # factor on its seconds
 
 SEED = 1
 

@@ -5,7 +5,6 @@ Tours are shortened without seeing less: stops that see nothing of their own are
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
@@ -14,7 +13,7 @@ import numpy as np
 from marsupial.model import Action, ActionName, Cell
 from marsupial.strategies.clairvoyant.cover import stop_at
 from marsupial.strategies.clairvoyant.ground import Cells
-from marsupial.strategies.clairvoyant.outline import Outline, Stop, Tour, missed_by
+from marsupial.strategies.clairvoyant.outline import Outline, Tour, missed_by
 
 TRIES = 8  # most candidate places that are checked exactly, for each stop
 LESS_CELLS = 0.1  # least gain in tour length that justifies a change
@@ -68,8 +67,7 @@ class Tours:
         """Remove a stop."""
         self._dropped.add(tour.names[at])
         self._errands = [errand for errand in self._errands if errand is not tour.after[at]]
-        del tour.names[at], tour.cells[at], tour.after[at]
-        del tour.seen[at]
+        del tour.names[at], tour.cells[at], tour.after[at], tour.seen[at]
         if at < len(tour.seen):
             tour.seen[at] = self.leg(tour, tour.cells[at - 1], tour.cells[at])
 
@@ -81,7 +79,7 @@ class Tours:
 
     def insert(self, tour: Tour, at: int, cell: Cell, cells: Cells) -> None:
         """Insert a new stop for seeing `cells` after place `at` of a tour."""
-        name = self._new_stop(tour.kind, cell, cells)
+        name = self.add_stop(tour.kind, cell, cells)
         errand = Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=0, robot=tour.robot, place=name)
         # the robot does it right after its last errand at the place before
         before = tour.after[at]
@@ -93,9 +91,12 @@ class Tours:
         tour.seen.insert(at + 1, 0)
         self._see_around(tour, at + 1)
 
-    def add_stop(self, kind: str, cell: Cell, cells: Cells) -> None:
-        """Add a stop that is in no tour yet."""
-        self._new_stop(kind, cell, cells)
+    def add_stop(self, kind: str, cell: Cell, cells: Cells) -> str:
+        """Add a stop that is in no tour yet; return its name."""
+        name = next(name for n in range(len(self._names) + 1) if (name := f"v_{n}") not in self._names)
+        self._names.add(name)
+        self._changed[name] = (kind, cell, cells)
+        return name
 
     def leg(self, tour: Tour, *cells: Cell) -> Cells:
         """Return what the tour's robot sees when it drives from cell to cell."""
@@ -106,21 +107,10 @@ class Tours:
 
     def outline(self) -> Outline:
         """Return the changed outline."""
-        return replace(self._outline, stops=tuple(self._stops()), errands=tuple(self._errands))
-
-    def _stops(self) -> Iterator[Stop]:
-        for stop in self._outline.stops:
-            if stop.name not in self._changed and stop.name not in self._dropped:
-                yield stop
-        for name, (kind, cell, cells) in self._changed.items():
-            if name not in self._dropped:
-                yield stop_at(self.ground, name, kind, cell, cells)
-
-    def _new_stop(self, kind: str, cell: Cell, cells: Cells) -> str:
-        name = next(name for n in range(len(self._names) + 1) if (name := f"v_{n}") not in self._names)
-        self._names.add(name)
-        self._changed[name] = (kind, cell, cells)
-        return name
+        gone = self._dropped | self._changed.keys()
+        stops = [stop for stop in self._outline.stops if stop.name not in gone]
+        stops += [stop_at(self.ground, n, *where) for n, where in self._changed.items() if n not in self._dropped]
+        return replace(self._outline, stops=tuple(stops), errands=tuple(self._errands))
 
     def _see_around(self, tour: Tour, at: int) -> None:
         for leg in (at, at + 1):

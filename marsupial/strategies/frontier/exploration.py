@@ -18,16 +18,16 @@ from marsupial.errors import ScenarioError
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Frontier, Target, cell_at
 from marsupial.model import Action, Cell, FrameShift, Goal, MapMeeting, Plan, RobotType, Role, Routes, Triggers
-from marsupial.model.strategy import Briefing, Decision, PlanProgress, Strategy
+from marsupial.model.strategy import Briefing, Decision, PlanProgress
 from marsupial.model.world import News, RobotReport, World
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.strategies.frontier.arrival import OnArrival
 from marsupial.strategies.frontier.rule import FrontierRule
 from marsupial.strategies.frontier.view import TRAIL, Explorer, FrontierView
-from marsupial.strategies.rules import decide_by
+from marsupial.strategies.rules import RuleStrategy
 
 
-class FrontierStrategy(Strategy):
+class FrontierStrategy(RuleStrategy):
     """A strategy that sends robots to the cells chosen by a rule; its name may have the rule's parameters."""
 
     def __init__(self, rule: FrontierRule, name: str = "") -> None:
@@ -50,11 +50,11 @@ class FrontierStrategy(Strategy):
         return self._pace
 
     def decide(self, briefing: Briefing) -> Decision:
-        decision = decide_by(self.name, self._explore, briefing)
+        decision = super().decide(briefing)
         wall_s = decision.report.wall_s + (0.0 if self._pace is None else self._pace.choosing_s)
         return replace(decision, report=replace(decision.report, wall_s=wall_s, first_plan_s=wall_s))
 
-    def _explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
+    def explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
         timeline = Timeline.of(briefing.situation)
         for robot, target in ({} if self._pace is None else self._pace.ways).items():
             timeline.explore(robot, target)

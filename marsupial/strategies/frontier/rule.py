@@ -33,10 +33,7 @@ class FrontierRule(Protocol):
     most_robots: ClassVar[int | None] = None  # None for any number
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return the frontier cell (row-major) of robots by name; the others keep their goals, or wait.
-
-        Any other cell that the robot can drive to is allowed too, for a step aside.
-        """
+        """Return a frontier cell (row-major) for robots by name, or one beside them; the others keep their goals."""
 
 
 def with_parameters(rule: type[FrontierRule], text: str) -> FrontierRule:
@@ -89,10 +86,7 @@ class Bidders(FrontierRule):
     def bids(
         self, view: FrontierView, robot: Explorer, ways: Floats, others: list[Explorer], aims: list[int]
     ) -> Floats:
-        """Return the bids (n,) of a robot for its frontier cells, at lengths `ways` (n,) in cells.
-
-        `aims` are the frontier cells that the others drive to.
-        """
+        """Return the bids (n,) of a robot for its frontier cells, at `ways` cells; `aims` are the others' goals."""
 
 
 def counted(mask: Flags, around: Ints, cells: Ints) -> Floats:
