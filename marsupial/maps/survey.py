@@ -272,8 +272,7 @@ class Surveyor:
         goal = SituationGoal()
         if ending:
             goal = SituationGoal(
-                recover_rovers=self._goal.recover_rovers or self._goal.return_home,
-                return_home=self._goal.return_home,
+                recover_rovers=self._goal.recover_rovers or self._goal.return_home, return_home=self._goal.return_home
             )
         return Situation(
             types=kinds,
@@ -327,9 +326,5 @@ def placed(robots: Iterable[RobotReport]) -> tuple[PlacedRobot, ...]:
 def planning_type(kind: RobotType) -> PlanningType:
     """Return the properties of a robot type that planning uses."""
     return PlanningType(
-        name=kind.name,
-        role=kind.role,
-        capacity=kind.capacity,
-        dock_ms=kind.dock_ms,
-        undock_ms=kind.undock_ms,
+        name=kind.name, role=kind.role, capacity=kind.capacity, dock_ms=kind.dock_ms, undock_ms=kind.undock_ms
     )

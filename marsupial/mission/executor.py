@@ -45,12 +45,10 @@ class Executor:
 
     @property
     def idle(self) -> bool:
-        """Whether no action runs or waits."""
         return not self._running and not any(self._queues.values())
 
     @property
     def deployed_at(self) -> Mapping[str, str]:
-        """Meeting point at which each rover on the ground was last set down."""
         return self.deployments.at
 
     @property
@@ -65,11 +63,9 @@ class Executor:
         return frozenset(action.robot for action in running if action.name is not ActionName.UNDOCK)
 
     def unemployed(self, robots: Iterable[str]) -> bool:
-        """Return whether at least one of `robots` has nothing left to do."""
         return any(name not in self._running and not self._queues[name] for name in robots)
 
     def remainder(self) -> tuple[Action, ...]:
-        """Return the running and waiting actions in plan order, with the times of their plan."""
         running = [action for name, (_, action) in self._running.items() if name not in self._superseded]
         waiting = [action for queue in self._queues.values() for action in queue]
         unique = {id(action): action for action in running + waiting}  # a docking is in two queues

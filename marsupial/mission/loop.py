@@ -225,11 +225,7 @@ class MissionLoop:
         grid = self._world.grid
         self._observer.event(
             log.FrameGrown(
-                t_ms=self._world.now_ms,
-                width=grid.width,
-                height=grid.height,
-                origin_m=grid.origin_m,
-                shift=shift.by,
+                t_ms=self._world.now_ms, width=grid.width, height=grid.height, origin_m=grid.origin_m, shift=shift.by
             )
         )
         self._homes = shift.cells(self._homes)

@@ -78,8 +78,7 @@ class Playback:
 
     def __init__(self, events: Sequence[log.MissionEvent]) -> None:
         events = in_last_frame(events)
-        mission = events[0]
-        assert isinstance(mission, log.MissionStarted)
+        mission = log.started(events)
         self.mission = mission
         self.events = events
         self.start_ms = mission.t_ms
@@ -136,8 +135,7 @@ def _moments(events: Sequence[log.MissionEvent]) -> tuple[tuple[int, Tracks], ..
 
 def _timeline(events: Sequence[log.MissionEvent]) -> dict[str, tuple[Segment, ...]]:
     """Return each robot's actions; one without an end lasts until the next starts or the log stops."""
-    mission = events[0]
-    assert isinstance(mission, log.MissionStarted)
+    mission = log.started(events)
     segments: dict[str, list[Segment]] = {robot.name: [] for robot in mission.robots}
     running: dict[str, log.ActionStarted] = {}
 

@@ -51,8 +51,7 @@ def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
     end = bisect_right(events, t_ms, key=lambda event: event.t_ms)
     end = max((i for i in range(end) if isinstance(events[i], log.Planned) and events[i].t_ms == t_ms), default=end)
     state, past = MissionTracker(), in_last_frame(events[:end])
-    mission = past[0]
-    assert isinstance(mission, log.MissionStarted)
+    mission = log.started(past)
     for event in past:
         state.event(event)
     grid = Grid(
@@ -83,13 +82,7 @@ def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
         free_at_ms = max(t_ms, track.running.t_ms + took_ms)
     lost = track.lost or (carrier is not None and tracks[carrier].lost)
     return RobotReport(
-        name=name,
-        type=track.kind.name,
-        cell=cell,
-        carrier=carrier,
-        free_at_ms=free_at_ms,
-        lost=lost,
-        heading=heading,
+        name=name, type=track.kind.name, cell=cell, carrier=carrier, free_at_ms=free_at_ms, lost=lost, heading=heading
     )
 
 

@@ -61,7 +61,6 @@ class OnNews(Lookout):
         self._planned_ms = -1
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Return the setbacks, or how the current targets differ from those that the plan knows."""
         explores = [action for action in done if action.name is ActionName.EXPLORE]
         explorers = {action.robot for action in explores}
         for robot in self._world.robots() if explores else ():
@@ -83,14 +82,12 @@ class OnNews(Lookout):
         return self._compare(work, free)
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return the survey of the map known so far."""
         survey = self._surveyor.survey(self._world.robots(), self._world.now_ms, keep, self._targets())
         if not late:  # cells seen during planning are news for the next look
             self._note_explored(left=bool(survey.targets))
         return survey
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
-        """Store the targets that the plan knows."""
         self._known = survey.targets
         if since is not None:  # the plan does not know targets that appeared while it was made
             self._known = tuple(t for t, was in self._paired(survey.targets, since.targets) if was is not None)

@@ -91,8 +91,7 @@ class FrameShift:
 
 def in_last_frame(events: Sequence[log.MissionEvent]) -> tuple[log.MissionEvent, ...]:
     """Return the events with all cells in the last frame, and without `FrameGrown`."""
-    mission = events[0]
-    assert isinstance(mission, log.MissionStarted)
+    mission = log.started(events)
     width, origin_m = mission.width, mission.origin_m
     shifts: list[FrameShift] = []
     for event in events:

@@ -7,6 +7,7 @@ wall-clock time, so the same scenario, seed and step budget give the same bytes.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -261,3 +262,10 @@ MissionEvent = (
     | RobotLost
     | MissionEnded
 )
+
+
+def started(events: Sequence[MissionEvent]) -> MissionStarted:
+    """Return the first event of a mission."""
+    first = events[0]
+    assert isinstance(first, MissionStarted), "a log begins with the start of its mission"
+    return first

@@ -109,7 +109,7 @@ def _can_run_errands(tables: Tables, search: SearchState, level: int) -> bool:
         # A rover is in the room already, or nothing is left to do there.
         if out or left & errands.within[e] == 0:
             continue
-        jobs[col.ERRAND, size], jobs[col.TAKES, size] = errands.down[e], errands.undocking if e < errands.rooms else 0
+        jobs[col.ERRAND, size], jobs[col.TAKES, size] = e, errands.undocking if e < errands.rooms else 0
         size += 1
         if tables.recover and e < errands.rooms:
             jobs[col.ERRAND, size], jobs[col.TAKES, size] = errands.up[e], errands.docking

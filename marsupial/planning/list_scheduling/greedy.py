@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
@@ -53,11 +52,11 @@ class Greedy:
             return
         best, complaint = start, ""
         rounds = islice(Listing(situation).drafts(), min(ROUNDS, budget.steps or ROUNDS))
-        for n, draft in enumerate(rounds, 1):
+        for n, (plan, missed) in enumerate(rounds, 1):
             elapsed = self._clock() - begun
-            complaint = complaint or draft.complaint
-            if not draft.complaint and (best is None or draft.plan.makespan_ms < best.makespan_ms):
-                best = draft.plan
+            complaint = complaint or missed
+            if not missed and (best is None or plan.makespan_ms < best.makespan_ms):
+                best = plan
                 yield Improved(plan=best, elapsed_s=elapsed)
             # the first round is always finished; no other is begun that would end too late at the pace so far
             if budget.seconds is not None and elapsed * (n + 1) / n > budget.seconds:
@@ -87,11 +86,11 @@ class Listing:
         The plan is feasible, but some rovers may stay on the ground and some carriers away from home. A feasible plan
         `start` is kept, and what it leaves undone is added behind it.
         """
-        plan = next(self.drafts(start)).plan
+        plan = next(self.drafts(start))[0]
         return plan, frozenset(target.name for target in self._detours.situation.targets) - plan.explored
 
-    def drafts(self, start: Plan | None = None) -> Iterator[_GreedyPlan]:
-        """Yield one plan per round, endlessly, each with the actions of `start` first."""
+    def drafts(self, start: Plan | None = None) -> Iterator[tuple[Plan, str]]:
+        """Yield, endlessly, a plan with the actions of `start` first, and which part of the goal it misses."""
         situation, costs = self._detours.situation, self._costs
         begun = Timeline.of(situation) if start is None else replay(situation, start)
         names = [target.name for target in situation.targets]
@@ -108,18 +107,10 @@ class Listing:
             if goal.return_home:
                 trouble = go_home(timeline)
                 complaint = complaint or trouble
-            yield _GreedyPlan(plan=self._detours.expanded(timeline.plan), complaint=complaint)
+            yield self._detours.expanded(timeline.plan), complaint
             if last is None:
                 return
             head_start_ms[names.index(last)] += timeline.plan.makespan_ms // 2 + 1
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _GreedyPlan:
-    """A plan, and a sentence about the part of the goal that it does not reach; empty if it reaches all."""
-
-    plan: Plan
-    complaint: str
 
 
 def _why_left(situation: Situation, left: list[str]) -> str:

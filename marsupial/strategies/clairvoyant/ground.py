@@ -97,14 +97,11 @@ class Ground:
         near = np.ones(len(self.sites[kind]), dtype=np.bool_)
         if cells:
             for bit in ((cells & -cells).bit_length() - 1, cells.bit_length() - 1):
-                near &= self._near(kind, self.cell(self._bit[bit]))
+                near &= self.near(kind, self.cell(self._bit[bit]))
         return near
 
-    def sites_near(self, kind: str, cell: Cell) -> Ints:
-        """Return the numbers of the sites of a type from which it might see a cell."""
-        return np.flatnonzero(self._near(kind, cell))
-
-    def _near(self, kind: str, cell: Cell) -> Mask:
+    def near(self, kind: str, cell: Cell) -> Mask:
+        """Return which sites of a type might see a cell."""
         sites, robot = self.sites[kind], self.kinds[kind]
         reach = max(robot.sensor_range_m, robot.radius_m) / self.territory.grid.resolution_m + 2.0
         x, y = sites % self.width - cell.x, sites // self.width - cell.y

@@ -86,7 +86,8 @@ class _Repair:
     def _sites(self, kind: str, cell: Cell) -> Ints:
         """Return the numbers of (some of) the sites of a type that see a cell."""
         ground = self._tours.ground
-        near, bit, views = ground.sites_near(kind, cell), ground.bit_of(cell), ground.site_views(kind)
+        near, views = np.flatnonzero(ground.near(kind, cell)), ground.site_views(kind)
+        bit = ground.bit_of(cell)
         some = near if len(near) <= SITES else self._rng.choice(near, SITES, replace=False)
         # a sample may by chance hold no site that sees the cell
         seeing = [n for n in some.tolist() if views[n] & bit] or [n for n in near.tolist() if views[n] & bit]
