@@ -33,7 +33,7 @@ def explorable_area(grid: Grid, kinds: Sequence[RobotType], robots: Sequence[Pla
     reached = dict(whole.by_type)
     for name, labels in regions.items():
         reached[name] = _entered(labels, _entrances(territory, whole, robots, name))
-        # nobody looks for ground that is hardly larger than a rover: whether it is found is a matter of luck
+        # robots do not look for ground hardly larger than a rover: finding it is a matter of luck
         labels[~(reached[name] | roomy(whole.by_type[name], territory.footprints[name]))] = 0
     if any(np.count_nonzero(reached[name]) < np.count_nonzero(labels) for name, labels in regions.items()):
         explored = _Explored(truth, kinds)
@@ -77,7 +77,7 @@ def _entered(labels: Ints32, cells: Mask) -> Mask:
 
 
 class _Explored:
-    """What a team knows of a map that goes wherever it can, and looks wherever it has to."""
+    """The known map of a team that drives to all ground it can reach, and looks for ground to set rovers down on."""
 
     def __init__(self, truth: Grid, kinds: Sequence[RobotType]) -> None:
         self._truth, self._cells = truth, np.full_like(truth.cells, UNKNOWN)
@@ -96,7 +96,7 @@ class _Explored:
             self._reveal(np.flatnonzero(covered(stands, body, cells.shape)))
 
     def look(self, reached: Mapping[str, Mask], landings: Mapping[str, Mask]) -> bool:
-        """Look for ground to set rovers down on; say whether there was any place to look from."""
+        """Look for ground to set rovers down on; return whether there was a cell to look from."""
         looks = [
             (self._known.kinds[name], cell_at(stand, self._truth.width))
             for name, frontier in self._landings.towards(landings, reached).items()
@@ -108,7 +108,7 @@ class _Explored:
         return bool(looks)
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Mapping[str, Mask]:
-        """Return where robots of each type can get to as far as they know, by name."""
+        """Return what robots of each type can reach on the known map, by name."""
         return self._growing.reach(robots).by_type
 
     def _reveal(self, cells: Ints) -> None:

@@ -120,7 +120,7 @@ class _Dock:
     def __init__(self, territory: Territory, carrier: RobotType, rover: RobotType) -> None:
         self.carrier = carrier.name
         limit = dock_range_cells(carrier, rover, territory.grid.resolution_m)
-        # a carrier's own cell may be one that a rover can't drive on, and the other way round
+        # carriers and rovers may stand on cells that the other role can't drive on
         self._nearest = Nearest(territory.see_through, limit)
         self._standable = territory.footprints[rover.name].standable
         self.docking = Docking(cells=np.zeros_like(self._standable), carrier_at=self._nearest.origins)

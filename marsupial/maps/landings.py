@@ -4,7 +4,7 @@ Robots touch the ground beside them, so they get to know all ground that is conn
 that rovers can only be set down on: a carrier docks with a rover that is farther away than it touches, or even sees. As
 long as unknown cells of such ground are in view from somewhere, a robot goes there and looks. So what a team comes to
 know does not depend on what its robots happen to see on their way. Ground on which a rover could hardly move, such as
-the corner of a room that nobody has seen, is not worth the way.
+the unseen corner of a room, is not worth the drive.
 """
 
 from __future__ import annotations
@@ -158,7 +158,7 @@ def covered(cells: Ints, radius_cells: float, shape: tuple[int, int]) -> Mask:
 
 
 def _within(limit: float, area: Mask, passable: Mask) -> Mask:
-    """Return the area and the cells (height, width) that are at most so many cells away from it on passable ground."""
+    """Return the area and all cells (height, width) within `limit` cells of it over passable ground."""
     padded = np.pad(area, 1)
     inner = area.copy()
     for dy in range(3):

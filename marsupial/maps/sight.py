@@ -101,7 +101,7 @@ class Sight:
         return None if found < 0 else Cell(int(stands[found]) % self._shape[1], int(stands[found]) // self._shape[1])
 
     def _begin(self, range_cells: float, sweeps: int) -> None:
-        """Make ready for so many sweeps; the number of the last of them is `_stamp`."""
+        """Reserve numbers for this many sweeps; `_stamp` is the last of them."""
         if range_cells > self._farthest or self._stamp + sweeps > LAST_STAMP:
             self._farthest, self._stamp = max(range_cells, self._farthest), 0
             window = [int(min(2 * self._farthest + 1, side)) for side in self._shape]

@@ -51,7 +51,7 @@ from marsupial.maps.landings import Landings, Looks
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
-from marsupial.maps.travel import AllGround, Poses, SharedLengths, travel_times, ways_by_type
+from marsupial.maps.travel import AllGround, Poses, shared_lengths, travel_times, ways_by_type
 from marsupial.maps.unseen import UnseenPart
 from marsupial.model import Cell, FrameShift, Goal, RobotReport, RobotType, Role, Unseen
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
@@ -294,7 +294,7 @@ class Surveyor:
         tables = {}
         for ways in dict.fromkeys(self._ways.values()):
             kinds = [self._territory.kinds[name] for name, its in self._ways.items() if its is ways]
-            between = ways.matrix if len(kinds) == 1 else SharedLengths(ways, kinds, names, poses).matrix
+            between = ways.matrix if len(kinds) == 1 else shared_lengths(ways, kinds, names, poses)
             for kind in kinds:
                 tables[kind.name] = travel_times(kind, names, poses, between, metres, headings)
         return tables

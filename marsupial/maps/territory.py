@@ -43,7 +43,7 @@ class Reach:
 
 
 class Territory:
-    """Footprints of all robot types on one growing map; whoever reveals cells of `grid` later calls `reveal`."""
+    """Footprints of all robot types on one growing map; its owner calls `reveal` for new cells."""
 
     def __init__(self, grid: Grid, kinds: Sequence[RobotType]) -> None:
         self.grid = grid

@@ -79,5 +79,5 @@ BOUNDS: Mapping[str, Bound] = {
 
 
 def team_fault(robots: int) -> str | None:
-    """Return what is wrong with a team of so many robots, or None."""
+    """Return what is wrong with the number of robots in a team, or None."""
     return None if robots <= MOST_ROBOTS else f"must be at most {MOST_ROBOTS} robots with all rovers, got {robots}"

@@ -38,7 +38,7 @@ class Auto(Portfolio):
 
 
 def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
-    """Return the engine; `exact` makes the one that proves small situations."""
+    """Return the engine; `exact` makes the engine that proves small situations."""
     return Auto(
         infos.AUTO,
         PortfolioMember(

@@ -1,4 +1,4 @@
-"""The names of the engines, apart from the engines: who completes or lists names imports nothing else."""
+"""The names of the engines, so that listing and completing names imports no engine."""
 
 from __future__ import annotations
 

@@ -22,6 +22,7 @@ Clock = Callable[[], float]
 
 PATIENCE_S = 2.0  # longest wait for stopped engines; one that ignores it is left to its daemon thread
 
+GRACE_S = 0.25  # time after the end of its budget in which an engine may still yield
 _LEAP_S = 1e9
 
 Event = Improved | Finished | Exception  # what an engine yields, or the exception that it raised
@@ -113,11 +114,13 @@ class Race:
         return handled.wait() and not self._stopped
 
 
-GRACE_S = 0.25  # time after the end of its budget in which an engine may still yield
-
-
 class Punctual:
-    """An engine that is cut off `GRACE_S` after the end of a budget in seconds; budgets in steps are its own affair."""
+    """An engine of other people that is cut off `GRACE_S` after the end of a budget in seconds.
+
+    marsupial's own engines look at the clock, and external ones are processes that are killed. An engine in this
+    process may do neither, and Python can't end a thread. So it searches in a thread that is abandoned when the time
+    is up, and its later events are dropped. Until that thread ends, the engine is not asked again.
+    """
 
     def __init__(self, engine: Engine) -> None:
         self.info = engine.info
@@ -158,5 +161,5 @@ class Punctual:
 
 
 def punctual(engine: Engine) -> Engine:
-    """Return an engine that is cut off when its budget is up; one that can't be used here as it is."""
+    """Return the engine, cut off when its budget is up; an unusable engine is returned unchanged."""
     return engine if isinstance(engine, Punctual) or engine.info.missing is not None else Punctual(engine)

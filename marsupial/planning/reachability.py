@@ -49,7 +49,7 @@ def impossible(situation: Situation) -> str | None:
 
 
 def obstacles(situation: Situation) -> Iterator[str]:
-    """Yield sentences, each of which proves that no plan reaches the goal; there may be obstacles beside them."""
+    """Yield sentences, each of which proves that no plan reaches the goal; there may be other obstacles."""
     reached = reach(situation)
     yield from hopeless_targets(situation, reached).values()
     goal = situation.goal

@@ -128,7 +128,7 @@ def guess(briefing: Briefing) -> Guess:
     nearest = np.sort(np.argsort(metres.min(axis=1), kind="stable")[:MOST_SQUARES])
     chosen, metres = [unseen.squares[i] for i in nearest.tolist()], metres[nearest]
     rovers = frozenset(kind.name for kind in real.types if kind.role is Role.ROVER)
-    # without rovers in the team, nobody could explore a room
+    # a team without rovers could not explore a room
     share = unseen.rovers_only if any(robot.type in rovers for robot in real.robots) else 0.0
     rooms = [square for square in chosen if square.draw < share]
     halls = [square for square in chosen if square.draw >= share]

@@ -120,7 +120,7 @@ class Outlook:
         return any(robot in action.robots for action in self.timeline.actions)
 
     def approach(self, option: Option, target: int) -> None:
-        """Send the robot of an option as far as it drives itself: to the target, or where it would set a rover down."""
+        """Send the robot of an option to the target, or to where it would set a rover down."""
         if option.meeting is None:
             self.explore(option.robot, target)
         else:

@@ -21,7 +21,7 @@ from marsupial.planning.local_search.engine import Anytime
 from marsupial.planning.reachability import impossible
 
 ANNEALING_STEPS = 100  # steps of the anytime engine that look for a good plan first
-TABLES_BYTES = 1 << 26  # most memory for tours over sets of targets; all in all less than 256 MB are used
+TABLES_BYTES = 1 << 26  # most memory for tours over sets of targets; in total less than 256 MB are used
 
 
 class Exact:

@@ -78,7 +78,7 @@ def errands_of(data: ProblemData, closure: Ints, bases: Ints, carriers: Ints) ->
 
 
 def _find_errands(data: ProblemData, closure: Ints, bases: Ints, most: int) -> tuple[Ints, Ints, Ints, ErrandRows]:
-    """Return `room`, `within`, the places of errands and their rows, with at most so many bits."""
+    """Return `room`, `within`, the places of errands and their rows, with at most `most` bits."""
     from scipy.sparse.csgraph import connected_components  # few missions ask this engine, which all import
 
     targets, meetings = data.members(given.TARGETS), data.members(given.MEETINGS)

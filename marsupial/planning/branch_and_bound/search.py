@@ -71,7 +71,7 @@ from marsupial.planning.branch_and_bound.tables import Tables, alone_row
 
 
 def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -> SearchState:
-    """Return a search for plans shorter than `limit` ms, epsilon included, with a memory of so many states."""
+    """Return a search for plans shorter than `limit` ms, epsilon included, with a memory of `entries` states."""
     robots, targets = len(tables.traits), len(tables.targets)
     entry = entry_size(robots, tables.carriers)
     counters = np.zeros(8, dtype=np.int64)
@@ -128,7 +128,7 @@ def enter(tables: Tables, search: SearchState) -> None:
 
 @native
 def advance(tables: Tables, search: SearchState, nodes: int) -> bool:
-    """Enter that many states; return whether there may be more."""
+    """Enter `nodes` states; return whether there may be more."""
     counters, levels = search.counters, search.levels
     until = counters[col.NODES] + nodes
     while counters[col.NODES] < until:

@@ -146,7 +146,7 @@ def _no_time(times: Ints) -> Ints:
 
 
 def _closure(data: ProblemData, starts: Ints) -> Ints:
-    """Return the shortest legs by way of any place but starts, which nobody may go back to."""
+    """Return the shortest legs via any places except starts, to which no robot can return."""
     closure = data.leg.copy()
     closure[:, :, starts] = NEVER
     for k in range(len(closure)):

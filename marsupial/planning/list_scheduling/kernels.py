@@ -12,7 +12,7 @@ from marsupial.planning.list_scheduling.costs import NEVER
 
 
 class RobotArrays(NamedTuple):
-    """The robots of a situation, as far as they never change."""
+    """The properties of robots that do not change while a plan is made."""
 
     # carriers, rovers: the numbers of the robots of each role
     carriers: Ints

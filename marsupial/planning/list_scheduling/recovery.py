@@ -12,8 +12,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from marsupial.model import EPSILON_MS, Role, Situation
-from marsupial.planning.list_scheduling.arrivals import Arrivals
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Mask, Times
+from marsupial.planning.list_scheduling.insertions import Arrivals
 from marsupial.planning.list_scheduling.kernels import soonest_aboard
 from marsupial.planning.list_scheduling.timeline import Timeline, Transport, board, follow
 from marsupial.planning.reachability import matching

@@ -63,7 +63,7 @@ def _to_home(data: ProblemData) -> dict[int, Ints]:
 
 
 def _boarding(data: ProblemData, carriers: dict[int, Ints]) -> dict[int, Ints]:
-    """Return, per type of carrier, from when one that can carry could be at each meeting; elsewhere `NEVER`."""
+    """Return, per type, when a carrier with places could first be at each meeting; elsewhere `NEVER`."""
     first: dict[int, Ints] = {}
     meetings = data.members(col.MEETINGS)
     for c in (c for c in carriers if data.robots[c, col.CAPACITY] > 0):

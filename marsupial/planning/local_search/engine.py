@@ -27,7 +27,11 @@ from marsupial.planning.local_search.search import Annealing, is_feasible
 
 
 class ParallelSearches:
-    """A number of searches in threads; for the other parameters see `Annealing`."""
+    """Several searches in threads, as compiled code does not hold the interpreter's lock; see `Annealing`.
+
+    They take their steps together, so that the same steps give the same plans. The last run of each begins with the
+    best list that any of them has found.
+    """
 
     def __init__(
         self, data: ProblemData, beginnings: list[Ints32], bound_ms: int, size: int, objective: Objective = MAKESPAN
@@ -50,18 +54,18 @@ class ParallelSearches:
         return min(self._searches, key=lambda search: search.score).events
 
     def expect(self, steps: float) -> None:
-        """Choose the number of runs for a budget of about that many steps."""
+        """Choose the number of runs for about `steps` steps."""
         for search in self._searches:
             search.expect(steps)
 
     def begin_round(self, steps: float) -> None:
-        """Restart with the best list so far for about that many steps."""
+        """Restart with the best list so far for about `steps` steps."""
         events = self.events
         for search in self._searches:
             search.begin_round(events, steps)
 
     def step(self, used: float, steps: int) -> None:
-        """Take that many steps with each search; `used` is the used share of the budget, from 0 to 1."""
+        """Take `steps` steps with each search; `used` is the used share of the budget, from 0 to 1."""
         if self._searches[0].is_last_run(used):
             events = self.events
             for search in self._searches:

@@ -13,7 +13,7 @@ from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 
 
 def empty_schedule(data: ProblemData, transfers: int, seed: int) -> LinkedSchedule:
-    """Return an empty schedule with room for more transfers than the search can use, beside that many."""
+    """Return an empty schedule with room for `transfers` and for all that the search may add."""
     robots, targets = len(data.robots), int(data.groups[col.TARGETS, 0])
     size = robots + targets + transfers + 2 * robots + 4 * targets
     work = np.zeros((col.ROWS, max(col.SUMS, size)), dtype=np.int64)

@@ -55,7 +55,7 @@ def move_string(sched: LinkedSchedule) -> bool:
 
 @inlined
 def invert(sched: LinkedSchedule) -> bool:
-    """Reverse a part of a carrier's route (2-opt); whoever is set down and picked up in it still is in that order."""
+    """Reverse a part of a carrier's route (2-opt); rovers set down and picked up in it keep that order."""
     first = _focus_node(sched)
     if sched.nodes[first, col.KIND] == col.EXPLORE and not ops.is_carrier(sched, sched.nodes[first, col.ROBOT]):
         first = ops.head_of(sched, first)
@@ -132,7 +132,7 @@ def _load_at(sched: LinkedSchedule, carrier: int, at: int) -> int:
 
 @inlined
 def _position_at(sched: LinkedSchedule, carrier: int, end: int, wanted: int) -> int:
-    """Return the last node of a route that ends by a time, or the first after it, with so many rovers aboard, or -1."""
+    """Return the last node of a route that ends by `end` with `wanted` rovers aboard, or the first after it, or -1."""
     load, at, node, later = ops.initial_load(sched, carrier), -1, carrier, ops.draw(sched, 2)
     while True:
         load += ops.load_change(sched, node)

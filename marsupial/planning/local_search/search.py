@@ -110,7 +110,7 @@ def start(sched: LinkedSchedule, memory: AnnealingMemory, events: Ints32) -> boo
 
 @native
 def anneal(sched: LinkedSchedule, memory: AnnealingMemory, temperature: float, changes: int) -> None:
-    """Try that many moves at a temperature in ms, as costs."""
+    """Try `changes` moves at a temperature in ms, as costs."""
     cost = cost_of(sched, memory.weights)
     for _ in range(changes):
         cost = _try_move(sched, memory, temperature, cost)
@@ -225,7 +225,7 @@ class Annealing:
         return events_in(self._memory.best_nodes, self._sched.robots)
 
     def expect(self, steps: float) -> None:
-        """Choose the number of runs and their start temperature for a budget of about that many steps."""
+        """Choose the number of runs and their start temperature for about `steps` steps."""
         self._heat = self._start_temperature(steps)
         changes = EARLY_RUNS_SHARE * steps * STEP / max(1, int(self._data.groups[col.TARGETS, 0]))
         if self._many_transfers:
@@ -235,7 +235,7 @@ class Annealing:
         self._runs = runs + 1 if runs > 1 else 1
 
     def begin_round(self, events: Ints32, steps: float) -> None:
-        """Restart with a list of events for about that many steps."""
+        """Restart with a list of events for about `steps` steps."""
         self._run = 0
         self._beginnings = [events, *self._given]
         self.expect(steps)
@@ -251,7 +251,7 @@ class Annealing:
         self._begin_at(events)
 
     def step(self, used: float, steps: int) -> None:
-        """Take that many steps; `used` is the used share of the budget, from 0 to 1."""
+        """Take `steps` steps; `used` is the used share of the budget, from 0 to 1."""
         run, cooled, heat = self._run_at(used)
         if run != self._run:
             self._run = run

@@ -2,10 +2,10 @@
 
 A *room* is all that rovers can drive between by themselves. Where it holds targets that no carrier explores and no
 rover stands in it, a rover has to be brought and set down; where rovers have to end aboard, or are fewer than the
-rooms, they have to be picked up. So there is so much docking and undocking, so much driving inside of rooms, and so
-much between them: no less than a spanning forest of the rooms that grows from where the robots are. Robots that share
-it evenly and are all done at once are done no later than those of any plan. Shortest ways are by way of whatever place
-and of the quickest type, so that nothing is assumed of travel tables.
+rooms, they have to be picked up. This bounds docking and undocking, driving inside of rooms, and driving between them:
+no less than a spanning forest of the rooms that grows from where the robots are. Robots that share this work evenly and
+finish together finish no later than those of any plan. Shortest ways may lead through any place and are those of the
+quickest type, so nothing is assumed of travel tables.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class _Rooms:
         return self._meetings[self.of[self._meetings] == room]
 
     def rides_ms(self, rooms: list[int]) -> float:
-        """Return how long rovers are carried at least, all in all, if each room needs one; they drive in others."""
+        """Return how long rovers are carried at least, in total, if each of these rooms needs one."""
         from scipy.sparse.csgraph import floyd_warshall
 
         data, rovers = self._data, self._data.members(col.ROVERS)
@@ -97,7 +97,7 @@ class _Rooms:
         return total
 
     def ground_ms(self) -> float:
-        """Return how long rovers drive at least, all in all, in rooms with targets; a rover stays in one at most."""
+        """Return how long rovers drive at least, in total, in rooms with targets; a rover stays in at most one."""
         ways = [self._sorties_ms(room) for room in self.targets]
         backs = sorted(closed - staying for staying, closed in ways)
         left = 0 if self._data.recover else int(self._data.groups[col.ROVERS, 0])
@@ -153,7 +153,7 @@ def _apart(ways: Floats, some: list[Ints], others: list[Ints]) -> Floats:
 
 
 def _evenly(work_ms: float, ready_ms: Ints) -> int:
-    """Return when robots that are ready then and then are done with so much work, all at once; 0 if never."""
+    """Return when robots that are `ready_ms` finish the work together, evenly shared; 0 if never."""
     if not 0 < work_ms < np.inf:
         return 0
     ready = np.sort(ready_ms)

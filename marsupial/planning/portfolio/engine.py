@@ -104,7 +104,7 @@ class Results:
         )
 
     def _tenable(self) -> list[tuple[str, int]]:
-        # A bound above a checked plan's makespan is wrong, whoever claims it.
+        # A bound above a checked plan's makespan is wrong, whichever engine claims it.
         limit = None if self.plan is None else self.plan.makespan_ms
         return [(name, bound) for name, bound in self._bounds_ms.items() if limit is None or bound <= limit]
 

@@ -62,7 +62,7 @@ class Ground:
         self._cached_bytes = 0
         self._bit = np.flatnonzero(np.logical_or.reduce(list(self.reach.by_type.values())))
         self._set_bytes = len(self._bit) // 8
-        # the number of each cell's bit, -1 for cells that nobody can reach
+        # the number of each cell's bit, -1 for cells out of reach
         self._place = np.full(truth.cells.size, -1, dtype=np.int64)
         self._place[self._bit] = np.arange(len(self._bit))
         self.wanted: Cells = ((1 << len(self._bit)) - 1) & ~self._bits(seen)  # the reachable cells still to be seen

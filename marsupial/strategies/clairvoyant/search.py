@@ -51,7 +51,7 @@ Rate = tuple[int, float]
 
 
 def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Outline:
-    """Return the best outline found; `used` returns the used share of the budget after so many rounds."""
+    """Return the best outline found; `used` returns the used share of the budget after a number of rounds."""
     rng = np.random.default_rng(seed)
     initial = (_initial(ground, worth, rng) for worth in cycle(CARRIER_WORTH))
     best = top = current = min(islice(initial, COVERS + 1), key=rate)
@@ -125,7 +125,7 @@ def _ruined(outline: Outline, rng: np.random.Generator) -> Outline:
 
 
 def annealed(outline: Outline, steps: int, number: int) -> Outline:
-    """Return the outline with its errands in the best order that so many annealing steps find."""
+    """Return the outline with its errands in the best order that `steps` annealing steps find."""
     if not outline.stops or not outline.errands:
         return outline
     task = encode(outline.situation)

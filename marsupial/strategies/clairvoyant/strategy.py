@@ -121,7 +121,7 @@ class Clairvoyant(Strategy):
 
 
 def _used(budget: Budget, cancelled: Callable[[], bool] | None, began: float, rounds: int) -> float:
-    """Return the used share of the budget after so many rounds; 1 or more ends the search."""
+    """Return the used share of the budget after `rounds` rounds; 1 or more ends the search."""
     if cancelled is not None and cancelled():
         return 1.0
     if budget.steps is not None:

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 from situations import in_flight, one_room, relay
 
-from marsupial.planning.list_scheduling.arrivals import Arrivals
 from marsupial.planning.list_scheduling.costs import NEVER, Costs
+from marsupial.planning.list_scheduling.insertions import Arrivals
 from marsupial.planning.list_scheduling.timeline import Timeline, Transport, follow, transport
 
 
