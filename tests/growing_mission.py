@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from synthetic_mission import synthetic_mission
 
-from marsupial.mission.frames import moved_event
-from marsupial.model.frames import FrameShift
+from marsupial.model.frames import FrameShift, moved_event
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Changed, FrameGrown, MissionEvent, MissionStarted
 

@@ -30,7 +30,7 @@ from marsupial.maps.territory import Territory
 from marsupial.mission.goals import homes_of
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, Grid
-from marsupial.model.unseen import Unseen
+from marsupial.model.strategy import Unseen
 from marsupial.model.world import RobotReport
 from marsupial.paths.fields import PathSearch
 

@@ -51,7 +51,6 @@ PARTS = {
     "maps": "analysis",
     "paths": "analysis",
     "paths.routes": CALLERS,
-    "paths.headings": CALLERS,
     "maps.sight": CALLERS,
     "strategies": "planning",
     "planning": "planning",

@@ -16,13 +16,7 @@ from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid
 
 
 def closed(grid: Grid) -> Grid:
-    """Return the map closed along the convex hull of its obstacles.
-
-    Raises
-    ------
-    MapError
-        If there are no obstacles or all are in one line: they enclose nothing.
-    """
+    """Return the map closed along the convex hull of its obstacles; raise MapError if they enclose nothing."""
     from scipy import ndimage
     from skimage.morphology import convex_hull_image
 

@@ -15,19 +15,16 @@ import numpy as np
 from marsupial.maps.footprint import Footprint, disc, footprint_of
 from marsupial.maps.reach import parts
 from marsupial.maps.specks import find_specks, painted, without_specks
-from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, Grid, Mask
-from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, LegendEntry, MapReading, Mask
 from marsupial.model.robots import RobotType, Role, TeamMember, default_types
 from marsupial.wording import counted
 
 USUAL_RESOLUTION_M = (0.005, 1.0)
 USUAL_EXTENT_M = 5000.0
 
-NOTABLE_GAIN = 0.05
-"""Warn of specks that keep robots out of this much ground, as a share of what they reach."""
+NOTABLE_GAIN = 0.05  # warn of specks that keep robots out of this much ground, as a share of what they reach
 
-NOISY_GAIN = 1.0
-"""The same for specks of obstacle: many are legs of furniture, so only those that halve the ground look like noise."""
+NOISY_GAIN = 1.0  # the same for obstacles: many are legs of furniture, so only halved ground looks like noise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,85 +40,43 @@ class TerrainShare:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TypeReach:
-    """Where one robot type may stand.
-
-    Parameters
-    ----------
-    area_m2
-        Area of the largest connected part.
-    parts
-        Number of connected parts.
-    at_border
-        Whether a robot in the largest part can reach the map's border.
-    """
+    """Where one robot type may stand."""
 
     type: str
     radius_m: float
-    area_m2: float
+    area_m2: float  # of the largest connected part
     parts: int
-    at_border: bool
+    at_border: bool  # whether a robot in the largest part can reach the map's border
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapDescription:
-    """The contents of a map.
+    """The contents of a map."""
 
-    Parameters
-    ----------
-    format
-        Format of the file; empty for a grid that comes from no file.
-    width, height
-        Size in cells.
-    width_m, height_m
-        Size in metres.
-    free
-        The free classes that occur.
-    occupied, unknown
-        Obstacles and unknown cells.
-    border_cells
-        Free cells on the map's border.
-    border_area_m2
-        Free area connected to them.
-    reach
-        One entry per requested robot type.
-    legend
-        Interpretation of every symbol of the file.
-    warnings
-        Sentences, the file's own first.
-    """
-
-    format: str
-    width: int
+    format: str  # of the file; empty for a grid that comes from no file
+    width: int  # in cells, as `height`
     height: int
     width_m: float
     height_m: float
     resolution_m: float
     origin_m: tuple[float, float, float]
-    free: tuple[TerrainShare, ...]
+    free: tuple[TerrainShare, ...]  # the free classes that occur
     occupied: TerrainShare
     unknown: TerrainShare
-    border_cells: int
-    border_area_m2: float
-    reach: tuple[TypeReach, ...]
-    legend: tuple[LegendEntry, ...]
-    warnings: tuple[str, ...]
+    border_cells: int  # free cells on the map's border
+    border_area_m2: float  # free area connected to them
+    reach: tuple[TypeReach, ...]  # one entry per requested robot type
+    legend: tuple[LegendEntry, ...]  # interpretation of every symbol of the file
+    warnings: tuple[str, ...]  # the file's own first
 
 
 def describe(
     grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | None = None, team: Sequence[TeamMember] = ()
 ) -> MapDescription:
-    """Describe a map for the given robot types.
+    """Describe a map for the given robot types, or for the default ones if there are none; check the starts of `team`.
 
-    Parameters
-    ----------
-    grid
-        The map: that of `reading`, possibly changed since (terrain mask).
-    reading
-        Interpretation of the file; None for a grid that comes from no file.
-    kinds
-        If empty, the default types decide whether there is a leak.
-    team
-        Robots whose start cells are checked.
+    `reading` is the interpretation of the file; None for a grid that comes from no file. Its map may differ from `grid`
+    (terrain mask).
     """
     # one pass over the map instead of one per class
     counts = np.bincount(grid.cells.ravel(), minlength=256)
@@ -223,24 +178,20 @@ def _at_border(places: Mask, kind: RobotType, resolution_m: float) -> bool:
 
 def _content_warnings(
     occupied: TerrainShare, unknown: TerrainShare, free: tuple[TerrainShare, ...], reading: MapReading | None
-) -> list[str]:
-    found = []
+) -> Iterator[str]:
     if not free:
-        found.append("there is no free cell: no robot can stand anywhere")
+        yield "there is no free cell: no robot can stand anywhere"
     if not occupied.cells:
-        found.append("there is no obstacle: no wall was recognised")
+        yield "there is no obstacle: no wall was recognised"
     if reading is not None and not reading.walled and not unknown.cells:
-        found.append("there is no unknown cell: what the map maker never saw counts as free or as obstacle")
-    return found
+        yield "there is no unknown cell: what the map maker never saw counts as free or as obstacle"
 
 
 def _leak_warnings(
     grid: Grid, border: int, leaking: int, reach: Sequence[TypeReach], reading: MapReading | None
 ) -> list[str]:
-    """Warn if robots can drive to more than one cell of the border.
-
-    On scanned maps single wall pixels are free and connect inside and outside, but no robot passes there.
-    """
+    """Warn if robots can drive to more than one cell of the border."""
+    # on scanned maps single wall pixels are free and connect inside and outside, but no robot passes there
     if border < 2 or not any(entry.at_border for entry in reach) or (reading is not None and reading.walled):
         return []
     free = np.count_nonzero(_free(grid))

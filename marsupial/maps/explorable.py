@@ -14,28 +14,18 @@ from dataclasses import replace
 import numpy as np
 
 from marsupial.arrays import Ints, Ints32
-from marsupial.maps.contact import Contact
+from marsupial.maps.footprint import Contact
 from marsupial.maps.growth import GrowingReach, reach_of
 from marsupial.maps.landings import Landings, Looks, covered, roomy
 from marsupial.maps.reach import parts
 from marsupial.maps.sight import Sight
 from marsupial.maps.targets import cell_at
 from marsupial.maps.territory import Reach, Territory
-from marsupial.model.grid import UNKNOWN, Grid, Mask
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType, Role
+from marsupial.model import UNKNOWN, Grid, Mask, PlacedRobot, RobotType, Role
 
 
 def explorable_area(grid: Grid, kinds: Sequence[RobotType], robots: Sequence[PlacedRobot]) -> Mask:
-    """Return the cells (height, width) that some robot of the team can come to stand on in a mission.
-
-    Parameters
-    ----------
-    grid
-        The whole map.
-    robots
-        The team at its start.
-    """
+    """Return the cells (height, width) of the whole map that a team, given at its start, can come to stand on."""
     truth = grid.solid()
     territory = Territory(truth, kinds)
     whole = reach_of(territory, robots)
@@ -43,7 +33,7 @@ def explorable_area(grid: Grid, kinds: Sequence[RobotType], robots: Sequence[Pla
     reached = dict(whole.by_type)
     for name, labels in regions.items():
         reached[name] = _entered(labels, _entrances(territory, whole, robots, name))
-        # nobody looks for ground that is hardly larger than a rover: whether it is found is a matter of luck
+        # robots do not look for ground hardly larger than a rover: finding it is a matter of luck
         labels[~(reached[name] | roomy(whole.by_type[name], territory.footprints[name]))] = 0
     if any(np.count_nonzero(reached[name]) < np.count_nonzero(labels) for name, labels in regions.items()):
         explored = _Explored(truth, kinds)
@@ -87,7 +77,7 @@ def _entered(labels: Ints32, cells: Mask) -> Mask:
 
 
 class _Explored:
-    """What a team knows of a map that goes wherever it can, and looks wherever it has to."""
+    """The known map of a team that drives to all ground it can reach, and looks for ground to set rovers down on."""
 
     def __init__(self, truth: Grid, kinds: Sequence[RobotType]) -> None:
         self._truth, self._cells = truth, np.full_like(truth.cells, UNKNOWN)
@@ -99,7 +89,6 @@ class _Explored:
         self._entered = {kind.name: np.zeros(truth.cells.shape, dtype=np.bool_) for kind in kinds}
 
     def enter(self, reached: Mapping[str, Mask]) -> None:
-        """Get to know the ground that robots come to stand on."""
         for name, cells in reached.items():
             stands = np.flatnonzero(cells & ~self._entered[name])
             self._entered[name].ravel()[stands] = True
@@ -107,7 +96,7 @@ class _Explored:
             self._reveal(np.flatnonzero(covered(stands, body, cells.shape)))
 
     def look(self, reached: Mapping[str, Mask], landings: Mapping[str, Mask]) -> bool:
-        """Look for ground to set rovers down on; say whether there was any place to look from."""
+        """Look for ground to set rovers down on; return whether there was a cell to look from."""
         looks = [
             (self._known.kinds[name], cell_at(stand, self._truth.width))
             for name, frontier in self._landings.towards(landings, reached).items()
@@ -119,7 +108,7 @@ class _Explored:
         return bool(looks)
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Mapping[str, Mask]:
-        """Return where robots of each type can get to as far as they know, by name."""
+        """Return what robots of each type can reach on the known map, by name."""
         return self._growing.reach(robots).by_type
 
     def _reveal(self, cells: Ints) -> None:

@@ -18,19 +18,15 @@ import numpy as np
 
 from marsupial.arrays import Counts, Ints, Ints32
 from marsupial.model.feed import Feed
-from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask, code_table
+from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, CellArray, Grid, Mask, code_table
 from marsupial.model.robots import RobotType
 from marsupial.native import native
 
-AT_ONCE = 1 << 20
-"""Approximate number of cells of a known map to reveal at once: all of a large one would fill hundreds of megabytes."""
+AT_ONCE = 1 << 20  # about this many cells of a known map are revealed at once: all would fill hundreds of MB
 
 
 def disc(radius_cells: float) -> Ints:
-    """Return the offsets (n, 2) as (dx, dy) of the cells whose centres an open disc around a cell's centre contains.
-
-    The cell itself is always included.
-    """
+    """Return the offsets (n, 2) as (dx, dy) of the cells with their centre in an open disc, (0, 0) always included."""
     reach = int(radius_cells + 1)
     span = np.arange(-reach, reach + 1)
     touched = np.hypot(span[None, :], span[:, None]) < radius_cells - 1e-9
@@ -48,42 +44,24 @@ def fits(grid: Grid, kind: RobotType, *cells: Cell) -> bool:
 
 
 class Footprint:
-    """The cells one robot type may stand on, updated as cells are revealed.
-
-    Attributes
-    ----------
-    offsets
-        (n, 2): offsets of the cells under the disc, see `disc`.
-    standable, possible
-        Live boolean masks (height, width): may stand there; may turn out so.
-    opened
-        Feed of the cells (row-major) that become standable.
-    """
+    """The cells one robot type may stand on, updated as cells are revealed."""
 
     def __init__(self, shape: tuple[int, int], kind: RobotType, resolution_m: float) -> None:
-        self.offsets = disc(kind.radius_m / resolution_m)
+        self.offsets = disc(kind.radius_m / resolution_m)  # (n, 2): offsets of the cells under the disc, see `disc`
         # half widths of the disc's rows, the one through its centre in the middle
         self._rows = np.bincount(self.offsets[:, 1] - self.offsets[:, 1].min()) // 2
         self._drivable = code_table(kind.terrains)
-        self.standable: Mask = np.zeros(shape, dtype=np.bool_)
-        self.possible: Mask = np.zeros(shape, dtype=np.bool_)
+        self.standable: Mask = np.zeros(shape, dtype=np.bool_)  # live: where it may stand
+        self.possible: Mask = np.zeros(shape, dtype=np.bool_)  # live: where it may turn out to
         reach = len(self._rows) // 2
         self.possible[reach : max(reach, shape[0] - reach), reach : max(reach, shape[1] - reach)] = True
-        self.opened = Feed()
+        self.opened = Feed()  # the cells (row-major) that become standable
         # one count per cell: two bytes suffice unless the radius exceeds 144 cells
         counts = np.uint16 if len(self.offsets) < 1 << 16 else np.int32
         self._barred = np.full(shape, len(self.offsets), dtype=counts)
 
     def reveal(self, indices: Ints, cells: CellArray) -> None:
-        """Update the masks for cells that were unknown until now.
-
-        Parameters
-        ----------
-        indices
-            Row-major indices; each cell is revealed once.
-        cells
-            The known map (height, width), which already has their codes.
-        """
+        """Update the masks for cells (row-major, each revealed once); the known map `cells` has their codes."""
         opens = self._drivable[cells.ravel()[indices]]
         _close(indices[~opens], self._rows, self.possible)
         drivable = indices[opens]
@@ -124,16 +102,9 @@ def standable(grid: Grid, kind: RobotType) -> Mask:
 
 @native
 def _open(indices: Ints, rows: Ints, barred: Counts | Ints32, opened: Ints) -> int:
-    """Lower the counts around drivable cells; write the cells that nothing bars now to `opened`, return their number.
+    """Lower the counts of cells in `barred` around drivable ones; write those nothing bars now to `opened`.
 
-    Parameters
-    ----------
-    indices
-        (n,), row-major.
-    rows
-        (2 reach + 1,): half width of each row of the disc.
-    barred
-        (height, width): number of cells under the disc that bar each cell.
+    `rows` (2 reach + 1,) has the half width of each row of the disc. Return the number of cells written.
     """
     height, width = barred.shape
     reach = len(rows) // 2
@@ -165,3 +136,58 @@ def _close(indices: Ints, rows: Ints, possible: Mask) -> None:
         for v in range(max(0, y - reach), min(height, y + reach + 1)):
             half = rows[v - y + reach]
             possible[v, max(0, x - half) : x + half + 1] = False
+
+
+class Contact:
+    """Finds the cells that robots of one type touch, and so know without seeing them.
+
+    A robot next to an unknown cell learns whether it can go on. Contact spreads from cell to neighbouring cell, up to
+    one cell beyond the footprint, and ends at obstacles: it passes neither walls nor closed corners. If it did, the
+    robot would reveal cells behind them and leave a frontier there that no robot can reach.
+    """
+
+    def __init__(self, kind: RobotType, resolution_m: float) -> None:
+        # slightly more than one cell, so that rounding leaves out no cell of the footprint one cell further
+        self._offsets = disc(kind.radius_m / resolution_m + 1.0 + 1e-6)
+        self._beside = _beside(self._offsets)
+
+    def touched(self, truth: CellArray, cell: Cell) -> Ints:
+        """Return the cells touched from `cell`, itself included, as row-major indices of the map (height, width)."""
+        touched: Ints = _touched(truth, cell.x, cell.y, self._offsets, self._beside)
+        return touched
+
+
+def _beside(offsets: Ints) -> Ints:
+    """Return the positions (n, 4) in `offsets` (n, 2) of the four neighbours of each, -1 for those outside."""
+    place = {(int(dx), int(dy)): i for i, (dx, dy) in enumerate(offsets)}
+    steps = ((1, 0), (-1, 0), (0, 1), (0, -1))
+    beside = [[place.get((dx + u, dy + v), -1) for u, v in steps] for dx, dy in place]
+    return np.array(beside, dtype=np.int64)
+
+
+@native
+def _touched(truth: CellArray, x: int, y: int, offsets: Ints, beside: Ints) -> Ints:
+    """Return the cells touched from (x, y), by breadth-first search; see `Contact.touched` and `_beside`."""
+    height, width = truth.shape
+    new = np.ones(len(offsets), dtype=np.bool_)
+    queue, out = np.empty((2, len(offsets)), dtype=np.int64)
+    queue[0] = len(offsets) // 2  # the middle of the disc, which is the robot's own cell
+    new[queue[0]] = False
+    head, tail, count = 0, 1, 0
+    while head < tail:
+        k = queue[head]
+        head += 1
+        u, v = x + offsets[k, 0], y + offsets[k, 1]
+        if u < 0 or v < 0 or u >= width or v >= height:
+            continue
+        out[count] = v * width + u
+        count += 1
+        if truth[v, u] == OBSTACLE and k != queue[0]:
+            continue
+        for i in range(4):
+            near = beside[k, i]
+            if near >= 0 and new[near]:
+                new[near] = False
+                queue[tail] = near
+                tail += 1
+    return out[:count].copy()

@@ -13,10 +13,8 @@ import numpy as np
 from marsupial.arrays import Ints, Ints32
 from marsupial.maps.reach import spread
 from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
+from marsupial.model import Mask, PlacedRobot, RobotType, Role
 from marsupial.model.feed import Reader
-from marsupial.model.grid import Mask
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType, Role
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 
@@ -29,13 +27,7 @@ def reach_of(territory: Territory, robots: Sequence[PlacedRobot]) -> Reach:
 
 
 class GrowingReach:
-    """The reach of one team that drives and docks on one growing map.
-
-    Parameters
-    ----------
-    territory
-        Updated by its owner.
-    """
+    """The reach of one team that drives and docks on one growing map; the owner of the territory updates it."""
 
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
@@ -47,10 +39,7 @@ class GrowingReach:
         self._cleared = territory.cleared.reader()
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Reach:
-        """Return what the team can reach; the masks are live and change with the next call.
-
-        Its `fresh` cells are new since the last call.
-        """
+        """Return what the team can reach: live masks, which change with the next call, and their new cells."""
         names = frozenset(robot.name for robot in robots)
         if names != self._names:
             self._begin(names)
@@ -131,7 +120,7 @@ class _Dock:
     def __init__(self, territory: Territory, carrier: RobotType, rover: RobotType) -> None:
         self.carrier = carrier.name
         limit = dock_range_cells(carrier, rover, territory.grid.resolution_m)
-        # a carrier's own cell may be one that a rover can't drive on, and the other way round
+        # carriers and rovers may stand on cells that the other role can't drive on
         self._nearest = Nearest(territory.see_through, limit)
         self._standable = territory.footprints[rover.name].standable
         self.docking = Docking(cells=np.zeros_like(self._standable), carrier_at=self._nearest.origins)
@@ -147,10 +136,7 @@ class _Dock:
 
 @native
 def _give_up(out: Mask, kept: Mask, start: int, queue: Ints32) -> None:
-    """Remove what is connected to a cell from the area `out`, unless a cell of `kept` is in it.
-
-    The masks are (height, width); `queue` has room for all cells.
-    """
+    """Remove what is connected to a cell from the area `out` (height, width), unless a cell of `kept` is in it."""
     height, width = out.shape
     out[start // width, start % width] = False
     queue[0] = start
@@ -173,10 +159,7 @@ def _give_up(out: Mask, kept: Mask, start: int, queue: Ints32) -> None:
 
 @native
 def _grow(allowed: Mask, starts: Ints, opened: Ints, out: Mask, queue: Ints32) -> int:
-    """Grow the area `out` from starts and from opened cells beside it; see `_Area.grow`.
-
-    The masks are (height, width), the others row-major indices; write the new cells to `queue` and return their number.
-    """
+    """Grow the area `out` (height, width), see `_Area.grow`; write the new cells to `queue` and return their number."""
     height, width = allowed.shape
     tail = 0
     for start in starts:

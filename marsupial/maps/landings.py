@@ -4,7 +4,7 @@ Robots touch the ground beside them, so they get to know all ground that is conn
 that rovers can only be set down on: a carrier docks with a rover that is farther away than it touches, or even sees. As
 long as unknown cells of such ground are in view from somewhere, a robot goes there and looks. So what a team comes to
 know does not depend on what its robots happen to see on their way. Ground on which a rover could hardly move, such as
-the corner of a room that nobody has seen, is not worth the way.
+the unseen corner of a room, is not worth the drive.
 """
 
 from __future__ import annotations
@@ -15,65 +15,44 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from marsupial.arrays import Flags, Ints
-from marsupial.maps.contact import Contact
-from marsupial.maps.footprint import Footprint, disc
+from marsupial.maps.footprint import Contact, Footprint, disc
 from marsupial.maps.reach import groups, parts
 from marsupial.maps.sight import Sight, hopeful_codes
 from marsupial.maps.targets import Frontier, cell_at
 from marsupial.maps.territory import Territory, dock_range_cells
 from marsupial.maps.window import Window
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import UNKNOWN, Cell, Mask
-from marsupial.model.robots import Role
+from marsupial.model import UNKNOWN, Cell, FrameShift, Mask, Role
 from marsupial.paths.nearest import Nearest
 
-GAP_CELLS = 2.0 + 1e-6
-"""How far from a rover's body a cell may be that lies between it and the body of a carrier it docks with."""
+GAP_CELLS = 2.0 + 1e-6  # how far from a rover's body a cell between it and the carrier it docks with may be
 
 
 @dataclass(slots=True)
 class Looks:
-    """Where robots were sent to look, and what they have looked for in vain.
+    """Where robots were sent to look, and what they looked for in vain, with sensors that show less than they could."""
 
-    Who sees all of its field of view never looks in vain. But a sensor may show less, and so may a map made by others.
-
-    Attributes
-    ----------
-    offered, made
-        Robot types and the cells (row-major) to look from; those from which one has looked since.
-    in_vain
-        Cells (row-major) that stayed unknown when they were looked for.
-    """
-
+    # offered, made: robot types and the cells (row-major) to look from; those from which one has looked since
     offered: set[tuple[str, int]] = field(default_factory=set)
     made: set[tuple[str, int]] = field(default_factory=set)
-    in_vain: set[int] = field(default_factory=set)
+    in_vain: set[int] = field(default_factory=set)  # cells (row-major) that stayed unknown when they were looked for
 
     def make(self, kind: str, stand: int) -> None:
-        """Take in that a robot of a type has explored from a cell (row-major)."""
+        """Note that a robot of a type has explored from a cell (row-major)."""
         if (kind, stand) in self.offered:
             self.offered.remove((kind, stand))
             self.made.add((kind, stand))
 
     def moved(self, shift: FrameShift) -> Looks:
-        """Return them as they are called in a frame that has grown."""
+        """Return the looks re-indexed for a frame that grew."""
         return Looks(
-            offered={(name, _moved(stand, shift)) for name, stand in self.offered},
-            made={(name, _moved(stand, shift)) for name, stand in self.made},
-            in_vain={_moved(cell, shift) for cell in self.in_vain},
+            offered={(name, shift.index(stand)) for name, stand in self.offered},
+            made={(name, shift.index(stand)) for name, stand in self.made},
+            in_vain=set(map(shift.index, self.in_vain)),
         )
 
 
 class Landings:
-    """Finds where to look for ground to set rovers down on, on one growing map.
-
-    Parameters
-    ----------
-    territory
-        Kept up to date by its owner.
-    looks
-        Those there were before, which is kept up to date.
-    """
+    """Finds where to look for ground to set rovers down on, on one growing map; `looks` are kept up to date."""
 
     def __init__(self, territory: Territory, looks: Looks) -> None:
         self._territory, self._looks = territory, looks
@@ -86,15 +65,7 @@ class Landings:
         self._found: tuple[object, Mapping[str, Frontier]] | None = None
 
     def frontiers(self, reach: Mapping[str, Mask], rovers: Collection[str]) -> Mapping[str, Frontier]:
-        """Return where each type is to look, by name, as what it can explore.
-
-        Parameters
-        ----------
-        reach
-            Where each type can get to, by name.
-        rovers
-            The types of the rovers in the team.
-        """
+        """Return where each type is to look as what it can explore, given all reaches and the types of rovers."""
         counts = {name: int(np.count_nonzero(cells)) for name, cells in reach.items()}
         now = self._territory.revision, frozenset(rovers), counts
         if self._found is None or self._found[0] != now or self._looks.made:
@@ -187,7 +158,7 @@ def covered(cells: Ints, radius_cells: float, shape: tuple[int, int]) -> Mask:
 
 
 def _within(limit: float, area: Mask, passable: Mask) -> Mask:
-    """Return the area and the cells (height, width) that are at most so many cells away from it on passable ground."""
+    """Return the area and all cells (height, width) within `limit` cells of it over passable ground."""
     padded = np.pad(area, 1)
     inner = area.copy()
     for dy in range(3):
@@ -196,7 +167,3 @@ def _within(limit: float, area: Mask, passable: Mask) -> Mask:
     near = area.copy()
     near.ravel()[Nearest(passable, limit).add(np.flatnonzero(area & ~inner))] = True
     return near
-
-
-def _moved(index: int, shift: FrameShift) -> int:
-    return int(shift.indices(np.array(index)))

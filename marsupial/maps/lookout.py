@@ -10,25 +10,13 @@ from marsupial.arrays import Ints
 from marsupial.maps.landings import Looks
 from marsupial.maps.survey import Surveyor
 from marsupial.maps.territory import Territory
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell
-from marsupial.model.mission import Cause, Remaining, Status, Trigger, Triggers
-from marsupial.model.robots import RobotType
-from marsupial.model.scenario import Goal
-from marsupial.model.world import News, World
+from marsupial.model import Cause, Cell, FrameShift, Goal, News, Remaining, RobotType, Status, Trigger, Triggers, World
 
-LOOK_MS = 1000
-"""Least simulated time between two surveys because of newly seen cells."""
+LOOK_MS = 1000  # least simulated time between two surveys because of newly seen cells
 
 
 class Lookout:
-    """Base of the replanning policies that know only what the robots have seen.
-
-    Attributes
-    ----------
-    exploration_ms
-        Time since which nothing has been left to explore, or None.
-    """
+    """Base of the replanning policies that know only what the robots have seen."""
 
     explored = "no reachable target is left"
 
@@ -39,21 +27,17 @@ class Lookout:
         self._goal = goal
         self._fresh = False
         self._looked_ms = -LOOK_MS
-        self.exploration_ms: int | None = None
+        self.exploration_ms: int | None = None  # time since which nothing has been left to explore, or None
         self._looks = Looks()
         self._analysed: tuple[Territory, Surveyor] | None = self._analysis()
-        self._coming: dict[str, list[Ints]] = {}
+        self._coming: dict[str, list[Ints]] = {}  # revealed cells by robot: one late update costs less than many
 
     def _analysis(self) -> tuple[Territory, Surveyor]:
-        """Return a new analysis of the present map."""
         territory = Territory(self._world.grid, tuple(self._kinds.values()))
         return territory, Surveyor(territory, self._homes, self._goal, self._looks)
 
     def _current(self) -> tuple[Territory, Surveyor]:
-        """Return the analysis, updated by what was revealed; a new one if known cells changed.
-
-        Revealed cells are collected per robot until they are needed: one update costs less than one per step.
-        """
+        """Return the analysis, updated by what was revealed; a new one if known cells changed."""
         if self._analysed is None:
             self._analysed = self._analysis()
         else:
@@ -81,7 +65,6 @@ class Lookout:
 
     @property
     def _due(self) -> bool:
-        """Whether it is time to survey what was seen since the last time."""
         return self._fresh and self._world.now_ms >= self._looked_ms + LOOK_MS
 
     def update(self, news: News) -> None:
@@ -96,7 +79,6 @@ class Lookout:
             self._fresh = True
 
     def _move(self, shift: FrameShift) -> None:
-        """Re-index stored cells after the frame grew."""
         self._homes = shift.cells(self._homes)
         self._looks = self._looks.moved(shift)
 
@@ -110,7 +92,6 @@ class Lookout:
         self._fresh, self._looked_ms = fresh, self._world.now_ms
 
     def _note_explored(self, *, left: bool) -> None:
-        """Note since when no target has been left."""
         if left:
             self.exploration_ms = None
         elif self.exploration_ms is None:

@@ -29,16 +29,12 @@ from marsupial.maps.reach import groups, middle, spread
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
 from marsupial.maps.window import Window
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.mission import MapMeeting, PlacedRobot
-from marsupial.model.robots import Role
+from marsupial.model import Cell, MapMeeting, Mask, PlacedRobot, Role
 from marsupial.native import native
 
-STRETCH_M = 6.0
-"""Length of border in metres that one meeting point serves."""
+STRETCH_M = 6.0  # length of border in metres that one meeting point serves
 
-_KEPT_POINT_CELLS = 3.0
-"""A kept point at most this far from a stretch of border serves it: borders move a little as the map grows."""
+_KEPT_POINT_CELLS = 3.0  # a kept point this near a border serves it: borders move a little as the map grows
 
 _NO_AREA = 0
 
@@ -58,13 +54,7 @@ def find_meetings(
     robots: Iterable[PlacedRobot],
     keep: Iterable[MapMeeting] = (),
 ) -> Meetings:
-    """Return the meeting points that matter for these targets and robots.
-
-    Parameters
-    ----------
-    keep
-        Points in use, kept unchanged while both poses are reachable.
-    """
+    """Return the meeting points that matter; those in use, `keep`, stay while both poses are reachable."""
     robots = tuple(robots)
     points = [point for point in keep if _still_good(point, reach)]
     connects: dict[str, frozenset[str]] = {}
@@ -152,7 +142,7 @@ class _Pair:
             if robot.type == self._rover and self._dock[robot.cell.y, robot.cell.x]:
                 spots.append(self._point(self._index(robot.cell)))
             loaded = any(other.carrier == robot.name and other.type == self._rover for other in self._robots)
-            if robot.type == self._carrier and loaded and self._has_targets():
+            if robot.type == self._carrier and loaded and any(self._rover in t.viewpoints for t in self._targets):
                 spots += self._within_reach(robot.cell)
         names = {point.name for point in points}
         return list({spot.name: spot for spot in spots if spot.name not in names}.values())
@@ -172,11 +162,7 @@ class _Pair:
         return served
 
     def _borders(self) -> Iterator[tuple[int, Ints]]:
-        """Yield each area that matters with its border: the docking cells beside it.
-
-        Areas are in the order of their first cells. Last, as `_NO_AREA`, come the docking cells with a target that
-        borders on no area.
-        """
+        """Yield each area with its border, then as `_NO_AREA` the docking cells with a target beside no area."""
         for area, cells in sorted(self._cells_of.items(), key=lambda item: int(item[1].min())):
             yield area, np.unique(_beside(cells, self._dock))
         viewpoints = [target.viewpoints[self._rover] for target in self._rover_only()]
@@ -186,9 +172,6 @@ class _Pair:
     def _rover_only(self) -> list[Target]:
         carriers = {kind.name for kind in self._territory.of_role(Role.CARRIER)}
         return [t for t in self._targets if self._rover in t.viewpoints and not carriers & t.viewpoints.keys()]
-
-    def _has_targets(self) -> bool:
-        return any(self._rover in target.viewpoints for target in self._targets)
 
     def _areas_near(self, cell: Cell) -> set[int]:
         """Return the areas that matter at a cell or, for a docking cell, next to it."""
@@ -241,10 +224,7 @@ def _apart(index: int, cells: Ints, width: int) -> float:
 
 
 def _spread(cells: Ints, taken: Sequence[int], stretch: float, width: int) -> list[int]:
-    """Choose cells of a border so that each of its cells is within half a stretch of a chosen or taken one.
-
-    Greedily, the middle of what is not served yet.
-    """
+    """Choose cells of a border, greedily, so that each is within half a stretch of a chosen or taken one."""
 
     def near(index: int, others: Ints) -> Mask:
         dx, dy = others % width - index % width, others // width - index // width

@@ -10,35 +10,20 @@ import numpy as np
 
 from marsupial.arrays import Ints, Ints32
 from marsupial.maps.footprint import standable
-from marsupial.model.grid import Grid, Mask
-from marsupial.model.robots import RobotType
+from marsupial.model import Grid, Mask, RobotType
 from marsupial.native import inlined, native
 
 __all__ = ["groups", "largest_reach", "parts", "standable"]
 
 
 def parts(mask: Mask) -> tuple[Ints32, int]:
-    """Return the labels (height, width) of the connected parts of `mask`, and their number.
-
-    Labels count from 1 in the order of the parts' first cells.
-    """
+    """Return the labels (height, width) of connected parts, from 1 in the order of first cells, and their number."""
     labels = np.zeros(mask.shape, dtype=np.int32)
     return labels, _label(mask, labels, np.empty(mask.size, dtype=np.int32))
 
 
 def groups(cells: Ints, shape: tuple[int, int]) -> list[Ints]:
-    """Return the groups of `cells` that touch each other, corners included.
-
-    Parameters
-    ----------
-    cells
-        Row-major indices on a map of that shape (height, width), each once.
-
-    Returns
-    -------
-    list of ndarray
-        The indices of each group in ascending order; groups in the order of their first cells.
-    """
+    """Return the groups (ascending) of `cells` (row-major, each once) that touch, corners included, by first cell."""
     found, ends = np.empty((2, len(cells)), dtype=np.int64)
     count = _group(np.sort(cells), *shape, found, ends)
     return [np.sort(group) for group in np.split(found, ends[: count - 1])] if count else []
@@ -110,7 +95,6 @@ def _position(cells: Ints, cell: int) -> int:
 
 @native
 def _label(mask: Mask, labels: Ints32, queue: Ints32) -> int:
-    """Write the labels of `parts`; return the number of parts."""
     height, width = mask.shape
     count = 0
     for y in range(height):
@@ -125,10 +109,7 @@ def _label(mask: Mask, labels: Ints32, queue: Ints32) -> int:
 
 @native
 def spread(mask: Mask, marks: Mask | Ints32, mark: int, queue: Ints32, tail: int) -> int:
-    """Mark all cells connected within `mask` to the marked ones in `queue`; return the queue's new length.
-
-    `mask` and `marks` (height, width); `queue` holds row-major indices up to `tail` and has room for all.
-    """
+    """Mark all cells connected within `mask` to the `tail` first ones in `queue`; return the queue's new length."""
     height, width = mask.shape
     head = 0
     while head < tail:

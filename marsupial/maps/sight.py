@@ -49,43 +49,25 @@ def hopeful_codes(grid: Grid) -> CellArray:
 
 
 class _View(NamedTuple):
-    """The input and buffers of a sweep.
+    """The input and buffers of a sweep."""
 
-    Attributes
-    ----------
-    codes, width
-        Terrain codes of the cells, row-major, and cells per row.
-    opaque
-        (256,): non-zero for terrain codes that block sight.
-    slopes
-        (8, 2): the lowest and highest slope that is looked along in each octant.
-    intervals
-        (4, n): lower and upper slopes of the open intervals of a row, and of the next one.
-    stamps
-        (rows, columns): number of the last sweep that saw each cell, for a window of the sensor range only: small
-        enough to stay in the processor's cache.
-    seen
-        (cells,): output.
-    """
-
+    # codes, width: terrain codes of the cells, row-major, and cells per row
     codes: Bytes
     width: int
-    opaque: CellArray
-    slopes: Floats
-    intervals: Floats
+    opaque: CellArray  # (256,): non-zero for terrain codes that block sight
+    slopes: Floats  # (8, 2): the lowest and highest slope that is looked along in each octant
+    intervals: Floats  # (4, n): lower and upper slopes of the open intervals of a row, and of the next one
+    # (rows, columns): number of the last sweep that saw each cell, for a window of the sensor range only: small enough
+    # to stay in the processor's cache
     stamps: Ints32
-    seen: Ints
+    seen: Ints  # (cells,): output
 
 
 class Sight:
     """Fields of view on one grid, with reusable buffers.
 
-    Parameters
-    ----------
-    cells
-        uint8 (height, width), contiguous; may change between calls.
-    opaque
-        uint8 table of 256: non-zero for terrain codes that block sight.
+    `cells` (height, width) is contiguous and may change between calls; `opaque` (256,) is non-zero for terrain codes
+    that block sight.
     """
 
     def __init__(self, cells: CellArray, opaque: CellArray) -> None:
@@ -103,27 +85,15 @@ class Sight:
         self._stamp = 0
 
     def visible(self, cell: Cell, range_cells: float) -> Ints:
-        """Return the row-major indices of the cells visible from `cell` whose centres are within the range.
-
-        The next call overwrites the result.
-        """
+        """Return the visible cells (row-major) with their centres in range; the next call overwrites them."""
         self._begin(range_cells, 1)
         seen: Ints = self._view.seen[: _sweep(self._view, cell.x, cell.y, range_cells, self._stamp)]
         return seen
 
     def first_to_see(self, stands: Ints, wanted: Flags, window: Window, range_cells: float) -> Cell | None:
-        """Return the first of `stands` from which a wanted cell is visible.
+        """Return the first of `stands` (row-major) from which a cell is visible that is wanted (flag per cell).
 
-        It takes less than all their fields of view, as each looks the way of the wanted cells only.
-
-        Parameters
-        ----------
-        stands
-            Row-major indices.
-        wanted
-            For all cells, row-major.
-        window
-            Holds all wanted cells that are to be looked for.
+        Faster than comparing all fields of view: each stand looks only towards `window`, which holds all wanted cells.
         """
         self._begin(range_cells, len(stands))
         view = self._view._replace(slopes=np.empty_like(self._view.slopes))
@@ -131,7 +101,7 @@ class Sight:
         return None if found < 0 else Cell(int(stands[found]) % self._shape[1], int(stands[found]) // self._shape[1])
 
     def _begin(self, range_cells: float, sweeps: int) -> None:
-        """Make ready for so many sweeps; the number of the last of them is `_stamp`."""
+        """Reserve numbers for this many sweeps; `_stamp` is the last of them."""
         if range_cells > self._farthest or self._stamp + sweeps > LAST_STAMP:
             self._farthest, self._stamp = max(range_cells, self._farthest), 0
             window = [int(min(2 * self._farthest + 1, side)) for side in self._shape]

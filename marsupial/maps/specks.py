@@ -15,8 +15,7 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid
 
-TOUCHING = np.ones((3, 3), dtype=np.bool_)
-"""Neighbours of a cell, corners included."""
+TOUCHING = np.ones((3, 3), dtype=np.bool_)  # neighbours of a cell, corners included
 
 
 class Specks(NamedTuple):

@@ -51,13 +51,10 @@ from marsupial.maps.landings import Landings, Looks
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
-from marsupial.maps.travel import AllGround, Poses, SharedLengths, travel_times, ways_by_type
+from marsupial.maps.travel import AllGround, Poses, shared_lengths, travel_times, ways_by_type
 from marsupial.maps.unseen import UnseenPart
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell
+from marsupial.model import Cell, FrameShift, Goal, RobotReport, RobotType, Role, Unseen
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
-from marsupial.model.robots import RobotType, Role
-from marsupial.model.scenario import Goal
 from marsupial.model.situation import (
     UNREACHABLE,
     PlanningType,
@@ -67,29 +64,20 @@ from marsupial.model.situation import (
     TargetInfo,
     TravelTable,
 )
-from marsupial.model.unseen import Unseen
-from marsupial.model.world import RobotReport
 from marsupial.paths.fields import SearchMemory
 from marsupial.paths.routes import travel_table_ms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Survey:
-    """A situation and its meaning on the map.
-
-    Parameters
-    ----------
-    poses
-        The cell each robot type goes to at each place.
-    direct_ms, unseen
-        See `marsupial.model.strategy.Briefing`.
-    """
+    """A situation and its meaning on the map."""
 
     situation: Situation
     targets: tuple[Target, ...]
     meetings: tuple[MapMeeting, ...]
     connects: Mapping[str, frozenset[str]]
-    poses: Poses
+    poses: Poses  # the cell each robot type goes to at each place
+    # direct_ms, unseen: see `marsupial.model.strategy.Briefing`
     direct_ms: Callable[[], Mapping[str, Mapping[str, int]]]
     unseen: Callable[[], Unseen]
 
@@ -98,39 +86,16 @@ class Survey:
         return replace(
             self,
             targets=tuple(target.moved(shift) for target in self.targets),
-            meetings=tuple(moved_meeting(point, shift) for point in self.meetings),
+            meetings=tuple(map(shift.meeting, self.meetings)),
             poses={shift.place(name): shift.cells(cells) for name, cells in self.poses.items()},
         )
 
 
-def moved_meeting(point: MapMeeting, shift: FrameShift) -> MapMeeting:
-    """Return a meeting point re-indexed for a frame that grew."""
-    return replace(
-        point,
-        name=shift.place(point.name),
-        carrier_cell=shift.cell(point.carrier_cell),
-        rover_cell=shift.cell(point.rover_cell),
-    )
-
-
 class Surveyor:
-    """Surveys one growing map.
+    """Surveys one growing map, whose territory the mission updates.
 
-    Parameters
-    ----------
-    territory
-        Updated by the mission.
-    homes
-        Home cell of each carrier, by name; those of other robots are ignored.
-    goal
-        What remains to be done once no target is left.
-    looks
-        What robots have looked for already; None for nothing.
-
-    Attributes
-    ----------
-    finder
-        The search for targets.
+    `homes` has the home cell of each carrier by name, `goal` what remains to be done once no target is left, and
+    `looks` what robots have looked for already.
     """
 
     def __init__(self, territory: Territory, homes: Mapping[str, Cell], goal: Goal, looks: Looks | None = None) -> None:
@@ -171,10 +136,7 @@ class Surveyor:
         return any(len(frontier.cells) for frontier in self.frontiers(robots).values())
 
     def remaining(self, targets: Sequence[Target], reason: str) -> tuple[Remaining, ...]:
-        """Return all remaining frontiers: `targets` with `reason`, the others with why they are no targets.
-
-        The state is that of the last call of `targets` or `survey`.
-        """
+        """Return the frontiers left at the last survey: `targets` with `reason`, others with why they are none."""
         left = tuple(Remaining(cell=t.cell, frontier_cells=len(t.cells), reason=reason) for t in targets)
         return left + self.finder.refused(targets, self._reach)
 
@@ -208,16 +170,8 @@ class Surveyor:
     ) -> Survey:
         """Return the survey of the robots that are not lost.
 
-        Parameters
-        ----------
-        keep
-            Meeting points in use, see `find_meetings`.
-        targets
-            Used instead of all present targets.
-        returning
-            Ask for the mission's final goal, even if something is left to explore.
-        docking
-            Whether to find meeting points.
+        `keep` are meeting points in use, and `targets` replace all present ones. With `returning` it asks for the
+        mission's final goal even if something is left to explore; without `docking` it has no meeting points.
         """
         active = tuple(robot for robot in robots if not robot.lost)
         where = placed(active)
@@ -318,8 +272,7 @@ class Surveyor:
         goal = SituationGoal()
         if ending:
             goal = SituationGoal(
-                recover_rovers=self._goal.recover_rovers or self._goal.return_home,
-                return_home=self._goal.return_home,
+                recover_rovers=self._goal.recover_rovers or self._goal.return_home, return_home=self._goal.return_home
             )
         return Situation(
             types=kinds,
@@ -341,7 +294,7 @@ class Surveyor:
         tables = {}
         for ways in dict.fromkeys(self._ways.values()):
             kinds = [self._territory.kinds[name] for name, its in self._ways.items() if its is ways]
-            between = ways.matrix if len(kinds) == 1 else SharedLengths(ways, kinds, names, poses).matrix
+            between = ways.matrix if len(kinds) == 1 else shared_lengths(ways, kinds, names, poses)
             for kind in kinds:
                 tables[kind.name] = travel_times(kind, names, poses, between, metres, headings)
         return tables
@@ -355,7 +308,7 @@ class Surveyor:
             if carrier.place is None:
                 continue
             kind = self._territory.kinds[carrier.type]
-            lengths = search.costs(poses[carrier.place][carrier.type], cells)
+            lengths = search.lengths(poses[carrier.place][carrier.type], cells)
             times = travel_table_ms(lengths, self._territory.grid.resolution_m, kind.speed_mps)
             direct[carrier.name] = {
                 target.name: int(time)
@@ -373,9 +326,5 @@ def placed(robots: Iterable[RobotReport]) -> tuple[PlacedRobot, ...]:
 def planning_type(kind: RobotType) -> PlanningType:
     """Return the properties of a robot type that planning uses."""
     return PlanningType(
-        name=kind.name,
-        role=kind.role,
-        capacity=kind.capacity,
-        dock_ms=kind.dock_ms,
-        undock_ms=kind.undock_ms,
+        name=kind.name, role=kind.role, capacity=kind.capacity, dock_ms=kind.dock_ms, undock_ms=kind.undock_ms
     )

@@ -32,19 +32,15 @@ from marsupial.maps.reach import groups, middle
 from marsupial.maps.sight import hopeful_codes
 from marsupial.maps.territory import Reach, Territory
 from marsupial.maps.views import Views
-from marsupial.model.frames import FrameShift
+from marsupial.model import FrameShift, MapTarget, Remaining
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask, code_table
-from marsupial.model.mission import MapTarget, Remaining
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
-    """A target, with the viewpoint of each type that can explore it, by name.
-
-    `cells` are its frontier cells, row-major.
-    """
+    """A target with the viewpoint of each type that can explore it; `cells` are its frontier cells, row-major."""
 
     name: str
     cell: Cell
@@ -90,13 +86,7 @@ class Frontier:
 
 
 class TargetFinder:
-    """Finds the targets on one growing map.
-
-    Parameters
-    ----------
-    territory
-        Updated by its owner.
-    """
+    """Finds the targets on one growing map; the owner of the territory updates it."""
 
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
@@ -124,10 +114,7 @@ class TargetFinder:
         return self._frontier
 
     def find(self, frontiers: Mapping[str, Frontier]) -> tuple[Target, ...]:
-        """Return the targets for a team that can explore these frontiers, by type.
-
-        They are sorted by explorers, then longest frontier first.
-        """
+        """Return the targets for a team that can explore these frontiers, by explorers, then longest frontier first."""
         targets: list[Target] = []
         for explorers, cells in self._by_explorers(frontiers):
             kinds = self._territory.kinds
@@ -137,15 +124,7 @@ class TargetFinder:
         return tuple(targets)
 
     def find_whole(self, frontiers: Mapping[str, Frontier], soonest_s: Mapping[str, Floats]) -> tuple[Target, ...]:
-        """Return a target for each group of touching cells, at the cell that is reached soonest.
-
-        Parameters
-        ----------
-        frontiers
-            What a team can explore, by type.
-        soonest_s
-            Earliest arrival of each type at each viewpoint (n,), inf for none. Unreachable groups are left out.
-        """
+        """Return a target per reachable group of touching cells, at the cell that is reached `soonest_s` (by type)."""
         targets: list[Target] = []
         for explorers, cells in self._by_explorers(frontiers):
             reached = np.full(len(cells), np.inf)
@@ -169,13 +148,7 @@ class TargetFinder:
         return _at_unknown(self._territory.grid.cells, self._drivable, cells)
 
     def refused(self, targets: Sequence[Target], reach: Reach) -> tuple[Remaining, ...]:
-        """Return the groups of frontier cells that belong to no target, each with the reason.
-
-        Parameters
-        ----------
-        targets, reach
-            What `find` returned, and for which reach.
-        """
+        """Return the groups of frontier cells that belong to none of these targets, each with the reason."""
         covered = np.concatenate([np.empty(0, dtype=np.int64), *(target.cells for target in targets)])
         left = np.setdiff1d(self.frontier(), covered)
         return tuple(self._refusal(group, reach) for group in groups(left, self._territory.grid.cells.shape))
@@ -261,14 +234,8 @@ def _may_turn_out(group: Ints, prints: Iterable[Footprint], shape: tuple[int, in
 
 @native
 def _stands_beside(cells: Ints, offsets: Ints, where: Mask) -> bool:
-    """Return whether a robot covers one of the cells, or is beside it, from somewhere it may stand.
-
-    Parameters
-    ----------
-    offsets
-        (n, 2): offsets of its footprint.
-    where
-        (height, width): where it may stand.
+    """Return whether a robot with footprint `offsets` (n, 2), standing somewhere, covers one of the cells or is beside
+    it.
     """
     height, width = where.shape
     for index in cells:

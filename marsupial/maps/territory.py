@@ -15,9 +15,8 @@ import numpy as np
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.footprint import Footprint, known_parts
 from marsupial.maps.window import Window
+from marsupial.model import Cell, Grid, Mask, RobotType, Role
 from marsupial.model.feed import Feed
-from marsupial.model.grid import Cell, Grid, Mask
-from marsupial.model.robots import RobotType, Role
 from marsupial.paths.fields import PathSearch
 
 
@@ -28,43 +27,23 @@ def dock_range_cells(carrier: RobotType, rover: RobotType, resolution_m: float) 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Docking:
-    """Where a rover type may stand to dock with a carrier type.
+    """Where a rover type may stand to dock with a carrier type."""
 
-    `cells` is the mask (height, width) of rover cells; `carrier_at` returns the carrier's cell for each of n, by
-    row-major index.
-    """
-
-    cells: Mask
-    carrier_at: Callable[[Ints], Ints]
+    cells: Mask  # (height, width): cells of the rover
+    carrier_at: Callable[[Ints], Ints]  # returns the carrier's cell for each of n, by row-major index
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Reach:
-    """What each robot type can reach (masks by type name), and where pairs (carrier type, rover type) can dock.
-
-    `fresh` holds, by type name, the cells (row-major) that were added since the reach before.
-    """
+    """What each robot type can reach (masks by type name), and where pairs (carrier type, rover type) can dock."""
 
     by_type: Mapping[str, Mask]
-    fresh: Mapping[str, Ints]
+    fresh: Mapping[str, Ints]  # by type, the cells (row-major) that were added since the reach before
     docking: Mapping[tuple[str, str], Docking]
 
 
 class Territory:
-    """Footprints of all robot types on one growing map.
-
-    Parameters
-    ----------
-    grid
-        The known map. Its owner may reveal cells later, and calls `reveal` then.
-
-    Attributes
-    ----------
-    revision
-        Increases with every reveal.
-    revealed, cleared
-        Feeds of the cells (row-major indices) that are revealed, and of those among them that one can see through.
-    """
+    """Footprints of all robot types on one growing map; its owner calls `reveal` for new cells."""
 
     def __init__(self, grid: Grid, kinds: Sequence[RobotType]) -> None:
         self.grid = grid
@@ -72,8 +51,8 @@ class Territory:
         self.see_through: Mask = np.zeros((grid.height, grid.width), dtype=np.bool_)
         self._prints: dict[tuple[float, frozenset[int]], Footprint] = {}
         self.footprints = {kind.name: self._footprint(kind) for kind in kinds}
-        self.revision = 0
-        self.revealed, self.cleared = Feed(), Feed()
+        self.revision = 0  # increases with every reveal
+        self.revealed, self.cleared = Feed(), Feed()  # cells (row-major): all, and those one can see through
         self._opaque = grid.opaque_codes()
         self._lowest, self._highest = Cell(grid.width, grid.height), Cell(-1, -1)
         for cells in known_parts(grid):
@@ -110,10 +89,7 @@ class Territory:
         return Window.around(self._lowest, self._highest, 1, (self.grid.height, self.grid.width))
 
     def near(self, cell: Cell, limit: float) -> tuple[Window, Floats]:
-        """Return the lengths in cells of the shortest ways over see-through ground from a cell, up to a limit.
-
-        Beyond the limit they are infinite. The array (height, width) is that of the window returned with it.
-        """
+        """Return a window, and in it the lengths in cells of see-through ways from a cell, inf beyond a limit."""
         window = Window.around(cell, cell, int(limit) + 1, self.see_through.shape)
         here = Cell(cell.x - window.left, cell.y - window.bottom)
         return window, PathSearch(self.see_through[window.cut]).field(here, limit=limit)

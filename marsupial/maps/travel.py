@@ -11,35 +11,28 @@ import numpy as np
 
 from marsupial.arrays import Floats
 from marsupial.maps.territory import Territory
+from marsupial.model import UNREACHABLE, RobotType, Routes, TravelTable
 from marsupial.model.feed import Feed
 from marsupial.model.grid import Cell, code_table
-from marsupial.model.robots import RobotType, Routes
-from marsupial.model.situation import UNREACHABLE, TravelTable
 from marsupial.paths.fields import PathSearch, SearchMemory
 from marsupial.paths.routes import travel_table_ms
 from marsupial.paths.ways import Ways, ways_of
 
-Poses = Mapping[str, Mapping[str, Cell]]
-"""The cell of each place, per robot type that can use it."""
+Poses = Mapping[str, Mapping[str, Cell]]  # the cell of each place, per robot type that can use it
+
+LengthsBetween = Callable[[Sequence[Cell], Sequence[int | None]], Floats]
+"""Returns the lengths (k, k) in cells between k cells, given the headings there."""
 
 
 def travel_times(
     kind: RobotType,
     names: Sequence[str],
     poses: Poses,
-    lengths_between: Callable[[Sequence[Cell], Sequence[int | None]], Floats],
+    lengths_between: LengthsBetween,
     resolution_m: float,
     headings: Mapping[str, int | None] | None = None,
 ) -> TravelTable:
-    """Return the travel times (ms) of a robot type between places.
-
-    Parameters
-    ----------
-    lengths_between
-        Returns the lengths (k, k) in cells between k cells, given the cells and the headings there.
-    headings
-        Heading of the robot that stands at a place, if one does.
-    """
+    """Return the travel times (ms) of a robot type between places; `headings` are those of robots that stand there."""
     rows = [i for i, name in enumerate(names) if kind.name in poses[name]]
     table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
     if rows:
@@ -62,19 +55,16 @@ def ways_by_type(territory: Territory, memory: SearchMemory) -> dict[str, Ways]:
     return found
 
 
-class SharedLengths:
-    """Route lengths between the cells of several robot types that share their routes, from one search."""
+def shared_lengths(ways: Ways, kinds: Sequence[RobotType], names: Sequence[str], poses: Poses) -> LengthsBetween:
+    """Return the lengths between cells of robot types that share their routes, from one search."""
+    cells = dict.fromkeys(poses[name][kind.name] for kind in kinds for name in names if kind.name in poses[name])
+    number, table = {cell: i for i, cell in enumerate(cells)}, ways.matrix(list(cells))
 
-    def __init__(self, ways: Ways, kinds: Sequence[RobotType], names: Sequence[str], poses: Poses) -> None:
-        cells = dict.fromkeys(poses[name][kind.name] for kind in kinds for name in names if kind.name in poses[name])
-        self._place = {cell: i for i, cell in enumerate(cells)}
-        self._table = ways.matrix(list(cells))
+    def between(cells: Sequence[Cell], _headings: Sequence[int | None]) -> Floats:
+        at = [number[cell] for cell in cells]
+        return table[np.ix_(at, at)]
 
-    def matrix(self, cells: Sequence[Cell], _headings: Sequence[int | None] | None = None) -> Floats:
-        """Return the lengths (k, k) between k of the cells, as `Ways.matrix` does."""
-        at = [self._place[cell] for cell in cells]
-        found: Floats = self._table[np.ix_(at, at)]
-        return found
+    return between
 
 
 class AllGround:

@@ -14,20 +14,15 @@ from marsupial.arrays import Ints
 from marsupial.maps.footprint import known_parts
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Reach, Territory
-from marsupial.model.robots import Role
-from marsupial.model.unseen import Square, Unseen
+from marsupial.model import Mask, Role, Square, Unseen
 
-SIDE_M = 8.0
-"""Length of the side of a square."""
-
-UNKNOWN_SHARE = 0.5
-"""Share of a square that must be unknown."""
+SIDE_M = 8.0  # length of the side of a square
+UNKNOWN_SHARE = 0.5  # share of a square that must be unknown
 
 FIRST_GUESS, FIRST_GUESS_M2 = 0.3, 25.0
 """Expected share of rover-only ground before any is seen, and its weight as an area of seen ground."""
 
-CODES = 256
-"""Number of possible terrain codes."""
+CODES = 256  # number of possible terrain codes
 
 
 class UnseenPart:
@@ -90,14 +85,17 @@ class UnseenPart:
     def _behind_narrow_doors(self, reach: Reach) -> int:
         """Return how many cells rovers get to where a carrier has room, but no way to them."""
         cut = self._territory.known.cut
-        inside, outside = np.False_, np.True_
-        for kind in self._territory.of_role(Role.ROVER):
-            inside = inside | reach.by_type[kind.name][cut]
-        room = np.False_
-        for kind in self._territory.of_role(Role.CARRIER):
-            outside = outside & ~reach.by_type[kind.name][cut]
-            room = room | self._territory.footprints[kind.name].standable[cut]
-        return int(np.count_nonzero(inside & outside & room))
+        carriers, rovers = self._territory.of_role(Role.CARRIER), self._territory.of_role(Role.ROVER)
+        prints = self._territory.footprints
+        beyond: Mask = np.zeros_like(self._territory.see_through[cut])
+        for kind in carriers:
+            beyond |= prints[kind.name].standable[cut]
+        for kind in carriers:
+            beyond &= ~reach.by_type[kind.name][cut]
+        within = np.zeros_like(beyond)
+        for kind in rovers:
+            within |= reach.by_type[kind.name][cut]
+        return int(np.count_nonzero(beyond & within))
 
     def _shared(self) -> float:
         rovers, carriers = self._terrains(Role.ROVER), self._terrains(Role.CARRIER)

@@ -17,8 +17,7 @@ from marsupial.maps.sight import Sight
 from marsupial.model.grid import Cell, CellArray
 from marsupial.native import native
 
-MOST_CELLS = 1 << 16
-"""Of larger views only the number of unknown cells is kept."""
+MOST_CELLS = 1 << 16  # of larger views only the number of unknown cells is kept
 
 
 @dataclass(slots=True)
@@ -31,15 +30,7 @@ class _KeptView:
 
 
 class Views:
-    """The fields of view on one growing map.
-
-    Parameters
-    ----------
-    cells, opaque
-        As for `Sight`.
-    unknown
-        The code of unknown cells.
-    """
+    """The fields of view on one growing map; `cells` and `opaque` are those of `Sight`, `unknown` is a code."""
 
     def __init__(self, cells: CellArray, opaque: CellArray, unknown: int) -> None:
         self._cells, self._codes, self._unknown = cells, cells.ravel(), unknown
@@ -63,18 +54,10 @@ class Views:
         return self._view(cell, range_cells).unknown
 
     def clusters(self, groups: Sequence[Ints], range_cells: float) -> list[tuple[int, Ints]]:
-        """Split cells into clusters whose members are all visible from the cluster's seed.
+        """Split groups of cells (row-major) into clusters that are visible from a seed; return (seed, ascending
+        members).
 
-        Parameters
-        ----------
-        groups
-            Row-major indices, each once. Seeds are chosen group by group, each time the middle of what is left of the
-            group. A seed's cluster may take cells of other groups.
-
-        Returns
-        -------
-        list
-            (seed, members in ascending order) of each.
+        Each seed is the middle of what is left of a group, group by group; its cluster may take cells of other groups.
         """
         width = self._cells.shape[1]
         for group in groups:

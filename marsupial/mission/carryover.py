@@ -58,12 +58,8 @@ def same_targets(
 def carried_over(actions: Sequence[Action], situation: Situation, renamed: Mapping[str, str]) -> Plan | None:
     """Return the rest of a plan, fitted to `situation`; None if nothing is left or the rest is invalid.
 
-    Parameters
-    ----------
-    actions
-        In plan order; their times are ignored.
-    renamed
-        New names of the targets that still exist, by old name. Meeting points and homes keep their names.
+    The `actions` are in plan order; their times are ignored. `renamed` has the new names of the targets that still
+    exist; meeting points and homes keep their names.
     """
     timeline = Timeline.of(situation)
     places = situation.meetings + situation.homes

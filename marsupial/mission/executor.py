@@ -13,12 +13,8 @@ from itertools import pairwise
 
 from marsupial.maps.travel import Poses
 from marsupial.mission.observer import Observer
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell
+from marsupial.model import Action, ActionName, Cell, Deployments, FrameShift, Plan, RobotReport, World
 from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded, DriveStarted
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.team import Deployments
-from marsupial.model.world import RobotReport, World
 from marsupial.paths.routes import steps_of
 
 Router = Callable[[str, Cell, Cell, int | None], Sequence[Cell] | None]
@@ -29,13 +25,7 @@ Standing = Callable[[str, Sequence[Cell]], bool]
 
 
 class Executor:
-    """Executes one plan after the other in a world.
-
-    Attributes
-    ----------
-    deployments
-        The finished undockings and dockings.
-    """
+    """Executes one plan after the other in a world."""
 
     def __init__(self, world: World, route: Router, observer: Observer) -> None:
         self._world = world
@@ -55,12 +45,10 @@ class Executor:
 
     @property
     def idle(self) -> bool:
-        """Whether no action runs or waits."""
         return not self._running and not any(self._queues.values())
 
     @property
     def deployed_at(self) -> Mapping[str, str]:
-        """Meeting point at which each rover on the ground was last set down."""
         return self.deployments.at
 
     @property
@@ -75,11 +63,9 @@ class Executor:
         return frozenset(action.robot for action in running if action.name is not ActionName.UNDOCK)
 
     def unemployed(self, robots: Iterable[str]) -> bool:
-        """Return whether at least one of `robots` has nothing left to do."""
         return any(name not in self._running and not self._queues[name] for name in robots)
 
     def remainder(self) -> tuple[Action, ...]:
-        """Return the running and waiting actions in plan order, with the times of their plan."""
         running = [action for name, (_, action) in self._running.items() if name not in self._superseded]
         waiting = [action for queue in self._queues.values() for action in queue]
         unique = {id(action): action for action in running + waiting}  # a docking is in two queues
@@ -133,7 +119,9 @@ class Executor:
             if action.carrier is not None:  # dockings and undockings can't be interrupted
                 continue
             queue = self._queues[name]
-            if queue and name not in self._superseded and self._same_drive(name, action, queue[0]):
+            new = queue[0] if queue and queue[0].carrier is None and queue[0].name is action.name else None
+            goal = None if new is None else poses.get(new.place, {}).get(self._types[name])
+            if new is not None and name not in self._superseded and goal == self._goals[name]:
                 self._running[name] = (revision, queue.popleft())  # it belongs to the new plan from now on
             else:
                 self._superseded.add(name)
@@ -205,10 +193,6 @@ class Executor:
         self._blocked.discard(name)
         self._end(action, revision, end)
         return action
-
-    def _same_drive(self, name: str, old: Action, new: Action) -> bool:
-        goal = self._poses.get(new.place, {}).get(self._types[name])
-        return new.carrier is None and old.name is new.name and goal == self._goals[name]
 
     def _startable(self, name: str) -> Action | None:
         queue = self._queues[name]

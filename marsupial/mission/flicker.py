@@ -21,38 +21,21 @@ from marsupial.maps.reach import groups, middle
 from marsupial.maps.targets import cell_at
 from marsupial.model import OBSTACLE, UNKNOWN, CellArray, FrameShift, Remaining
 
-MOST_LOSSES = 2
-"""How often a cell may become unknown before it flickers: a correction of the map does that once or twice."""
+MOST_LOSSES = 2  # how often a cell may become unknown before it flickers: a correction of the map does that twice
 
-NEAR_CELLS = 2
-"""Cells this close to a flickering one flicker too: what is drawn on a map shifts by a cell or two."""
+NEAR_CELLS = 2  # cells this close to a flickering one flicker too: what is drawn on a map shifts by a cell or two
 
-MOST_FLIPS = 4
-"""How often a cell may change its value before it flickers: a door that opens and closes twice changes four times."""
+MOST_FLIPS = 4  # how often a cell may change before it flickers: a door that opens and closes twice changes 4 times
 
-STEADY_MS = 60_000
-"""How long a flickering cell has to be the same to count as reported; flips further apart are not added up."""
+STEADY_MS = 60_000  # how long a flickering cell has to be the same to count as reported; older flips do not count
 
 
 class Flicker:
-    """Counts the changes of one map and filters it.
-
-    Parameters
-    ----------
-    raw
-        The map (height, width) as it is reported, live.
-    last
-        The known map before the first change.
-
-    Attributes
-    ----------
-    cells
-        The filtered map (height, width), live.
-    """
+    """Counts the changes of the map `raw`, live as it is reported, and filters it; `last` is the map before."""
 
     def __init__(self, raw: CellArray, last: CellArray) -> None:
         self._raw = raw
-        self.cells, self._last = last.copy(), last  # last known value of each cell
+        self.cells, self._last = last.copy(), last  # the filtered map, live; last known value of each cell
         self._ground = np.where(last == OBSTACLE, np.uint8(UNKNOWN), last)  # last value that was no obstacle
         self._losses, self._flips = np.zeros_like(raw), np.zeros_like(raw)  # how often unknown, how often changed
         self._kept = np.zeros(raw.shape, dtype=np.bool_)  # cells that keep their last value while unknown
@@ -75,17 +58,9 @@ class Flicker:
         return bool(len(self._watched))
 
     def update(self, seen: Ints, now_ms: int, under: Ints) -> tuple[Ints, Ints]:
-        """Count the changes of cells that were reported (row-major indices, ascending, each once).
+        """Count changes of reported cells (row-major, ascending, each once); robots stand on those `under` them.
 
-        Parameters
-        ----------
-        under
-            Cells that robots stand on.
-
-        Returns
-        -------
-        tuple
-            The cells that became known in the filtered map, and the known cells that changed in it.
+        Return the cells that became known in the filtered map, and the known cells that changed in it.
         """
         raw, last = self._raw.ravel()[seen], self._last.ravel()[seen]
         before = self.cells.ravel()[seen]
@@ -132,7 +107,6 @@ class Flicker:
         return cells[~known & (now != UNKNOWN)], cells[known & (before != now)]
 
     def _filtered(self, cells: Ints, now_ms: int, under: Ints) -> Bytes:
-        """Return the filtered codes of cells (n,)."""
         raw, kept = self._raw.ravel()[cells], self._kept.ravel()[cells]
         codes = np.where((raw == UNKNOWN) & kept, self._last.ravel()[cells], raw)
         held = self._held(cells, now_ms)
@@ -146,7 +120,6 @@ class Flicker:
         return np.asarray(often & (now_ms - self._flipped_ms.ravel()[cells] <= STEADY_MS))
 
     def _count_losses(self, cells: Ints) -> None:
-        """Count that known cells became unknown."""
         losses = self._losses.ravel()
         losses[cells] = np.minimum(losses[cells], MOST_LOSSES) + 1
         often = cells[losses[cells] > MOST_LOSSES]
@@ -158,7 +131,6 @@ class Flicker:
         self._watch((y * width + x).ravel())
 
     def _count_flips(self, cells: Ints, now_ms: int) -> None:
-        """Count that known cells changed their value."""
         flips, flipped_ms = self._flips.ravel(), self._flipped_ms.ravel()
         recent = now_ms - flipped_ms[cells] <= STEADY_MS
         flips[cells] = np.where(recent, np.minimum(flips[cells], MOST_FLIPS) + 1, 1)

@@ -61,66 +61,37 @@ from marsupial.mission.recall import CarriersAlone, Recall, ReturnPolicy
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.mission.runs import runs_of
 from marsupial.mission.steady import SteadyWorld
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import UNKNOWN, Cell, Mask
-from marsupial.model.mission import (
-    Cause,
-    Changed,
-    FrameGrown,
-    MissionEnded,
-    Planned,
-    Revealed,
-    RobotLost,
-    Status,
-    Trigger,
-    Triggers,
-)
-from marsupial.model.plan import Action, Plan
-from marsupial.model.robots import RobotType
+from marsupial.model import UNKNOWN, Action, Cell, FrameShift, Mask, Plan, RobotType, SituationGoal
+from marsupial.model import mission as log
+from marsupial.model.mission import Cause, Status, Trigger, Triggers
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
-from marsupial.model.situation import SituationGoal
 from marsupial.model.strategy import Briefing, Decider, Decision, as_strategy, checked_decision
 from marsupial.model.world import News, World, energy_j
 from marsupial.planning.checker import check
 
-MAX_FRUITLESS = 5
-"""Replannings without effect at one moment; the next one ends the mission as stalled."""
+MAX_FRUITLESS = 5  # replannings without effect at one moment; the next one ends the mission as stalled
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionOrder:
-    """The goal and limits of a mission, and how it is measured.
-
-    Parameters
-    ----------
-    reachable
-        Cells (height, width) that count as the area to explore; None if the true map is not known.
-    homes
-        The cell that each carrier has to return to; None for its start.
-    waits
-        Whether the mission waits, instead of ending, while robots stand where the known map does not allow it: if
-        others make the map, it may be late or wrong.
-    """
+    """The goal and limits of a mission, and how it is measured."""
 
     goal: Goal
     limits: MissionLimits
     planning_time: PlanningTime = PlanningTime.INSTANT
+    # cells (height, width) that count as the area to explore; None if the true map is not known
     reachable: Mask | None = None
-    homes: Mapping[str, Cell] | None = None
+    homes: Mapping[str, Cell] | None = None  # the cell that each carrier has to return to; None for its start
+    # whether the mission waits, instead of ending, while robots stand where the known map does not allow it: if others
+    # make the map, it may be late or wrong
     waits: bool = False
 
 
 class MissionLoop:
     """One mission of a team in a world.
 
-    Parameters
-    ----------
-    kinds
-        Robot types by name.
-    strategy
-        A `Strategy`, or any object with `name` and `decide`.
-    replanning
-        When to replan and from which survey; None for the strategy's own policy, or else `OnNews`.
+    `kinds` has the robot types by name; `strategy` is a `Strategy` or any object with `name` and `decide`. Without
+    `replanning` the strategy's own policy decides when to replan, or else `OnNews`.
     """
 
     def __init__(
@@ -158,7 +129,7 @@ class MissionLoop:
         self._refused = 0
         self._triggers_while_planning: Triggers = ()
 
-    def run(self, cancelled: Callable[[], bool] | None = None) -> MissionEnded:
+    def run(self, cancelled: Callable[[], bool] | None = None) -> log.MissionEnded:
         """Run until the mission ends; `cancelled` is called between events."""
         triggers: Triggers = (Trigger(Cause.START),)
         self._apply(self._world.advance(0))  # what robots see from their starts
@@ -239,27 +210,22 @@ class MissionLoop:
         with self._analysis():
             self._replanning.update(news)
         # the log tells the raw map, so that a mission can be replayed as its robots reported it
-        for kind, seen in ((Revealed, self._world.raw_news.revealed), (Changed, self._world.raw_news.changed)):
+        for kind, seen in ((log.Revealed, self._world.raw_news.revealed), (log.Changed, self._world.raw_news.changed)):
             for name, indices in seen:
                 runs = runs_of(indices, self._raw_world.grid.cells.ravel())
                 self._observer.event(kind(t_ms=news.t_ms, robot=name, runs=runs))
         self._rounds.update(news)
         self._executor.failed(name for name, _ in news.failed)
         for name, reason in news.lost:
-            self._observer.event(RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
+            self._observer.event(log.RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
         self._executor.lost(name for name, _ in news.lost)
         return self._executor.finished(news.finished)
 
     def _grow_frame(self, shift: FrameShift) -> None:
-        """Re-index stored cells after the map grew."""
         grid = self._world.grid
         self._observer.event(
-            FrameGrown(
-                t_ms=self._world.now_ms,
-                width=grid.width,
-                height=grid.height,
-                origin_m=grid.origin_m,
-                shift=shift.by,
+            log.FrameGrown(
+                t_ms=self._world.now_ms, width=grid.width, height=grid.height, origin_m=grid.origin_m, shift=shift.by
             )
         )
         self._homes = shift.cells(self._homes)
@@ -376,7 +342,7 @@ class MissionLoop:
         plan = shifted(plan, now)
         self._busy_ms = plan.makespan_ms
         self._observer.event(
-            Planned(
+            log.Planned(
                 t_ms=now,
                 revision=self._revision,
                 trigger=triggers,
@@ -426,12 +392,12 @@ class MissionLoop:
             return False
         return not unmet(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
 
-    def _end(self, status: Status, reason: str) -> MissionEnded:
+    def _end(self, status: Status, reason: str) -> log.MissionEnded:
         robots = self._world.robots()
         area = self._raw_world.grid.cell_area_m2
         known = self._raw_world.grid.cells != UNKNOWN
         reachable = known if self._reachable is None else self._reachable
-        ended = MissionEnded(
+        ended = log.MissionEnded(
             t_ms=self._world.now_ms,
             status=status,
             reason=reason,

@@ -16,8 +16,7 @@ from marsupial.mission.observer import Observer
 from marsupial.model import Cause, News, RobotReport, RobotType, Status, Trigger, Triggers, World
 from marsupial.planning.reachability import obstacles
 
-WAIT_MS = 60_000
-"""Longest wait, in mission time, for robots that can't stand where they are, once the mission has begun."""
+WAIT_MS = 60_000  # longest wait, in mission time, for robots that can't stand where they are, once it has begun
 
 Ending = tuple[Status, str]
 
@@ -26,11 +25,6 @@ class Patience:
     """Makes a mission wait, instead of ending, while robots can't stand where they are on the known map.
 
     The wait for the first usable map is limited by the mission's time limit only, later waits by `WAIT_MS`.
-
-    Attributes
-    ----------
-    waits
-        Whether the mission is waiting now.
     """
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType], observer: Observer) -> None:
@@ -62,7 +56,9 @@ class Patience:
         """Return how the mission ends, or None if it doesn't or if it waits instead."""
         stranded = self._find_stranded()
         if ended is None or not stranded or ended[0] not in (Status.COMPLETE, Status.STALLED):
-            self._stop_waiting()
+            self.waits = False
+            self._since_ms = -1
+            self._report("")
             return ended
         if self._is_overdue():
             return Status.STALLED, self._reason()
@@ -81,7 +77,6 @@ class Patience:
         return (triggers or (Trigger(Cause.CARRIED_OUT),)) if self._begun else (Trigger(Cause.START),)
 
     def _find_stranded(self) -> tuple[RobotReport, ...]:
-        """Find the robots that can't stand where they are on the known map."""
         grid = self._world.grid
         self._stranded = tuple(
             robot
@@ -98,11 +93,6 @@ class Patience:
             self.waits = True
             self._since_ms = self._world.now_ms
         self._report(self._reason())
-
-    def _stop_waiting(self) -> None:
-        self.waits = False
-        self._since_ms = -1
-        self._report("")
 
     def _report(self, reason: str) -> None:
         if reason != self._reported:

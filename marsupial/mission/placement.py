@@ -17,21 +17,12 @@ from marsupial.maps.reach import largest_reach
 from marsupial.model import Cell, Mask, PlacedRobot, Scenario
 from marsupial.paths.fields import PathSearch
 
-NEAR = 65536
-"""Number of nearest cells sorted first: a team finds room there, and sorting all of a large map takes long."""
-
-AT_ONCE = 4096
-"""Number of cells tested for room in one batch."""
+NEAR = 65536  # number of nearest cells sorted first: a team finds room there, and sorting all of a large map takes long
+AT_ONCE = 4096  # number of cells tested for room in one batch
 
 
 def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
-    """Return every robot of the team at its start.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no room for a robot.
-    """
+    """Return every robot of the team at its start; raise ScenarioError if there is no room for one."""
     rng = np.random.default_rng(seed if scenario.start_seed is None else scenario.start_seed)
     grid = scenario.grid.solid()
     rooms: dict[str, _FreeRoom] = {}
@@ -57,26 +48,17 @@ def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
 
 
 class _FreeRoom:
-    """The cells where robots of one type may start.
-
-    Attributes
-    ----------
-    cells
-        Row-major indices, in ascending order.
-    """
+    """The cells where robots of one type may start."""
 
     def __init__(self, reach: Mask) -> None:
         self._reach = reach
-        self.cells = np.flatnonzero(reach)
+        self.cells = np.flatnonzero(reach)  # row-major indices, in ascending order
         self._length: Floats | None = None
         self._near: Flags = np.zeros(0, dtype=np.bool_)
         self._nearest: Ints = self.cells
 
     def nearest_first(self, anchor: Cell) -> Iterator[Ints]:
-        """Yield the cells in two batches, by path length from `anchor`, then by straight distance.
-
-        All calls have the same anchor. Most robots find room in the first batch.
-        """
+        """Yield the cells in two batches, by path length from `anchor` (always the same), then by straight distance."""
         if self._length is None:
             self._length = PathSearch(self._reach).field(anchor).ravel()[self.cells]
             far = np.partition(self._length, NEAR)[NEAR] if len(self.cells) > NEAR else np.inf

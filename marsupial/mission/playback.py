@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.mission.frames import in_last_frame
 from marsupial.mission.state import MissionTracker, RobotView, Tracks, views
 from marsupial.model import OBSTACLE, UNKNOWN, Action, CellArray
 from marsupial.model import mission as log
+from marsupial.model.frames import in_last_frame
 from marsupial.model.runs import paint, triples
 
 
@@ -74,18 +74,11 @@ class _KnownMap:
 
 
 class Playback:
-    """The state of a mission at any moment; cells are in the last frame of its map.
-
-    Parameters
-    ----------
-    events
-        As `marsupial.formats.missionlog.read_log` returns them; an unfinished mission plays to its last event.
-    """
+    """The state of a mission at any moment, with cells in the last frame; a mission may be unfinished."""
 
     def __init__(self, events: Sequence[log.MissionEvent]) -> None:
         events = in_last_frame(events)
-        mission = events[0]
-        assert isinstance(mission, log.MissionStarted)
+        mission = log.started(events)
         self.mission = mission
         self.events = events
         self.start_ms = mission.t_ms
@@ -114,10 +107,7 @@ class Playback:
         return self.moments[max(index, 0)][1]
 
     def cells_at(self, t_ms: int) -> CellArray:
-        """Return the known map at `t_ms`, uint8 (height, width).
-
-        Going forward is cheap; going back rebuilds the map from the start.
-        """
+        """Return the known map (height, width) at `t_ms`; going back in time rebuilds it from the start."""
         return self._map.at(t_ms)
 
     def coverage_at(self, t_ms: int) -> CoveragePoint:
@@ -145,8 +135,7 @@ def _moments(events: Sequence[log.MissionEvent]) -> tuple[tuple[int, Tracks], ..
 
 def _timeline(events: Sequence[log.MissionEvent]) -> dict[str, tuple[Segment, ...]]:
     """Return each robot's actions; one without an end lasts until the next starts or the log stops."""
-    mission = events[0]
-    assert isinstance(mission, log.MissionStarted)
+    mission = log.started(events)
     segments: dict[str, list[Segment]] = {robot.name: [] for robot in mission.robots}
     running: dict[str, log.ActionStarted] = {}
 
@@ -177,7 +166,8 @@ def _coverage(mission: log.MissionStarted, reveals: Sequence[CellEvent]) -> tupl
     # the map itself is needed only if known cells change: otherwise areas just add up
     cells = _unknown(mission) if any(isinstance(event, log.Changed) for event in reveals) else None
     for event in reveals:
-        now = _counts(event.runs)
+        known = sum(length for _, length, code in triples(event.runs) if code != UNKNOWN)
+        now = known, known - sum(length for _, length, code in triples(event.runs) if code == OBSTACLE)
         before = (0, 0) if cells is None else _counts_before(cells, event)
         seen, open_cells = seen + now[0] - before[0], open_cells + now[1] - before[1]
         # the last count of a moment replaces the earlier ones
@@ -192,14 +182,8 @@ def _unknown(mission: log.MissionStarted) -> CellArray:
     return np.full((mission.height, mission.width), UNKNOWN, dtype=np.uint8)
 
 
-def _counts(runs: Sequence[int]) -> tuple[int, int]:
-    """Return how many cells of runs are known, and how many of these are no obstacles."""
-    known = sum(length for _, length, code in triples(runs) if code != UNKNOWN)
-    return known, known - sum(length for _, length, code in triples(runs) if code == OBSTACLE)
-
-
 def _counts_before(cells: CellArray, event: CellEvent) -> tuple[int, int]:
-    """Return the same counts for the event's cells before the event, and write the event to the map."""
+    """Return how many of the event's cells were known before, and no obstacles; write the event to the map."""
     flat = cells.reshape(-1)
     parts = [flat[start : start + length] for start, length, _ in triples(event.runs)]
     known = sum(int(np.count_nonzero(part != UNKNOWN)) for part in parts)

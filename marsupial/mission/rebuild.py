@@ -14,29 +14,21 @@ from dataclasses import dataclass
 from marsupial.errors import UsageError
 from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
-from marsupial.mission.frames import in_last_frame
 from marsupial.mission.state import MissionTracker, Tracks
 from marsupial.model import Action, ActionName, Deployments, Grid, RobotReport
 from marsupial.model import mission as log
+from marsupial.model.frames import in_last_frame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Moment:
-    """A mission at one moment.
-
-    Parameters
-    ----------
-    robots
-        The reports that the world would give of all robots.
-    meetings
-        The meeting points in use.
-    """
+    """A mission at one moment."""
 
     mission: log.MissionStarted
     t_ms: int
     grid: Grid
-    robots: tuple[RobotReport, ...]
-    meetings: tuple[log.MapMeeting, ...]
+    robots: tuple[RobotReport, ...]  # the reports that the world would give of all robots
+    meetings: tuple[log.MapMeeting, ...]  # in use
 
     def survey(self) -> Survey:
         """Return the survey of the robots on the known map."""
@@ -53,17 +45,13 @@ def check_moment(events: Sequence[log.MissionEvent], t_ms: int) -> None:
 
 
 def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
-    """Return the moment `t_ms` of the mission; `events` are all of its events up to then at least.
-
-    Raises
-    ------
-    UsageError
-        If the moment is outside the mission.
-    """
+    """Return the moment `t_ms` of a mission, from all its events up to then at least; UsageError if it is outside."""
     check_moment(events, t_ms)
-    state, past = MissionTracker(), in_last_frame(events[: _cut(events, t_ms)])
-    mission = past[0]
-    assert isinstance(mission, log.MissionStarted)
+    # replay what came before the last plan made at `t_ms`, or else all up to then
+    end = bisect_right(events, t_ms, key=lambda event: event.t_ms)
+    end = max((i for i in range(end) if isinstance(events[i], log.Planned) and events[i].t_ms == t_ms), default=end)
+    state, past = MissionTracker(), in_last_frame(events[:end])
+    mission = log.started(past)
     for event in past:
         state.event(event)
     grid = Grid(
@@ -76,13 +64,6 @@ def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
         robots=tuple(_report(name, state.tracks, t_ms) for name in state.tracks),
         meetings=_in_use(past, state),
     )
-
-
-def _cut(events: Sequence[log.MissionEvent], t_ms: int) -> int:
-    """Return the number of events to replay: those before the last plan made at `t_ms`, else all up to `t_ms`."""
-    end = bisect_right(events, t_ms, key=lambda event: event.t_ms)
-    plans = [i for i in range(end) if isinstance(events[i], log.Planned) and events[i].t_ms == t_ms]
-    return plans[-1] if plans else end
 
 
 def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
@@ -101,13 +82,7 @@ def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
         free_at_ms = max(t_ms, track.running.t_ms + took_ms)
     lost = track.lost or (carrier is not None and tracks[carrier].lost)
     return RobotReport(
-        name=name,
-        type=track.kind.name,
-        cell=cell,
-        carrier=carrier,
-        free_at_ms=free_at_ms,
-        lost=lost,
-        heading=heading,
+        name=name, type=track.kind.name, cell=cell, carrier=carrier, free_at_ms=free_at_ms, lost=lost, heading=heading
     )
 
 

@@ -17,33 +17,19 @@ from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Territory
 from marsupial.mission.replanning import OnNews
-from marsupial.model.grid import Cell
+from marsupial.model import SQRT2, Action, ActionName, Cell, Goal, News, PlanProgress, RobotType, Role, World
 from marsupial.model.mission import Cause, MapMeeting, Trigger, Triggers
-from marsupial.model.plan import Action, ActionName
-from marsupial.model.robots import SQRT2, RobotType, Role
-from marsupial.model.scenario import Goal
-from marsupial.model.strategy import PlanProgress
-from marsupial.model.world import News, World
 from marsupial.planning.list_scheduling.greedy import serve
 
-SPARE_SHARE, SPARE_MS = 0.1, 3000
-"""Reserve when the team is back: a share of the time for the way back, and ms on top. Robots sometimes drive slower
-than planned, and stop at a cell before they turn."""
+# Reserve when the team is back: robots sometimes drive slower than planned, and stop at a cell before they turn.
+SPARE_SHARE = 0.1  # of the time for the way back
+SPARE_MS = 3000  # on top
 
-STEP_MS = 1000
-"""Least time between two estimates of the way back."""
+STEP_MS = 1000  # least time between two estimates of the way back
 
 
 class Recall:
-    """Decides when a team has to turn back.
-
-    Parameters
-    ----------
-    goal
-        Whether rovers have to be aboard, or the whole team at home.
-    limit_ms
-        The mission's time limit.
-    """
+    """Decides when a team has to turn back to reach `goal` (rovers aboard, or all at home) by the time limit."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType], goal: Goal, limit_ms: int) -> None:
         self._world, self._kinds, self._goal, self._limit_ms = world, kinds, goal, limit_ms

@@ -13,14 +13,8 @@ from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Target
 from marsupial.mission.carryover import same_targets
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell
+from marsupial.model import Action, ActionName, Cell, FrameShift, Goal, News, PlanProgress, RobotType, World
 from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
-from marsupial.model.plan import Action, ActionName
-from marsupial.model.robots import RobotType
-from marsupial.model.scenario import Goal
-from marsupial.model.strategy import PlanProgress
-from marsupial.model.world import News, World
 
 
 class Replanning(Protocol):
@@ -45,10 +39,7 @@ class Replanning(Protocol):
         """Return what asks for a new plan after `news` and the end of the actions `done`."""
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return the survey for a new plan; `keep` are meeting points in use.
-
-        If `late`, planning has already taken place and the plan is only fitted to this survey.
-        """
+        """Return the survey for a new plan, or (`late`) to fit one to that was made; `keep` are meetings in use."""
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
         """Note that the current plan was made from `survey`, or from `since` and then fitted to `survey`."""
@@ -70,10 +61,11 @@ class OnNews(Lookout):
         self._planned_ms = -1
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Return the setbacks, or how the current targets differ from those that the plan knows."""
         explores = [action for action in done if action.name is ActionName.EXPLORE]
-        if explores:
-            self._note_looks({action.robot for action in explores})
+        explorers = {action.robot for action in explores}
+        for robot in self._world.robots() if explores else ():
+            if robot.name in explorers and robot.cell is not None:
+                self._looks.make(robot.type, robot.cell.y * self._world.grid.width + robot.cell.x)
         setbacks = setbacks_in(news)
         if setbacks:
             return setbacks
@@ -90,14 +82,12 @@ class OnNews(Lookout):
         return self._compare(work, free)
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return the survey of the map known so far."""
         survey = self._surveyor.survey(self._world.robots(), self._world.now_ms, keep, self._targets())
         if not late:  # cells seen during planning are news for the next look
             self._note_explored(left=bool(survey.targets))
         return survey
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
-        """Store the targets that the plan knows."""
         self._known = survey.targets
         if since is not None:  # the plan does not know targets that appeared while it was made
             self._known = tuple(t for t, was in self._paired(survey.targets, since.targets) if was is not None)
@@ -124,14 +114,7 @@ class OnNews(Lookout):
             return (Trigger(Cause.ROBOT_FREE),)
         return triggers
 
-    def _note_looks(self, explorers: set[str]) -> None:
-        """Remember from where robots have looked that have just explored a target."""
-        for robot in self._world.robots():
-            if robot.name in explorers and robot.cell is not None:
-                self._looks.make(robot.type, robot.cell.y * self._world.grid.width + robot.cell.x)
-
     def _targets(self) -> tuple[Target, ...]:
-        """Return the current targets."""
         return self._surveyor.targets(self._world.robots())
 
     def _left_out(self, targets: tuple[Target, ...], wanted: set[str]) -> bool:

@@ -13,38 +13,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from marsupial.mission.frames import moved_plan
 from marsupial.mission.observer import Observer
 from marsupial.model import UNKNOWN, Action, Cell, CellArray, FrameShift, RobotType, Whereabouts
 from marsupial.model import mission as log
+from marsupial.model.frames import moved_plan
 from marsupial.model.runs import paint
-from marsupial.paths.headings import heading_of
-from marsupial.paths.routes import passing_times_ms, route_of
+from marsupial.paths.routes import heading_of, passing_times_ms, route_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotView:
-    """One robot at one moment.
-
-    Parameters
-    ----------
-    x, y
-        Position in cells.
-    carrier
-        The carrier it is aboard, or None.
-    cargo
-        The rovers aboard it, in team order.
-    action
-        Its running action, or None.
-    """
+    """One robot at one moment."""
 
     name: str
     type: str
-    x: float
+    x: float  # in cells
     y: float
-    carrier: str | None
-    cargo: tuple[str, ...]
-    action: Action | None
+    carrier: str | None  # the carrier it is aboard, or None
+    cargo: tuple[str, ...]  # the rovers aboard it, in team order
+    action: Action | None  # that is running
     lost: bool
 
 
@@ -77,44 +64,25 @@ class Leg:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Track:
-    """One robot after an event.
-
-    Parameters
-    ----------
-    heading
-        Its heading while it stands; None if undefined.
-    running
-        The event that started its running action.
-    """
+    """One robot after an event."""
 
     kind: RobotType
     where: Whereabouts[Leg]
-    heading: int | None = None
-    running: log.ActionStarted | None = None
+    heading: int | None = None  # its heading while it stands; None if undefined
+    running: log.ActionStarted | None = None  # the event that started its running action
     lost: bool = False
 
 
-Tracks = Mapping[str, Track]
-"""All robots by name, in team order."""
+Tracks = Mapping[str, Track]  # all robots by name, in team order
 
 
 class MissionTracker(Observer):
-    """Keeps the state after the events so far.
-
-    Attributes
-    ----------
-    tracks
-        The robots. A new mapping replaces it at each change, so old ones can be kept.
-    cells
-        The known map, uint8 (height, width).
-    plan
-        The current plan, or None before the first.
-    """
+    """Keeps the state after the events so far."""
 
     def __init__(self) -> None:
         self.t_ms = 0
-        self.tracks: Tracks = {}
-        self.cells: CellArray = np.zeros((0, 0), dtype=np.uint8)
+        self.tracks: Tracks = {}  # replaced at each change, so old ones can be kept
+        self.cells: CellArray = np.zeros((0, 0), dtype=np.uint8)  # the known map (height, width)
         self.plan: log.Planned | None = None
         self._resolution_m = 1.0
 
@@ -154,7 +122,6 @@ class MissionTracker(Observer):
         }
 
     def _grow(self, event: log.FrameGrown) -> None:
-        """Re-index cells after the map grew."""
         shift = FrameShift(event.shift, self.cells.shape[1], event.width, event.height)
         self.cells = shift.laid_out(self.cells, UNKNOWN)
         self.plan = None if self.plan is None else moved_plan(self.plan, shift)

@@ -6,7 +6,7 @@ created with the first change: until then, both maps are the same.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,25 +14,17 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.maps.footprint import disc
 from marsupial.mission.flicker import Flicker
-from marsupial.model import UNKNOWN, Cell, Grid, Manoeuvres, News, Remaining, RobotReport, RobotType, World
+from marsupial.model import UNKNOWN, Grid, News, Remaining, RobotType, World
 
-MOST_RELEASES = 3
-"""How often a mission that is about to end takes the cells that flicker between ground and obstacle as reported."""
+MOST_RELEASES = 3  # how often an ending mission takes cells that flicker between ground and obstacle as reported
 
-BESIDE_CELLS = 4.0
-"""A robot is beside the cells within this distance of its body: exploring leads it next to a cell, or near it."""
+BESIDE_CELLS = 4.0  # a robot is beside cells this near to its body: exploring leads it next to a cell, or near it
 
 _NONE: Ints = np.empty(0, dtype=np.int64)
 
 
 class SteadyWorld:
-    """Passes commands on to another world, and its news without what flickers.
-
-    Attributes
-    ----------
-    raw_news
-        The last news of the other world.
-    """
+    """Passes commands on to another world, and its news without what flickers."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
         self._world = world
@@ -43,7 +35,11 @@ class SteadyWorld:
         self._flicker: Flicker | None = None  # created when known cells change for the first time
         self._grid = world.grid
         self._releases = 0
-        self.raw_news = News(t_ms=world.now_ms)
+        # commands and questions about robots are the other world's
+        self.robots, self.drive, self.stop = world.robots, world.drive, world.stop
+        self.dock, self.undock = world.dock, world.undock
+        self.distance_m, self.driving_ms, self.manoeuvres = world.distance_m, world.driving_ms, world.manoeuvres
+        self.raw_news = News(t_ms=world.now_ms)  # the last news of the other world
 
     @property
     def grid(self) -> Grid:
@@ -53,30 +49,6 @@ class SteadyWorld:
     @property
     def now_ms(self) -> int:
         return self._world.now_ms
-
-    def robots(self) -> tuple[RobotReport, ...]:
-        return self._world.robots()
-
-    def drive(self, robot: str, route: Sequence[Cell]) -> None:
-        self._world.drive(robot, route)
-
-    def stop(self, robot: str) -> None:
-        self._world.stop(robot)
-
-    def dock(self, rover: str, carrier: str) -> None:
-        self._world.dock(rover, carrier)
-
-    def undock(self, rover: str, carrier: str, cell: Cell) -> None:
-        self._world.undock(rover, carrier, cell)
-
-    def distance_m(self, robot: str) -> float:
-        return self._world.distance_m(robot)
-
-    def driving_ms(self, robot: str) -> int:
-        return self._world.driving_ms(robot)
-
-    def manoeuvres(self, robot: str) -> Manoeuvres:
-        return self._world.manoeuvres(robot)
 
     def advance(self, until_ms: int) -> News:
         """Let time pass until something happens; return the filtered news."""

@@ -24,7 +24,6 @@ if TYPE_CHECKING:  # type checkers do not see what `__getattr__` finds
     from marsupial.model.strategy import *
     from marsupial.model.strategyinfo import *
     from marsupial.model.team import *
-    from marsupial.model.unseen import *
     from marsupial.model.world import *
 
 _NAMES = {
@@ -40,10 +39,9 @@ _NAMES = {
     "robots": "SQRT2 EnergyModel RobotType Role Routes TeamMember",
     "scenario": "Goal MissionLimits PlanningTime Scenario",
     "situation": "UNREACHABLE PlanningType RobotState Situation SituationGoal TargetInfo TravelTable",
-    "strategy": "Briefing Decider Decision PlanningReport PlanProgress Strategy",
+    "strategy": "Briefing Decider Decision PlanningReport PlanProgress Square Strategy Unseen",
     "strategyinfo": "StrategyInfo",
     "team": "Deployments Whereabouts",
-    "unseen": "Square Unseen",
     "world": "Manoeuvres News RobotReport World",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}

@@ -9,23 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-MOST = 1e15
-"""Largest number of metres, seconds or cells that any input may contain."""
-
-LONGEST_MS = 10**12
-"""Longest duration, about 30 years: sums over thousands of such actions don't overflow."""
-
-LONGEST_NAME = 100
-"""Most characters in the name of a robot, a robot type or a terrain."""
-
-LONGEST_TEXT = 200
-"""Most characters in any other name: of a mission, a planner, a place."""
-
-MOST_ROBOTS = 1000
-"""Most robots in a team, carriers and rovers."""
-
-_LONGEST_S = 10_000_000
-"""About four months: the longest docking, and the longest mission."""
+MOST = 1e15  # largest number of metres, seconds or cells that any input may contain
+LONGEST_MS = 10**12  # longest duration, about 30 years: sums over thousands of such actions don't overflow
+LONGEST_NAME = 100  # most characters in the name of a robot, a robot type or a terrain
+LONGEST_TEXT = 200  # most characters in any other name: of a mission, a planner, a place
+MOST_ROBOTS = 1000  # most robots in a team, carriers and rovers
+_LONGEST_S = 10_000_000  # about four months: the longest docking, and the longest mission
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,5 +79,5 @@ BOUNDS: Mapping[str, Bound] = {
 
 
 def team_fault(robots: int) -> str | None:
-    """Return what is wrong with a team of so many robots, or None."""
+    """Return what is wrong with the number of robots in a team, or None."""
     return None if robots <= MOST_ROBOTS else f"must be at most {MOST_ROBOTS} robots with all rovers, got {robots}"

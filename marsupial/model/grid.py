@@ -36,21 +36,11 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terrain:
-    """A class of known cell.
+    """A class of known cell."""
 
-    Parameters
-    ----------
-    code
-        Value of its cells in a grid, 0 to 254; 0 is the obstacle and always blocks sight.
-    name
-        Name used in scenario files.
-    blocks_sight
-        Whether a robot can't see across such a cell.
-    """
-
-    code: int
+    code: int  # value of its cells in a grid, 0 to 254; 0 is the obstacle and always blocks sight
     name: str
-    blocks_sight: bool = False
+    blocks_sight: bool = False  # whether a robot can't see across such a cell
 
 
 TERRAINS = (
@@ -63,24 +53,13 @@ TERRAINS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grid:
-    """A grid map.
+    """A grid map."""
 
-    Parameters
-    ----------
-    cells
-        uint8, shape (height, width); terrain codes, or `UNKNOWN`. Held read-only.
-    resolution_m
-        Edge length of a cell in metres.
-    origin_m
-        (x, y, yaw) of the lower left corner of cell (0, 0) in the map frame; metres and radians.
-    terrains
-        The terrain classes that may occur.
-    """
-
-    cells: CellArray
-    resolution_m: float
+    cells: CellArray  #: uint8, shape (height, width); terrain codes, or `UNKNOWN`. Held read-only.
+    resolution_m: float  #: edge length of a cell in metres
+    #: (x, y, yaw) of the lower left corner of cell (0, 0) in the map frame; metres and radians
     origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    terrains: tuple[Terrain, ...] = TERRAINS
+    terrains: tuple[Terrain, ...] = TERRAINS  #: the terrain classes that may occur
 
     def __post_init__(self) -> None:
         if self.cells.ndim != 2 or self.cells.dtype != np.uint8 or 0 in self.cells.shape:

@@ -22,24 +22,11 @@ class LegendEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapReading:
-    """A map and how it was interpreted.
-
-    Parameters
-    ----------
-    grid
-        The map.
-    format
-        The file format in words.
-    legend
-        The interpretation of every symbol in the file, ordered by symbol.
-    warnings
-        Interpretations that look wrong, with the symbols and numbers of cells.
-    walled
-        Whether the format itself closes the map at its edge, so that free space there is no gap in a wall.
-    """
+    """A map and how it was interpreted."""
 
     grid: Grid
-    format: str
-    legend: tuple[LegendEntry, ...] = ()
-    warnings: tuple[str, ...] = ()
+    format: str  # in words
+    legend: tuple[LegendEntry, ...] = ()  # the interpretation of every symbol in the file, ordered by symbol
+    warnings: tuple[str, ...] = ()  # interpretations that look wrong, with the symbols and numbers of cells
+    # whether the format itself closes the map at its edge, so that free space there is no gap in a wall
     walled: bool = False

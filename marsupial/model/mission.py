@@ -7,6 +7,7 @@ wall-clock time, so the same scenario, seed and step budget give the same bytes.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -57,10 +58,7 @@ class MissionStarted:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Revealed:
-    """Cells seen for the first time by `robot`.
-
-    `runs` is a flat list of (start, length, code); cells are numbered row-major (y * width + x).
-    """
+    """Cells (row-major) seen for the first time by `robot`; for `runs` see `marsupial.model.runs`."""
 
     t_ms: int
     robot: str
@@ -226,15 +224,12 @@ class Remaining:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionEnded:
-    """Last event: the stop report and the metrics (docs/command-line.md defines them).
-
-    `exploration_ms` is when the last target disappeared, or None if targets are left.
-    """
+    """Last event: the stop report and the metrics (docs/command-line.md defines them)."""
 
     t_ms: int
     status: Status
     reason: str
-    exploration_ms: int | None
+    exploration_ms: int | None  # when the last target disappeared, or None if targets are left
     explored_area_m2: float
     reachable_area_m2: float
     distance_m: tuple[tuple[str, float], ...]
@@ -267,3 +262,10 @@ MissionEvent = (
     | RobotLost
     | MissionEnded
 )
+
+
+def started(events: Sequence[MissionEvent]) -> MissionStarted:
+    """Return the first event of a mission."""
+    first = events[0]
+    assert isinstance(first, MissionStarted), "a log begins with the start of its mission"
+    return first

@@ -15,8 +15,7 @@ from typing import ClassVar
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.model.situation import Situation, TargetInfo
 
-Value = tuple[float, ...]
-"""Cost of a plan: lower is better; compared lexicographically."""
+Value = tuple[float, ...]  # cost of a plan: lower is better; compared lexicographically
 
 
 class ObjectiveName(StrEnum):
@@ -37,11 +36,9 @@ class Makespan:
         return 1000 + round(1000 * target.reveal_m2)
 
     def value(self, situation: Situation, plan: Plan) -> Value:
-        """Return the makespan, the weighted sum of the times at which targets are reached, and the driving time (ms).
-
-        Each action counts with the gap after it.
-        """
+        """Return the makespan, the weighted sum of the times when targets are reached, and the driving time (ms)."""
         targets = situation.target_by_name
+        # each action counts with the gap after it
         reaching = sum(
             self.weight(targets[a.place]) * (a.end_ms + EPSILON_MS)
             for a in plan.actions
@@ -53,26 +50,14 @@ class Makespan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PricedArrival:
-    """Minimises a sum of prices.
-
-    Parameters
-    ----------
-    worth
-        Price of each ms until a target is reached, by target.
-    makespan
-        Price of each ms of the makespan, as a share of the worth of all targets.
-    driving
-        Price of each ms that a robot drives.
-    undocking_ms
-        Price of setting a rover down.
-    """
+    """Minimises a sum of prices."""
 
     name: ClassVar[ObjectiveName] = ObjectiveName.PRICED_ARRIVAL
 
-    worth: Mapping[str, float]
-    makespan: float
-    driving: float
-    undocking_ms: float
+    worth: Mapping[str, float]  # price of each ms until a target is reached, by target
+    makespan: float  # price of each ms of the makespan, as a share of the worth of all targets
+    driving: float  # price of each ms that a robot drives
+    undocking_ms: float  # price of setting a rover down
 
     @property
     def total_worth(self) -> float:

@@ -26,29 +26,15 @@ class ActionName(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Action:
-    """One durative action.
-
-    Parameters
-    ----------
-    name
-        Which of the four.
-    robot
-        The robot that moves or explores; the rover of a dock or undock.
-    carrier
-        The carrier of a dock or undock, else None.
-    origin
-        The place that a move or explore leaves, else None.
-    place
-        The place where it ends: a meeting or home (move), a target (explore), the meeting (dock, undock).
-    """
+    """One durative action."""
 
     name: ActionName
     start_ms: int
     duration_ms: int
-    robot: str
-    place: str
-    carrier: str | None = None
-    origin: str | None = None
+    robot: str  #: the robot that moves or explores; the rover of a dock or undock
+    place: str  #: the place where it ends: a meeting or home (move), a target (explore), the meeting (dock, undock)
+    carrier: str | None = None  #: the carrier of a dock or undock, else None
+    origin: str | None = None  #: the place that a move or explore leaves, else None
 
     @property
     def end_ms(self) -> int:
@@ -93,13 +79,7 @@ class Plan:
 
 
 def checked_plan(name: str, value: object) -> Plan:
-    """Return `value` after checking the types of a plan made by somebody else's code.
-
-    Raises
-    ------
-    UsageError
-        If a part has the wrong type; the message names it after `name`.
-    """
+    """Return a plan of other people's code after checking its types; UsageError names a wrong part after `name`."""
     plan = instance(name, value, Plan)
     for i, each in enumerate(instance(f"{name}.actions", plan.actions, tuple)):
         at = f"{name}.actions[{i}]"

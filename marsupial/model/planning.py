@@ -19,8 +19,7 @@ from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 
-NO_PLANNER = "none"
-"""Planner name of strategies that ask none."""
+NO_PLANNER = "none"  # planner name of strategies that ask none
 
 _POSITIVE = Bound(0, math.inf, "s", above=True)
 

@@ -33,66 +33,38 @@ class Routes(StrEnum):
 class EnergyModel:
     """The energy use of a robot type: power by time, energy by distance and manoeuvre.
 
-    Parameters
-    ----------
-    idle_w, drive_w
-        Power in W at all times, and in addition while driving.
-    metre_j
-        Energy in J per metre driven.
-    stop_j
-        Energy in J per stop on the way: at each turn, and at each pause.
-    turn_j
-        Energy in J per turn of 45, 90, 135 and 180 degrees.
-
     References
     ----------
     Mei, Lu, Lee and Hu, Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V-A.
     """
 
+    # idle_w, drive_w: power in W at all times, and in addition while driving
     idle_w: float = 0.0
     drive_w: float = 0.0
-    metre_j: float = 0.0
-    stop_j: float = 0.0
+    metre_j: float = 0.0  # energy in J per metre driven
+    stop_j: float = 0.0  # energy in J per stop on the way: at each turn, and at each pause
+    # energy in J per turn of 45, 90, 135 and 180 degrees
     turn_j: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotType:
-    """The abilities of robots of one type.
-
-    Parameters
-    ----------
-    speed_mps
-        Driving speed in m/s.
-    sensor_range_m
-        Sensor range in metres.
-    radius_m
-        Radius of its footprint in metres; 0 is a point that only needs its own cell.
-    terrains
-        Codes of the terrain classes it can drive on.
-    capacity
-        Carriers: number of rovers that it can carry. Rovers: 0.
-    dock_ms, undock_ms
-        Rovers: duration of docking on a carrier and of undocking from it. Carriers: 0.
-    diagonal
-        Length of a diagonal step in straight steps: sqrt 2, or less, down to 1 in worlds where every move takes the
-        same time.
-    routes
-        Which routes it takes; least energy only if driving uses energy (`driving_j`).
-    """
+    """The abilities of robots of one type."""
 
     name: str
     role: Role
-    speed_mps: float
+    speed_mps: float  #: driving speed in m/s
     sensor_range_m: float
-    radius_m: float
-    terrains: frozenset[int]
-    capacity: int = 0
-    dock_ms: int = 0
-    undock_ms: int = 0
+    radius_m: float  #: radius of its footprint in metres; 0 is a point that only needs its own cell
+    terrains: frozenset[int]  #: codes of the terrain classes it can drive on
+    capacity: int = 0  #: carriers: number of rovers that it can carry. Rovers: 0.
+    dock_ms: int = 0  #: rovers: duration of docking on a carrier
+    undock_ms: int = 0  #: rovers: duration of undocking from it
     energy: EnergyModel = EnergyModel()
+    #: length of a diagonal step in straight steps: sqrt 2, or less, down to 1 in worlds where every move takes the same
+    #: time
     diagonal: float = SQRT2
-    routes: Routes = Routes.SHORTEST
+    routes: Routes = Routes.SHORTEST  #: which routes it takes; least energy only if driving uses energy (`driving_j`)
 
     @property
     def driving_j(self) -> float:
@@ -109,20 +81,12 @@ class RobotType:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TeamMember:
-    """One robot of the team.
-
-    Parameters
-    ----------
-    start
-        Its first cell; None for a carried rover, and if the seed draws the start.
-    carrier
-        The carrier that it starts on (rovers only).
-    """
+    """One robot of the team."""
 
     name: str
     type: str
-    start: Cell | None = None
-    carrier: str | None = None
+    start: Cell | None = None  # its first cell; None for a carried rover, and if the seed draws the start
+    carrier: str | None = None  # the carrier that it starts on (rovers only)
 
 
 def default_types(capacity: int) -> tuple[RobotType, RobotType]:

@@ -18,8 +18,7 @@ import numpy as np
 from marsupial.arrays import Bytes, Ints
 from marsupial.model.grid import UNKNOWN, CellArray
 
-Runs = tuple[int, ...]
-"""Start, length and code of each run, in ascending order of cells."""
+Runs = tuple[int, ...]  # start, length and code of each run, in ascending order of cells
 
 
 def triples(runs: Sequence[int]) -> Iterator[tuple[int, int, int]]:

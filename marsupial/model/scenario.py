@@ -38,26 +38,16 @@ class MissionLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """The true map, the team and its goal.
-
-    Parameters
-    ----------
-    grid
-        The true map. Its unknown cells block sight and motion, and stay unknown.
-    team
-        Carriers first; each rover has a carrier or a start of its own.
-    start_seed
-        Seed for starts that are not fixed; None for the mission's seed.
-    """
+    """The true map, the team and its goal."""
 
     name: str
-    grid: Grid
+    grid: Grid  #: the true map. Its unknown cells block sight and motion, and stay unknown.
     robot_types: tuple[RobotType, ...]
-    team: tuple[TeamMember, ...]
+    team: tuple[TeamMember, ...]  #: carriers first; each rover has a carrier or a start of its own
     goal: Goal = Goal()
     limits: MissionLimits = MissionLimits()
     planning_time: PlanningTime = PlanningTime.INSTANT
-    start_seed: int | None = None
+    start_seed: int | None = None  #: seed for starts that are not fixed; None for the mission's seed
 
     def type_of(self, member: TeamMember) -> RobotType:
         """Return the robot type of a team member."""
@@ -65,13 +55,7 @@ class Scenario:
 
 
 def with_routes(scenario: Scenario, routes: Routes) -> Scenario:
-    """Return the scenario with these routes for all robot types.
-
-    Raises
-    ------
-    ScenarioError
-        If routes of least energy are wanted but driving uses no energy.
-    """
+    """Return the scenario with these routes for all types; raise ScenarioError if driving then uses no energy."""
     kinds = tuple(replace(kind, routes=routes) for kind in scenario.robot_types)
     faults = [(kind.name, kind.routes_fault) for kind in kinds]
     problems = [Problem("routes", f"robot type {name!r}: {fault}") for name, fault in faults if fault is not None]

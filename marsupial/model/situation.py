@@ -21,8 +21,7 @@ from marsupial.model.bounds import BOUNDS, team_fault
 from marsupial.model.robots import Role
 from marsupial.wording import counted
 
-UNREACHABLE = -1
-"""Entry of a travel table without a path."""
+UNREACHABLE = -1  # entry of a travel table without a path
 
 TravelTable = npt.NDArray[np.int64]
 
@@ -40,26 +39,14 @@ class PlanningType:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotState:
-    """Where and when a robot is free.
-
-    Parameters
-    ----------
-    place
-        Name of its start, or None for a rover that is aboard.
-    carrier
-        Name of the carrier it is aboard, or None.
-    free_at_ms
-        When its running action ends; 0 is now. A rover aboard is not free before its carrier is.
-    home
-        Place where a carrier has to end if the goal is `return_home`.
-    """
+    """Where and when a robot is free."""
 
     name: str
     type: str
-    place: str | None = None
-    carrier: str | None = None
-    free_at_ms: int = 0
-    home: str | None = None
+    place: str | None = None  # name of its start, or None for a rover that is aboard
+    carrier: str | None = None  # name of the carrier it is aboard, or None
+    free_at_ms: int = 0  # when its running action ends; 0 is now. A rover aboard is not free before its carrier is.
+    home: str | None = None  # place where a carrier has to end if the goal is `return_home`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,27 +68,16 @@ class SituationGoal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Situation:
-    """Robots, places, travel times and goal at one moment.
+    """Robots, places, travel times and goal at one moment; raises SituationError with all problems found."""
 
-    Parameters
-    ----------
-    types, robots, targets, meetings, homes
-        Meetings and homes are names only. Names are unique over all robots and places.
-    travel_ms
-        Per robot type an int64 table (n, n) over `places`: row = from, column = to; `UNREACHABLE` without a path.
-        Held read-only. A type that can't explore a target can't reach it either.
-
-    Raises
-    ------
-    SituationError
-        With all problems found.
-    """
-
+    # names are unique over all robots and places
     types: tuple[PlanningType, ...]
     robots: tuple[RobotState, ...]
     targets: tuple[TargetInfo, ...]
-    meetings: tuple[str, ...]
+    meetings: tuple[str, ...]  #: names only, as those of homes
     homes: tuple[str, ...] = ()
+    #: per robot type an int64 table (n, n) over `places`: row = from, column = to; `UNREACHABLE` without a path. Held
+    #: read-only. A type that can't explore a target can't reach it either.
     travel_ms: Mapping[str, TravelTable] = field(repr=False)
     goal: SituationGoal = SituationGoal()
 

@@ -23,8 +23,7 @@ class Size:
     meaning: str
 
 
-MOST_TYPES = 60
-"""Most robot types: the types that can explore a cell are bits of one number."""
+MOST_TYPES = 60  # most robot types: the types that can explore a cell are bits of one number
 
 SIZES: Mapping[str, Size] = {
     # 2 m on a map of 1 cm cells

@@ -7,7 +7,7 @@ serve every target: the loop asks again later. `Strategy` is the base class; its
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
 from marsupial.model.arguments import instance
@@ -18,40 +18,53 @@ from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Goal
 from marsupial.model.situation import Situation
 from marsupial.model.strategyinfo import StrategyInfo
-from marsupial.model.unseen import Unseen
 from marsupial.model.world import World
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Square:
+    """A square of the map that is largely unknown."""
+
+    name: str  # stays the same during a mission
+    # x_m, y_m: centre of its unknown cells, from the corner of the map
+    x_m: float
+    y_m: float
+    share: float  # unknown share of the square, above 0 and up to 1
+    draw: float  # a random number from 0 to 1 that stays the same during a mission, to choose some of the squares
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unseen:
+    """The unknown squares, and figures to guess what is in them."""
+
+    squares: tuple[Square, ...] = ()
+    # position of each target, in metres from the corner of the map
+    at_m: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    # shares from 0 to 1 of the ground seen so far: what only rovers can drive on or get to, of all ground; and what
+    # rovers can drive on as well, of the carriers' ground
+    rovers_only: float = 0.0
+    shared: float = 0.0
+    speed_mps: Mapping[str, float] = field(default_factory=dict)  # by robot type
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Briefing:
-    """Everything a strategy may use at one replanning.
+    """Everything a strategy may use at one replanning."""
 
-    Parameters
-    ----------
-    situation
-        The planning problem; its times count from now. While targets are left, its goal is to explore them; once none
-        is left, its goal is to recover the rovers or to return home.
-    previous
-        The rest of the plan followed so far, times from now, without actions that are no longer possible; None at
-        first.
-    direct_ms
-        Computes, per carrier and target, the travel time at the carrier's speed over the known cells of terrain that
-        any robot type can drive on, whatever its footprint. Pairs without such a path are absent. (The baseline
-        assigns carriers regardless of access.)
-    connects
-        Per meeting point: the targets in the rover-only areas that it gives access to.
-    deployed_at
-        Per rover on the ground: the meeting point where it was last set down, if that meeting point still exists.
-    unseen
-        Computes which parts of the map are still unknown.
-    """
-
+    #: the planning problem; its times count from now. While targets are left, its goal is to explore them; once none is
+    #: left, its goal is to recover the rovers or to return home.
     situation: Situation
+    #: the rest of the plan followed so far, times from now, without actions that are no longer possible; None at first
     previous: Plan | None
+    #: computes, per carrier and target, the travel time at the carrier's speed over the known cells of terrain that any
+    #: robot type can drive on, whatever its footprint. Pairs without such a path are absent. (The baseline assigns
+    #: carriers regardless of access.)
     direct_ms: Callable[[], Mapping[str, Mapping[str, int]]]
+    #: per meeting point: the targets in the rover-only areas that it gives access to
     connects: Mapping[str, frozenset[str]]
+    #: per rover on the ground: the meeting point where it was last set down, if that meeting point still exists
     deployed_at: Mapping[str, str]
-    unseen: Callable[[], Unseen] = Unseen
+    unseen: Callable[[], Unseen] = Unseen  #: computes which parts of the map are still unknown
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,13 +88,7 @@ class Decision:
 
 
 def checked_decision(name: str, value: object) -> Decision:
-    """Return `value` after checking the types of a decision made by somebody else's strategy.
-
-    Raises
-    ------
-    UsageError
-        If a part has the wrong type; the message names it.
-    """
+    """Return a decision made by somebody else's strategy after checking its types; UsageError names a wrong part."""
     decision = instance(f"strategy {name}: what decide returns", value, Decision)
     checked_plan(f"strategy {name}: Decision.plan", decision.plan)
     instance(f"strategy {name}: Decision.report", decision.report, PlanningReport)

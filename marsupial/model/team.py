@@ -18,21 +18,11 @@ P = TypeVar("P")
 
 @dataclass(frozen=True, slots=True)
 class Whereabouts(Generic[P]):
-    """Where one robot is.
+    """Where one robot is."""
 
-    Parameters
-    ----------
-    at
-        Where it stands or drives; None while it is aboard.
-    carrier
-        The carrier on which it has a place, aboard or docking.
-    left
-        The carrier from which its last undocking began.
-    """
-
-    at: P | None
-    carrier: str | None = None
-    left: str | None = None
+    at: P | None  # where it stands or drives; None while it is aboard
+    carrier: str | None = None  # the carrier on which it has a place, aboard or docking
+    left: str | None = None  # the carrier from which its last undocking began
 
     @property
     def aboard(self) -> str | None:

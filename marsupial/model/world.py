@@ -20,27 +20,17 @@ from marsupial.model.robots import RobotType
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotReport:
-    """Where a robot is and when it is free.
-
-    Parameters
-    ----------
-    cell
-        Its cell; the next cell of its route while it drives; None while it is carried.
-    carrier
-        The carrier that carries it. A docking rover counts as aboard from the start, until `free_at_ms`.
-    free_at_ms
-        Mission time from which it can take a new command, if it stops now.
-    heading
-        Digit of the step to `cell` (0 is +x, 2 is +y; `marsupial.paths.routes`); None before its first step and after
-        it was carried.
-    """
+    """Where a robot is and when it is free."""
 
     name: str
     type: str
-    cell: Cell | None
+    cell: Cell | None  # its cell; the next cell of its route while it drives; None while it is carried
+    # the carrier that carries it. A docking rover counts as aboard from the start, until `free_at_ms`.
     carrier: str | None
-    free_at_ms: int
+    free_at_ms: int  # mission time from which it can take a new command, if it stops now
     lost: bool = False
+    # digit of the step to `cell` (0 is +x, 2 is +y; `marsupial.paths.routes`); None before its first step and after it
+    # was carried
     heading: int | None = None
 
 
@@ -54,36 +44,22 @@ class Manoeuvres:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class News:
-    """The events of one moment.
-
-    Parameters
-    ----------
-    revealed
-        (robot, row-major indices of the cells it saw first), in order.
-    changed
-        (robot, row-major indices of known cells that now have another code, or are unknown again), in order; only in
-        worlds whose map is made by others.
-    moved
-        How the frame of the map grew, or None. The world then has a new grid; all indices refer to the new frame.
-    finished
-        Robots whose command ended at that moment (both of a docking).
-    failed
-        (robot, reason) of the robots whose command failed (both of a docking). After a failed docking the rover stands
-        where it was; after a failed undocking it is still aboard.
-    lost
-        (robot, reason) of the robots that failed for good.
-    partial
-        Whether more news of the same moment may follow, as robots report one by one.
-    """
+    """The events of one moment."""
 
     t_ms: int
+    # (robot, row-major indices of the cells it saw first), in order
     revealed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()
-    finished: tuple[str, ...] = ()
+    finished: tuple[str, ...] = ()  # robots whose command ended at that moment (both of a docking)
+    # (robot, reason) of the robots whose command failed (both of a docking). After a failed docking the rover stands
+    # where it was; after a failed undocking it is still aboard.
     failed: tuple[tuple[str, str], ...] = ()
-    lost: tuple[tuple[str, str], ...] = ()
+    lost: tuple[tuple[str, str], ...] = ()  # (robot, reason) of the robots that failed for good
+    # (robot, row-major indices of known cells that now have another code, or are unknown again), in order; only in
+    # worlds whose map is made by others
     changed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()
+    # how the frame of the map grew, or None. The world then has a new grid; all indices refer to the new frame.
     moved: FrameShift | None = None
-    partial: bool = False
+    partial: bool = False  # whether more news of the same moment may follow, as robots report one by one
 
 
 class World(Protocol):

@@ -10,7 +10,7 @@ Opening cells changes the distance of a and b only if a way through an opening w
 
 `openings` gives the w and their errors. `least` holds lower bounds, the octile distance at first. Every search raises
 them: a search from s gives the true d(s, w), and by the triangle inequality no cell c is nearer to w than
-|d(s, c) - d(s, w)|. An `_Update` alternates between both steps:
+|d(s, c) - d(s, w)|. `_update` alternates between both steps:
 
 1. mark as sure all pairs that satisfy the inequality (`_settle`);
 2. search from the cell with the most unknown, then the most doubtful pairs, and learn from it (`_learn`).
@@ -31,20 +31,11 @@ from marsupial.model.grid import Mask
 from marsupial.native import native
 from marsupial.paths.openings import NO_OPENINGS, Openings, openings
 
-ROUNDING = 1e-7
-"""Least gain, in cells, that counts as a shorter way: bounds are sums and differences of rounded lengths."""
+ROUNDING = 1e-7  # least gain, in cells, of a shorter way: bounds are sums and differences of rounded lengths
 
 
 class Distances:
-    """Remembers the distances between the cells of the last request.
-
-    Parameters
-    ----------
-    passable
-        Boolean mask (height, width), referred to, not copied; cells are row-major indices.
-    diagonal
-        Length of a diagonal step, 1 to sqrt 2.
-    """
+    """Remembers the distances between the cells (row-major) of the last request, on a mask that may open."""
 
     def __init__(self, passable: Mask, diagonal: float) -> None:
         self._passable, self._diagonal = passable, diagonal
@@ -61,20 +52,14 @@ class Distances:
             self._opened.append(cells)
 
     def between(self, cells: Ints, search: Callable[[int, Ints], Floats]) -> Floats:
-        """Return the distances (k, k) between k >= 1 different passable cells.
-
-        Parameters
-        ----------
-        search
-            Returns the distances of some cells from one.
-        """
+        """Return the distances (k, k) between k >= 1 different passable cells; `search` finds those from one."""
         table = self._recalled(cells)
         opened = NO_OPENINGS
         # the diagonal is always known; without more there is nothing to check
         if self._opened and np.count_nonzero(~np.isnan(table)) > cells.size:
             opened = openings(self._passable, np.concatenate(self._opened), self._diagonal)
         self._opened.clear()
-        _Update(table, self._octile(cells, opened.cells), opened).run(cells, self._outward(cells), search)
+        _update(table, self._octile(cells, opened.cells), opened, cells, self._outward(cells), search)
         self._cells, self._table = cells, table.copy()
         return table
 
@@ -101,50 +86,30 @@ class Distances:
         return away
 
 
-class _Update:
-    """Brings a table of distances up to date.
-
-    Parameters
-    ----------
-    table
-        (k, k): the former distances, NaN where unknown.
-    least
-        (k, n): lower bounds of the distances from each cell to each opening.
-    """
-
-    def __init__(self, table: Floats, least: Floats, opened: Openings) -> None:
-        self._table, self._least, self._opened = table, least, opened
-        self._doubtful: Flags = np.ones(table.shape, dtype=np.bool_)
-        np.fill_diagonal(self._doubtful, False)
-        self._parts = _parts(np.isfinite(table))
-        self._settle()
-
-    def run(self, cells: Ints, outward: Floats, search: Callable[[int, Ints], Floats]) -> None:
-        """Search until no pair is unknown or doubtful."""
-        while self._doubtful.any():
-            # ties: outer cells first, so that the remaining searches are between cells close together, and short
-            unknown, doubtful = (each.sum(axis=1) for each in (np.isnan(self._table), self._doubtful))
-            source = int(np.lexsort((outward, doubtful, unknown))[-1])
-            wanted = np.flatnonzero(self._doubtful[source])
-            found = search(int(cells[source]), np.concatenate([cells[wanted], self._opened.cells]))
-            _enter(self._table, self._doubtful, self._parts, source, wanted, found[: wanted.size])
-            self._learn(source, found[wanted.size :])
-
-    def _learn(self, source: int, away: Floats) -> None:
-        """Raise the lower bounds, given the distances (n,) from a source to the openings."""
+def _update(
+    table: Floats, least: Floats, opened: Openings, cells: Ints, outward: Floats, search: Callable[[int, Ints], Floats]
+) -> None:
+    """Bring `table` (k, k), the former distances, up to date; `least` (k, n) bounds those to openings from below."""
+    doubtful = ~np.eye(len(table), dtype=np.bool_)
+    firsts = _parts(np.isfinite(table))
+    _settle(table, least, opened.errors, doubtful)
+    while doubtful.any():
+        # ties: outer cells first, so that the remaining searches are between cells close together, and short
+        unknown, doubts = (each.sum(axis=1) for each in (np.isnan(table), doubtful))
+        source = int(np.lexsort((outward, doubts, unknown))[-1])
+        wanted = np.flatnonzero(doubtful[source])
+        found = search(int(cells[source]), np.concatenate([cells[wanted], opened.cells]))
+        _enter(table, doubtful, firsts, source, wanted, found[: wanted.size])
+        away = found[wanted.size :]
         if away.size:
-            _learn(self._table[source], self._least, away)
-            self._least[source] = away
-            self._settle()
-
-    def _settle(self) -> None:
-        """Mark as sure the distances that no way through an opening can beat."""
-        _settle(self._table, self._least, self._opened.errors, self._doubtful)
+            _learn(table[source], least, away)
+            least[source] = away
+            _settle(table, least, opened.errors, doubtful)
 
 
 @native
 def _settle(table: Floats, least: Floats, errors: Floats, doubtful: Flags) -> None:
-    """Clear `doubtful` (k, k) for the distances that are sure, see `_Update`; NaN never is."""
+    """Clear `doubtful` (k, k) for the distances that no way through an opening can beat; NaN is never sure."""
     for a in range(len(table)):
         for b in range(a + 1, len(table)):
             if doubtful[a, b] and not np.isnan(table[a, b]):
@@ -158,10 +123,8 @@ def _settle(table: Floats, least: Floats, errors: Floats, doubtful: Flags) -> No
 
 
 def _parts(linked: Flags) -> Ints32:
-    """Return (k,): the lowest-numbered cell of each cell's connected part; `linked` is symmetric.
-
-    scipy has this, but its import takes as long as a small mission.
-    """
+    """Return (k,): the lowest-numbered cell of each cell's connected part; `linked` is symmetric."""
+    # scipy has this, but its import takes as long as a small mission
     firsts = np.arange(len(linked), dtype=np.int32)
     while True:
         before = firsts
@@ -174,10 +137,7 @@ def _parts(linked: Flags) -> Ints32:
 def _enter(table: Floats, doubtful: Flags, parts: Ints32, source: int, wanted: Ints, found: Floats) -> None:
     """Write the distances (n,) found from a source to wanted cells, and inf between parts shown to be separate.
 
-    Parameters
-    ----------
-    parts
-        (k,): as `_parts` returns them; cells that turn out to be connected join the source's part.
+    `parts` (k,) is what `_parts` returns; cells that turn out to be connected join the source's part.
     """
     joined = np.zeros(len(parts), dtype=np.bool_)
     apart = np.zeros(len(parts), dtype=np.bool_)

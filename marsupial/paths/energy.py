@@ -20,41 +20,21 @@ import numpy as np
 
 from marsupial.arrays import Cells, Floats, Ints
 from marsupial.errors import UsageError
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.robots import SQRT2, RobotType
+from marsupial.model import SQRT2, Cell, Mask, RobotType
 from marsupial.paths import energy_kernels as kernels
-from marsupial.paths.headings import heading_of, turn_between
-from marsupial.paths.routes import Route, route_length, route_of
+from marsupial.paths.routes import Route, heading_of, route_length, route_of, turn_between
 from marsupial.paths.workspace import NOWHERE, FramedGrid
 
-_FREE = -1
-"""Heading of a search whose first step needs no turn."""
+_FREE = -1  # heading of a search whose first step needs no turn
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionCosts:
-    """The energy of driving.
+    """The energy of driving; the defaults are those of the paper, in its unit: that of driving one unit of distance."""
 
-    The defaults are those of the paper, in its unit: the energy of driving one unit of distance.
-
-    Parameters
-    ----------
-    distance
-        Energy per unit of distance, the side of a cell.
-    stop
-        Extra energy of a stop; each change of direction takes one.
-    turn
-        Energy of a turn of 45, 90, 135 and 180 degrees.
-
-    Raises
-    ------
-    UsageError
-        If distance takes no energy, or an energy is negative.
-    """
-
-    distance: float = 1.0
-    stop: float = 0.5
-    turn: tuple[float, float, float, float] = (0.4, 0.6, 0.8, 1.0)
+    distance: float = 1.0  # energy per unit of distance, the side of a cell
+    stop: float = 0.5  # extra energy of a stop; each change of direction takes one
+    turn: tuple[float, float, float, float] = (0.4, 0.6, 0.8, 1.0)  # energy of a turn of 45, 90, 135 and 180 degrees
 
     def __post_init__(self) -> None:
         if not 0 < self.distance < math.inf:
@@ -68,13 +48,7 @@ class MotionCosts:
 
 
 def costs_of(kind: RobotType, resolution_m: float) -> MotionCosts:
-    """Return the energy a robot type needs in J: per cell, stop and turn.
-
-    Raises
-    ------
-    UsageError
-        If driving takes no energy.
-    """
+    """Return the energy a robot type needs in J: per cell, stop and turn; raise UsageError if driving takes none."""
     energy = kind.energy
     return MotionCosts(distance=kind.driving_j * resolution_m, stop=energy.stop_j, turn=energy.turn_j)
 
@@ -90,19 +64,11 @@ def route_energy(
 
 
 class EnergySearch:
-    """Searches on one mask, which may change between calls.
+    """Searches on one mask (height, width), which is referenced and may change between calls.
 
-    Buffers are kept between searches, so keep the instance. Not thread-safe.
-    A heading is a step digit (`marsupial.paths.routes`); with None the first step needs no turn.
-
-    Parameters
-    ----------
-    passable
-        Boolean mask (height, width). Referenced, not copied: each call uses its present values.
-    diagonal
-        Length of a diagonal step in straight ones, 1 to sqrt 2.
-    cuts_corners
-        Whether diagonal steps may pass impassable cells beside them, the rule of the paper.
+    Buffers are kept between searches, so keep the instance. Not thread-safe. A heading is a step digit
+    (`marsupial.paths.routes`); with None the first step needs no turn. `diagonal` is the length of a diagonal step, 1
+    to sqrt 2. With `cuts_corners`, the rule of the paper, diagonal steps may pass impassable cells beside them.
     """
 
     def __init__(
@@ -131,10 +97,7 @@ class EnergySearch:
         )
 
     def field(self, source: Cell, heading: int | None = None) -> Floats:
-        """Return the least energy of driving from `source` to each cell, float64 (height, width), inf for none.
-
-        Exact to one part in 10^9.
-        """
+        """Return the least energy of driving to each cell (height, width), inf for none; exact to one part in 10^9."""
         self._search(source, None, heading)
         energies = np.full(self._frame.size, np.inf)
         kernels.least_of_all(self._work, energies)
@@ -154,13 +117,7 @@ class EnergySearch:
         return np.where(reached, counts[:, 0] + counts[:, 1] * self._diagonal, np.inf)
 
     def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
-        """Return the lengths in cells of the ways of least energy from each of `cells` to each, float64 (k, k).
-
-        Parameters
-        ----------
-        headings
-            Initial heading of a robot in each cell: row i has the ways from cell i.
-        """
+        """Return the lengths (k, k) in cells of the ways of least energy between `cells`, from initial `headings`."""
         headings = [None] * len(cells) if headings is None else headings
         table = np.full((len(cells), len(cells)), np.inf)
         free = [i for i, heading in enumerate(headings) if heading is None]

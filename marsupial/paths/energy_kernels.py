@@ -27,58 +27,29 @@ turn, but far more than the rounding of the sum."""
 
 
 class EnergyBuffers(NamedTuple):
-    """The arrays and rules of a search; arrays are flat and framed except `offsets`, `ends` and `turning`.
-
-    Attributes
-    ----------
-    passable
-        1 for passable cells.
-    cost, came
-        Per state: energy in straight steps, inf if the last search did not reach it; heading by which the robot came
-        to the cell.
-    offsets
-        (24,): from a cell to its neighbours, counter-clockwise from east, three times round.
-    queue, queued
-        `BUCKETS` buckets, each of the size of the grid; per cell, the bit set of the buckets it is in.
-    touched
-        Every cell that was given costs.
-    ends
-        (`BUCKETS` + 1,): the end of each bucket in `queue`, and of `touched`.
-    turning
-        (8,): energy of a stop and a turn by k times 45 degrees, in straight steps; 0 for going straight on.
-    gain
-        The most that turning twice may save over turning once; 0 if it never pays.
-    diagonal
-        Energy of a diagonal step, 1 to sqrt 2.
-    cuts_corners
-        Whether a diagonal step needs no cells beside it.
-    """
+    """The arrays and rules of a search; arrays are flat and framed except `offsets`, `ends` and `turning`."""
 
     passable: Bytes
+    # cost, came: per state: energy in straight steps, inf if the last search did not reach it; heading by which the
+    # robot came to the cell
     cost: Floats
     came: Bytes
-    offsets: Words
+    offsets: Words  # (24,): from a cell to its neighbours, counter-clockwise from east, three times round
+    # queue, queued: `BUCKETS` buckets, each of the size of the grid; per cell, the bit set of the buckets it is in
     queue: Cells
     queued: Bytes
-    touched: Cells
-    ends: Words
+    touched: Cells  # every cell that was given costs
+    ends: Words  # (`BUCKETS` + 1,): the end of each bucket in `queue`, and of `touched`
+    # (8,): energy of a stop and a turn by k times 45 degrees, in straight steps; 0 for going straight on
     turning: Floats
-    gain: float
-    diagonal: float
-    cuts_corners: bool
+    gain: float  # the most that turning twice may save over turning once; 0 if it never pays
+    diagonal: float  # energy of a diagonal step, 1 to sqrt 2
+    cuts_corners: bool  # whether a diagonal step needs no cells beside it
 
 
 @native
 def spread(work: EnergyBuffers, source: np.uint64, heading: int, wanted: Cells) -> None:
-    """Settle states outward from a passable cell.
-
-    Parameters
-    ----------
-    heading
-        Initial heading; -1 if the first step needs no turn.
-    wanted
-        The search ends once the least costs of these cells are final. Empty for all cells.
-    """
+    """Settle states outward from a cell, until the costs of `wanted` cells are final (empty: of all)."""
     size = np.uint64(work.passable.size)
     _begin(work, source, heading)
     left = np.uint64(wanted.size)
@@ -125,7 +96,6 @@ def _begin(work: EnergyBuffers, source: np.uint64, heading: int) -> None:
 
 @inlined
 def _settle(work: EnergyBuffers, slot: int, level: float) -> None:
-    """Settle the states of a bucket."""
     passable, cost, came, offsets, queue, queued, touched, ends, turning, gain, diagonal, cuts_corners = work
     size = np.uint64(passable.size)
     others = np.uint8(255 ^ (1 << slot))
@@ -170,7 +140,6 @@ def _settle(work: EnergyBuffers, slot: int, level: float) -> None:
 
 @inlined
 def _queue(queue: Cells, queued: Bytes, ends: Words, cell: np.uint64, slot: int) -> None:
-    """Put a cell in a bucket unless it is in it already."""
     bucket = slot % BUCKETS
     bit = np.uint8(1 << bucket)
     if not queued[cell] & bit:
@@ -181,7 +150,6 @@ def _queue(queue: Cells, queued: Bytes, ends: Words, cell: np.uint64, slot: int)
 
 @inlined
 def _least(cost: Floats, cell: np.uint32) -> float:
-    """Return the least cost of the states of a cell."""
     first = np.uint64(cell) * HEADINGS
     least = cost[first]
     for ahead in range(1, 8):
@@ -229,14 +197,9 @@ def trace(work: EnergyBuffers, goal: np.uint64, steps: Bytes) -> np.uint64:
 
 @native
 def tally(work: EnergyBuffers, heading: int, cells: Cells, counts: Ints) -> None:
-    """Count the steps and turns of the ways to reached cells.
+    """Count the steps and turns of the ways to reached cells from the initial `heading`.
 
-    Parameters
-    ----------
-    heading
-        Initial heading of the search.
-    counts
-        (k, 6), output: straight and diagonal steps, and turns by 45, 90, 135 and 180 degrees.
+    `counts` (k, 6) receives straight and diagonal steps, and turns by 45, 90, 135 and 180 degrees.
     """
     for k in range(cells.size):
         cell = np.uint64(cells[k])

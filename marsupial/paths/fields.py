@@ -4,7 +4,7 @@ Motion is eight-connected: a step costs 1, a diagonal one sqrt 2 and needs both 
 the grid are impassable. The costs are those that A* finds. Three layers answer:
 
     field, route ---------------------------------> flood, one cell after the other   workspace.py, kernels.py
-    costs ------------------> the faster search: /
+    lengths ----------------> the faster search: /
     matrix -> Distances ---/  jump point search ----> corner to corner                 jumps.py
               distances.py, openings.py: only the pairs whose distance may have changed
 
@@ -21,16 +21,14 @@ from functools import cached_property
 import numpy as np
 
 from marsupial.arrays import Cells, Floats, Ints
+from marsupial.model import SQRT2, Cell, Mask
 from marsupial.model.feed import Feed, Reader
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.robots import SQRT2
 from marsupial.paths.distances import Distances
 from marsupial.paths.jumps import JumpMemory, Jumps
 from marsupial.paths.routes import Route, route_of
 from marsupial.paths.workspace import NOWHERE, FloodMemory, Workspace
 
-RAGGED = 0.2
-"""Diagonal steps per open cell at which a jump point search takes as long as a flood."""
+RAGGED = 0.2  # diagonal steps per open cell at which a jump point search takes as long as a flood
 
 
 class SearchMemory:
@@ -51,29 +49,16 @@ class SearchMemory:
 
 
 class PathSearch:
-    """Searches on one mask, which may change between calls.
+    """Searches on one mask (height, width), which is referenced and may change between calls.
 
-    Buffers are kept between searches, so keep the instance. Not thread-safe.
-
-    Parameters
-    ----------
-    passable
-        Boolean mask (height, width). Referenced, not copied: each call uses its present values.
-    diagonal
-        Length of a diagonal step in straight ones, 1 to sqrt 2.
-    opened
-        Feed of the cells that become passable, if the mask changes in no other way: then the cost of a call does not
-        grow with the size of the mask. None if it may change in any way.
-    memory
-        Working memory to share with others that are never used at the same time; None to allocate its own.
+    Buffers are kept between searches, so keep the instance. Not thread-safe. `diagonal` is the length of a diagonal
+    step, 1 to sqrt 2. If cells only become passable, and the feed `opened` tells which, the cost of a call does not
+    grow with the size of the mask. Searches that are never used at the same time can share working `memory`. Shortest
+    ways are the same for all headings.
     """
 
     def __init__(
-        self,
-        passable: Mask,
-        diagonal: float = SQRT2,
-        opened: Feed | None = None,
-        memory: SearchMemory | None = None,
+        self, passable: Mask, diagonal: float = SQRT2, opened: Feed | None = None, memory: SearchMemory | None = None
     ) -> None:
         self.passable = passable
         height, width = passable.shape
@@ -96,19 +81,9 @@ class PathSearch:
         return Workspace(height, width, self._diagonal, self._memory.flood)
 
     def field(self, source: Cell, wanted: Sequence[Cell] | None = None, limit: float = math.inf) -> Floats:
-        """Return the distance of every cell from `source`.
+        """Return the distance of every cell (height, width) from `source`, inf for those not reached.
 
-        Parameters
-        ----------
-        wanted
-            The search may stop once these cells are final; None for all cells.
-        limit
-            Greatest distance to search, in cells.
-
-        Returns
-        -------
-        ndarray
-            float64, shape (height, width); inf for cells that were not reached.
+        The search may stop once all `wanted` cells are final, and at the distance `limit`, in cells.
         """
         start = self._framed([source])
         if not self._work.passable(start)[0]:
@@ -119,7 +94,7 @@ class PathSearch:
         goals = goals[self._work.passable(goals)]
         return self._work.field(self._work.search(start, goals, limit))
 
-    def costs(self, source: Cell, wanted: Sequence[Cell] | Ints) -> Floats:
+    def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
         """Return the distance of each wanted cell from `source`, stopping once all of them are final."""
         self._update_jumps()
         start, cells = self._indices([source]), self._indices(wanted)
@@ -129,11 +104,8 @@ class PathSearch:
             costs[inside] = self._search(int(start[0]), cells[inside])
         return costs
 
-    def matrix(self, cells: Sequence[Cell]) -> Floats:
-        """Return the distances between all pairs of `cells`, float64 (k, k), symmetric.
-
-        A cell on impassable ground is at inf from everything, itself included.
-        """
+    def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
+        """Return the distances (k, k) between all cells; one on impassable ground is at inf, even from itself."""
         self._update_jumps()
         unique, place = np.unique(self._indices(cells), return_inverse=True)
         table = np.full((unique.size, unique.size), np.inf)
@@ -142,7 +114,7 @@ class PathSearch:
             table[np.ix_(inside, inside)] = self._distances.between(unique[inside], self._search)
         return table[np.ix_(place, place)]
 
-    def route(self, start: Cell, goal: Cell) -> Route | None:
+    def route(self, start: Cell, goal: Cell, heading: int | None = None) -> Route | None:
         """Return a shortest route, both ends included, always the same one; None if there is none."""
         ends = self._framed([start, goal])
         if not self._work.passable(ends).all():
@@ -185,10 +157,8 @@ class PathSearch:
         return (cells >= 0) & self.passable.ravel()[cells]
 
     def _search(self, source: int, wanted: Ints) -> Floats:
-        """Return the distances of passable cells from another one, by the search that is faster here.
-
-        After a jump point search with too many diagonal steps, floods are used until a quarter more cells are open.
-        """
+        """Return the distances of passable cells from another one, by the search that is faster here."""
+        # after a jump point search with too many diagonal steps, floods serve until a quarter more cells are open
         if 4 * self._open > 5 * self._ragged:
             costs = self._jumps.costs(source, wanted)
             self._ragged = self._open if self._jumps.steps > RAGGED * self._open else 0

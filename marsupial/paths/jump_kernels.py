@@ -14,8 +14,7 @@ from marsupial.arrays import Bytes, Floats, Ints, Ints32, Words
 from marsupial.native import inlined, native, outlined
 from marsupial.paths.kernels import TOLERANCE
 
-FRAME = 64
-"""Closed cells before the first cell of a row or column of bits. The last word always ends with closed ones too."""
+FRAME = 64  # closed cells before the first cell of a row or column of bits; the last word ends with closed ones too
 
 _ONE, _NONE, _ALL = np.uint64(1), np.uint64(0), np.uint64(0xFFFFFFFFFFFFFFFF)
 _SHIFT, _LAST = np.uint64(6), np.uint64(63)
@@ -25,73 +24,45 @@ _EAST, _SOUTH, _WEST, _NORTH = 0, 2, 4, 6
 
 
 class OpenBits(NamedTuple):
-    """The open cells as bits: cell (x, y) is bit x + `FRAME` of row line y + 1, bit y + `FRAME` of column line x + 1.
+    """The open cells as bits: (x, y) is bit x + `FRAME` of row line y + 1 and bit y + `FRAME` of column line x + 1."""
 
-    Attributes
-    ----------
-    rows, columns
-        Set for open cells.
-    row_goals, column_goals
-        Set for cells whose distance is wanted.
-    width
-        Width of the map in cells.
-    diagonal
-        Length of a diagonal step.
-    """
-
+    # rows, columns: set for open cells
     rows: Words
     columns: Words
+    # row_goals, column_goals: set for cells whose distance is wanted
     row_goals: Words
     column_goals: Words
     width: int
-    diagonal: float
+    diagonal: float  # length of a diagonal step
 
 
 class _OpenLine(NamedTuple):
-    """One row or column of the map, with all lines of its kind.
-
-    Attributes
-    ----------
-    bits, goals
-        The lines of open cells and of goals.
-    number
-        Number of this line; the arrays have one closed line before the first.
-    first, stride
-        Row-major index of its first cell, and the difference between those of neighbouring cells.
-    """
+    """One row or column of the map, with all lines of its kind."""
 
     bits: Words
     goals: Words
-    number: int
+    number: int  # the arrays have one closed line before the first
+    # first, stride: row-major index of its first cell, and the difference between those of neighbouring cells
     first: int
     stride: int
 
 
 class JumpSearch(NamedTuple):
-    """Distances per cell, row-major, and the bucket queue of corners.
+    """Distances per cell, row-major, and the bucket queue of corners."""
 
-    Attributes
-    ----------
-    cost, found, arrived
-        Distance of a cell, valid if `found` is the number of this search; bit set of the directions in which a corner
-        was reached at that distance.
-    heads
-        (buckets,): the last entry of each bucket, plus 1; 0 for none. A ring longer than any jump.
-    next, cell, direction, length
-        The entries: the previous one of the same bucket, plus 1; the corner, direction of arrival and distance.
-    counts
-        (4,): see `SEARCHES`.
-    """
-
+    # cost, found, arrived: distance of a cell, valid if `found` is the number of this search; bit set of the directions
+    # in which a corner was reached at that distance
     cost: Floats
     found: Ints32
     arrived: Bytes
-    heads: Ints32
+    heads: Ints32  # (buckets,): the last entry of each bucket, plus 1; 0 for none. A ring longer than any jump.
+    # next, cell, direction, length: the entries: the previous one of the same bucket, plus 1; the corner, direction of
+    # arrival and distance
     next: Ints32
     cell: Ints32
     direction: Bytes
     length: Floats
-    counts: Ints
+    counts: Ints  # (4,): see `SEARCHES`
 
 
 SEARCHES, _ENTRIES, _WAITING, STEPS = range(4)

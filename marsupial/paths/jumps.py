@@ -70,17 +70,7 @@ class JumpMemory:
 
 
 class Jumps:
-    """Searches on one mask, which may change between calls. Not thread-safe.
-
-    Parameters
-    ----------
-    shape
-        Shape of the mask, (height, width).
-    diagonal
-        Length of a diagonal step, 1 to sqrt 2.
-    memory
-        Working memory to share with others that are never used at the same time; None to allocate its own.
-    """
+    """Searches on one mask of a `shape`, which may change between calls; for `memory` see `PathSearch`."""
 
     def __init__(self, shape: tuple[int, int], diagonal: float, memory: JumpMemory | None = None) -> None:
         height, width = shape

@@ -23,60 +23,33 @@ import numpy as np
 from marsupial.arrays import Bytes, Cells, Floats, Words
 from marsupial.native import inlined, native
 
-TOLERANCE = 1e-9
-"""Lengths that differ by less count as equal: sums of the same steps in another order."""
+TOLERANCE = 1e-9  # lengths that differ by less count as equal: sums of the same steps in another order
 
 ZERO = np.uint64(0)
 ONE = np.uint64(1)
-SOURCE = 8
-"""Arrival direction of a source; other cells hold the direction (0 to 7) of the last step."""
+SOURCE = 8  # arrival direction of a source; other cells hold the direction (0 to 7) of the last step
 
 
 class Buffers(NamedTuple):
-    """The arrays of a search, all flat and framed except `offsets`.
+    """The arrays of a search, all flat and framed except `offsets`."""
 
-    Attributes
-    ----------
-    passable, cost
-        1 for passable cells; length of the way to each cell, inf for cells not touched by the last search.
-    arrival
-        Per cell, the direction of the last step to it.
-    offsets
-        (24,): from a cell to its neighbours, counter-clockwise from east, three times round.
-    queue, touched
-        Three times the size of the grid for the buckets; once, for every cell that is given a cost.
-    diagonal
-        Length of a diagonal step, 1 to sqrt 2.
-    """
-
+    # passable, cost: 1 for passable cells; length of the way to each cell, inf for cells not touched by the last search
     passable: Bytes
     cost: Floats
-    arrival: Bytes
-    offsets: Words
+    arrival: Bytes  # per cell, the direction of the last step to it
+    offsets: Words  # (24,): from a cell to its neighbours, counter-clockwise from east, three times round
+    # queue, touched: three times the size of the grid for the buckets; once, for every cell that is given a cost
     queue: Cells
     touched: Cells
-    diagonal: float
+    diagonal: float  # length of a diagonal step, 1 to sqrt 2
 
 
 @native
 def flood(work: Buffers, stale: np.uint64, sources: Cells, wanted: Cells, limit: float) -> tuple[float, np.uint64]:
-    """Settle cells outward from `sources`.
+    """Settle cells outward from passable `sources`, each given once, up to a length `limit` in cells.
 
-    Parameters
-    ----------
-    stale
-        Number of cells touched by the last search: their costs are reset.
-    sources
-        Passable cells, each once.
-    wanted
-        The search ends once all of these are final. Empty for a whole field.
-    limit
-        Longest length to follow, in cells.
-
-    Returns
-    -------
-    tuple of float and int
-        The length below which costs are final, and the number of cells touched.
+    The search ends once all `wanted` cells are final (empty: at a whole field). The costs of the `stale` cells touched
+    by the last search are reset. Return the length below which costs are final, and the number of cells touched.
     """
     cost = work.cost
     for k in range(stale):
@@ -184,10 +157,7 @@ def _plant(work: Buffers, sources: Cells) -> np.uint64:
 
 @native
 def descend(work: Buffers, start: np.uint64, steps: Bytes) -> np.uint64:
-    """Walk from `start` down to cost 0; write the steps to `steps` and return their number.
-
-    Among equal steps the walk goes straight on, else it takes the first one counter-clockwise from east.
-    """
+    """Walk from `start` down to cost 0; write the steps and return their number."""
     cost, offsets = work.cost, work.offsets
     cell = start
     count = ZERO
@@ -197,6 +167,7 @@ def descend(work: Buffers, start: np.uint64, steps: Bytes) -> np.uint64:
         for turn in range(8, 16):
             step = _step(work.passable, offsets, work.diagonal, cell, turn)
             fits = step > 0.0 and cost[cell + offsets[turn]] + step <= cost[cell] + TOLERANCE
+            # among equal steps straight on, else the first one counter-clockwise from east
             if fits and (best == 0 or turn == last):
                 best = turn
         cell = cell + offsets[best]

@@ -14,8 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.arrays import Bytes, Ints, Ints32
-from marsupial.model.grid import Mask
-from marsupial.model.robots import SQRT2
+from marsupial.model import SQRT2, Mask
 from marsupial.native import inlined, native
 from marsupial.paths.kernels import TOLERANCE
 
@@ -23,47 +22,25 @@ _ONE = np.uint64(1)
 _NONE: Ints = np.empty(0, dtype=np.int64)
 _QUEUED, _CHANGED = np.uint8(1), np.uint8(2)
 
-MANY = 255
-"""Limits from here on, in cells, need more than two bytes for the steps of a way: one byte for each kind of step."""
+MANY = 255  # limits from here on, in cells, need more than one byte for each kind of step of a way
 
 Steps = npt.NDArray[np.uint16] | npt.NDArray[np.uint64]
 
 
 class _NearestState(NamedTuple):
-    """The state per cell, row-major, and buffers.
+    """The state per cell, row-major, and buffers."""
 
-    Attributes
-    ----------
-    label
-        Index of the nearest source, plus 1; 0 for none.
-    steps
-        Steps of the way to that source: diagonal ones in the upper half of the bits, straight ones in the lower. Counts
-        instead of a length: exact, and two bytes per cell where the limit allows it.
-    flags
-        `_QUEUED` and `_CHANGED` while a search runs.
-    queue
-        A ring of cells to expand.
-    changed
-        Output: the cells whose source changed.
-    """
-
-    label: Ints32
+    label: Ints32  # index of the nearest source, plus 1; 0 for none
+    # steps of the way to that source: diagonal ones in the upper half of the bits, straight ones in the lower. Counts
+    # instead of a length: exact, and two bytes per cell where the limit allows it.
     steps: Steps
-    flags: Bytes
-    queue: Ints32
-    changed: Ints32
+    flags: Bytes  # `_QUEUED` and `_CHANGED` while a search runs
+    queue: Ints32  # a ring of cells to expand
+    changed: Ints32  # output: the cells whose source changed
 
 
 class Nearest:
-    """The nearest source within a limit, for every cell of one mask. Not thread-safe.
-
-    Parameters
-    ----------
-    passable
-        Boolean mask (height, width), referenced, not copied: cells may become passable (pass them to `add`).
-    limit
-        Greatest distance in cells.
-    """
+    """The nearest source within a limit (in cells) for every cell of one mask, which may open. Not thread-safe."""
 
     def __init__(self, passable: Mask, limit: float = math.inf) -> None:
         self._passable = passable
@@ -79,13 +56,7 @@ class Nearest:
         )
 
     def add(self, sources: Ints, opened: Ints = _NONE) -> Ints:
-        """Add sources and cells that became passable; return the cells whose source changed.
-
-        Parameters
-        ----------
-        sources, opened
-            Row-major indices. Sources on impassable ground are ignored.
-        """
+        """Add passable sources and cells that became passable (row-major); return the cells whose source changed."""
         return self._add(sources, opened, self._limit).astype(np.int64)
 
     def origins(self, cells: Ints) -> Ints:
@@ -93,10 +64,7 @@ class Nearest:
         return self._state.label[cells].astype(np.int64) - 1
 
     def once(self, sources: Ints, cells: Ints, limit: float = math.inf) -> Ints:
-        """Return the `origins` of cells with these sources added, then forget all sources.
-
-        `limit` replaces that of the instance if it is smaller.
-        """
+        """Return the `origins` of cells with these sources added and a lower limit, then forget all sources."""
         changed = self._add(sources, _NONE, min(self._limit, limit + TOLERANCE))
         found = self.origins(cells)
         self._state.label[changed] = 0

@@ -75,10 +75,7 @@ def _entries(passable: Mask, opened: Ints, news: Flags) -> Ints:
 
 @native
 def _represent(passable: Mask, entries: Ints, left: Flags, diagonal: float, cells: Ints, errors: Floats) -> int:
-    """Choose representatives of all entries; write them and their greatest distances to entries; return their number.
-
-    `left` is set for entries, and is cleared.
-    """
+    """Choose representatives of the entries set in `left`, with the distance to their farthest; return their number."""
     away = np.empty((SIDE, SIDE))
     count = 0
     for index in entries:

@@ -10,19 +10,15 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from marsupial.arrays import Floats, Ints
+from marsupial.model import Cell, Mask, RobotType, Routes
 from marsupial.model.feed import Feed
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.robots import RobotType, Routes
 from marsupial.paths.energy import EnergySearch, costs_of
 from marsupial.paths.fields import PathSearch, SearchMemory
 from marsupial.paths.routes import Route
 
 
 class Ways(Protocol):
-    """Finds ways on one mask (height, width), `passable`, which may change between calls.
-
-    A heading is a step digit; None if the robot has none.
-    """
+    """Finds ways on one mask (height, width), which may change between calls; a heading is a step digit or None."""
 
     passable: Mask
 
@@ -36,43 +32,10 @@ class Ways(Protocol):
         """Return the way, both ends included, always the same one; None if there is none."""
 
 
-class ShortestWays:
-    """The shortest ways, whatever the heading; see `PathSearch`."""
-
-    def __init__(
-        self,
-        passable: Mask,
-        diagonal: float,
-        opened: Feed | None = None,
-        memory: SearchMemory | None = None,
-    ) -> None:
-        self.passable = passable
-        self._search = PathSearch(passable, diagonal, opened, memory)
-
-    def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
-        return self._search.costs(source, wanted)
-
-    def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
-        return self._search.matrix(cells)
-
-    def route(self, start: Cell, goal: Cell, heading: int | None = None) -> Route | None:
-        return self._search.route(start, goal)
-
-
 def ways_of(
-    kind: RobotType,
-    passable: Mask,
-    resolution_m: float,
-    opened: Feed | None = None,
-    memory: SearchMemory | None = None,
+    kind: RobotType, passable: Mask, resolution_m: float, opened: Feed | None = None, memory: SearchMemory | None = None
 ) -> Ways:
-    """Return the search for a robot type's ways; for `opened` and `memory` see `PathSearch`.
-
-    Raises
-    ------
-    UsageError
-        If the type asks for least energy and its driving takes none.
-    """
+    """Return the search for a robot type's ways (UsageError: of least energy although driving takes none)."""
     if kind.routes is Routes.ENERGY:
         return EnergySearch(passable, costs_of(kind, resolution_m), diagonal=kind.diagonal)
-    return ShortestWays(passable, kind.diagonal, opened, memory)
+    return PathSearch(passable, kind.diagonal, opened, memory)

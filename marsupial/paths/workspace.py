@@ -22,27 +22,15 @@ _Framed = TypeVar("_Framed", Bytes, Floats)
 
 
 class FramedGrid:
-    """A grid framed by closed cells, so that no search tests for the edge of the map.
-
-    Parameters
-    ----------
-    height, width
-        Shape of the grid, in cells.
-
-    Attributes
-    ----------
-    size
-        Number of cells, the frame included.
-    offsets
-        (24,): from a cell to its neighbours, counter-clockwise from east, three times round, so that a direction plus
-        or minus a few needs no modulo.
-    """
+    """A grid framed by closed cells, so that no search tests for the edge of the map."""
 
     def __init__(self, height: int, width: int) -> None:
         self._height, self._width = height, width
         self._row = row = width + 2
         self.size = (height + 2) * row
         around = np.array([1, row + 1, row, row - 1, -1, -row - 1, -row, -row + 1], dtype=np.int64)
+        # (24,): from a cell to its neighbours, counter-clockwise from east, three times round, so that a direction plus
+        # or minus a few needs no modulo
         self.offsets = np.tile(around, 3).astype(np.uint64)
 
     def indices(self, cells: Sequence[Cell] | Ints) -> Cells:
@@ -64,15 +52,7 @@ class FramedGrid:
 
 
 class FloodMemory:
-    """Working memory for grids of one shape (height, width); several workspaces may share it, used one at a time.
-
-    Only the pages that a search writes to take up memory.
-
-    Attributes
-    ----------
-    stale
-        Number of cells touched by the last search.
-    """
+    """Working memory for grids of one shape (height, width); several workspaces may share it, used one at a time."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         size = FramedGrid(*shape).size
@@ -80,21 +60,11 @@ class FloodMemory:
         self.arrival = np.empty(size, dtype=np.uint8)
         self.queue = np.empty(3 * size, dtype=np.uint32)
         self.touched = np.empty(size, dtype=np.uint32)
-        self.stale = 0
+        self.stale = 0  # number of cells touched by the last search
 
 
 class Workspace:
-    """Searches on grids of one shape. Not thread-safe.
-
-    Parameters
-    ----------
-    height, width
-        Shape of the grid, in cells.
-    diagonal
-        Length of a diagonal step in straight ones, 1 to sqrt 2.
-    memory
-        Working memory to share with others that are never used at the same time; None to allocate its own.
-    """
+    """Searches on grids of one shape, in cells. Not thread-safe; for `diagonal` and `memory` see `PathSearch`."""
 
     def __init__(self, height: int, width: int, diagonal: float, memory: FloodMemory | None = None) -> None:
         self._frame = FramedGrid(height, width)

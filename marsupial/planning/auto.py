@@ -7,25 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, Finished, Improved
-from marsupial.model.robots import Role
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Budget, Engine, Finished, Improved, Objective, Plan, Role, Situation
 from marsupial.planning import infos
 from marsupial.planning.branch_and_bound.engine import Exact, unsupported
 from marsupial.planning.local_search.engine import Anytime
 from marsupial.planning.portfolio.engine import Latest, Portfolio, PortfolioMember
 from marsupial.planning.race import Clock
 
-MOST_TARGETS = 12
-"""Most targets for which branch and bound is worth its core; local search has one thread then."""
+MOST_TARGETS = 12  # most targets for which branch and bound is worth its core; local search has one thread then
+MOST_ROVERS = 10  # most rovers for that where all have to end aboard; otherwise as many as the engine takes
 
-MOST_ROVERS = 10
-"""Most rovers for that where all have to end aboard; otherwise as many as the engine takes."""
-
-HEAD_START_S = 0.01
-"""Time for which local search runs alone; it has a plan by then, and branch and bound takes up better ones later."""
+HEAD_START_S = 0.01  # local search runs alone that long and has a plan by then; exact takes up better ones later
 
 
 class Auto(Portfolio):
@@ -46,7 +38,7 @@ class Auto(Portfolio):
 
 
 def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
-    """Return the engine; `exact` makes the one that proves small situations."""
+    """Return the engine; `exact` makes the engine that proves small situations."""
     return Auto(
         infos.AUTO,
         PortfolioMember(

@@ -16,9 +16,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from itertools import accumulate
 
-from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model import EPSILON_MS, Action, ActionName, Plan, Role, Situation
 
 
 class ViolationKind(StrEnum):
@@ -67,17 +65,9 @@ class Verdict:
 
 
 def check(situation: Situation, plan: Plan, *, targets: frozenset[str] | None = None) -> Verdict:
-    """Check that `plan` is feasible in `situation` and reaches the goal.
+    """Return whether `plan` is feasible, explores `targets` (None: all) and reaches the other goals.
 
-    Parameters
-    ----------
-    targets
-        Names of the targets to explore; all of the situation if None. The other goals are the situation's.
-
-    Returns
-    -------
-    Verdict
-        With the first violation in time; among actions that start together, the first in the order of the plan.
+    The violation is the first in time; among actions that start together, the first in the order of the plan.
     """
     violation = next(_violations(situation, plan, targets), None)
     return Verdict(valid=violation is None, violation=violation, makespan_ms=plan.makespan_ms)
@@ -87,7 +77,7 @@ def _violations(situation: Situation, plan: Plan, targets: frozenset[str] | None
     """Yield the violations in order of time; only the first one is meaningful."""
     latest = accumulate((action.start_ms for action in plan.actions), max)
     late = [action.start_ms < start for action, start in zip(plan.actions, latest, strict=True)]
-    world = _World.of(situation)
+    world = _World(situation)
     # Sorted, but stable: of actions that start together, the plan's order decides.
     for i in sorted(range(len(late)), key=lambda i: plan.actions[i].start_ms):
         action = plan.actions[i]
@@ -104,36 +94,24 @@ def _violations(situation: Situation, plan: Plan, targets: frozenset[str] | None
 Fault = tuple[ViolationKind, str]
 
 
-@dataclass(slots=True)
 class _World:
     """Where each robot is after the actions so far: `at` a place or `on` a carrier, free from `free_ms`."""
 
-    situation: Situation
-    at: dict[str, str | None]
-    on: dict[str, str | None]
-    free_ms: dict[str, int]
-    busy: set[str]
-    explored: set[str]
-
-    @classmethod
-    def of(cls, situation: Situation) -> _World:
-        robots = situation.robots
-        return cls(
-            situation=situation,
-            at={robot.name: robot.place for robot in robots},
-            on={robot.name: robot.carrier for robot in robots},
-            free_ms={robot.name: _free_at(situation, robot) for robot in robots},
-            busy=set(),
-            explored=set(),
-        )
+    def __init__(self, situation: Situation) -> None:
+        self.situation, robots = situation, situation.robots
+        self.at = {robot.name: robot.place for robot in robots}
+        self.on = {robot.name: robot.carrier for robot in robots}
+        # a rover aboard is free when its carrier is
+        free = {robot.name: robot.free_at_ms for robot in robots}
+        self.free_ms = {robot.name: free[robot.carrier or robot.name] for robot in robots}
+        self.busy: set[str] = set()
+        self.explored: set[str] = set()
 
     def fault(self, action: Action) -> Fault | None:
-        """Return why `action` can't start now, or None."""
         names = self._names(action) or self._role(action) or self._time(action)
         return names or _CHECKS[action.name](self, action)
 
     def apply(self, action: Action) -> None:
-        """Apply the effects of an accepted action."""
         for robot in action.robots:
             self.free_ms[robot] = action.end_ms + EPSILON_MS
             self.busy.add(robot)
@@ -144,7 +122,6 @@ class _World:
             self.explored.add(action.place)
 
     def missing(self, targets: tuple[str, ...]) -> Iterator[Fault]:
-        """Yield the parts of the goal that are not reached."""
         for target in targets:
             if target not in self.explored:
                 yield ViolationKind.TARGET_UNEXPLORED, f"{target} has not been explored"
@@ -259,8 +236,3 @@ def _duration(action: Action, expected_ms: int) -> Fault | None:
     if action.duration_ms == expected_ms:
         return None
     return ViolationKind.WRONG_DURATION, f"takes {expected_ms} ms, not {action.duration_ms} ms"
-
-
-def _free_at(situation: Situation, robot: RobotState) -> int:
-    """Return when a robot is free; one aboard when its carrier is."""
-    return (robot if robot.carrier is None else situation.robot_by_name[robot.carrier]).free_at_ms

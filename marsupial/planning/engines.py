@@ -10,10 +10,7 @@ from functools import partial
 from pkgutil import resolve_name
 
 from marsupial.errors import EngineUnavailable, UsageError
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Budget, Engine, EngineInfo, Finished, Improved, Objective, Plan, Situation
 from marsupial.planning import infos
 from marsupial.planning.extensions import extension_engine, extension_infos
 from marsupial.planning.external import commands
@@ -23,18 +20,12 @@ from marsupial.planning.external.decompose import PartSize
 from marsupial.planning.external.decomposed import Decomposed
 from marsupial.planning.external.tamer import load_tamer, tamer
 from marsupial.planning.names import OWN, engine_names
-from marsupial.planning.punctual import punctual
+from marsupial.planning.race import punctual
 from marsupial.wording import unknown_name
 
 
 class DeferredEngine:
-    """An engine whose code is imported when it is first asked for a plan.
-
-    Parameters
-    ----------
-    target
-        What makes the engine, without arguments: ``package.module:name``.
-    """
+    """An engine whose code (``package.module:name``) is imported when it is first asked for a plan."""
 
     def __init__(self, info: EngineInfo, target: str) -> None:
         self.info = info
@@ -57,11 +48,9 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
     "tamer": tamer,
 }
 
-PROCESSES = frozenset({"aries", "tamer"})
-"""Engines that run in processes of their own, as external planners do."""
+PROCESSES = frozenset({"aries", "tamer"})  # engines that run in processes of their own, as external planners do
 
-PRELOAD = (load_tamer, load_aries, commands)
-"""Functions that load the libraries of engines that run in processes of their own."""
+PRELOAD = (load_tamer, load_aries, commands)  # load the libraries of engines in processes of their own
 
 PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
     "aries": (
@@ -80,15 +69,7 @@ PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
 
 
 def engine(name: str) -> Engine:
-    """Return the engine of that name, which may be missing on this machine (`info.missing`).
-
-    A name that begins with `PREFIX` is the command line of an external planner.
-
-    Raises
-    ------
-    UsageError
-        If there is none of that name, or a command line has no places for the files.
-    """
+    """Return the engine of a name or command line (`PREFIX`), perhaps missing here; UsageError if there is none."""
     if name.startswith(PREFIX):
         return External(name)
     if name in ENGINES:
@@ -108,8 +89,6 @@ def engine_of(planner: str | Engine) -> Engine:
 
 def mission_engine(planner: str | Engine, budget: Budget) -> Engine:
     """Return the engine as missions use it: able to keep a budget of that kind, and splitting what is too big for it.
-
-    An engine instead of a name is taken if it can keep such a budget.
 
     Raises
     ------

@@ -8,10 +8,9 @@ from typing import Any, NoReturn
 
 from marsupial.errors import EngineUnavailable
 from marsupial.extensions import ENGINES, Extension, extension, extensions
+from marsupial.model import Budget, Engine, EngineInfo, Finished, Improved, Situation
 from marsupial.model.arguments import refuse
 from marsupial.model.plan import checked_plan
-from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved
-from marsupial.model.situation import Situation
 
 
 class CheckedEngine:

@@ -2,38 +2,20 @@
 
 from __future__ import annotations
 
-from marsupial.model.objective import MAKESPAN, Objective, Value
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Objective, Plan, Situation, Value
 from marsupial.planning.checker import Violation, check
 
 
 class Incumbent:
-    """The best plan so far for a situation.
-
-    Parameters
-    ----------
-    objective
-        By which plans get better.
-    partial
-        Whether plans for some of the targets count as well; the fewer targets one leaves out, the better it is.
-
-    Attributes
-    ----------
-    plan
-        None before there is one.
-    violation
-        What the checker has against the last plan that was taken, if anything.
-    refused
-        The violations of all plans that it has refused.
-    """
+    """The best plan so far by an objective; with `partial`, plans for some targets count, the more the better."""
 
     def __init__(self, situation: Situation, objective: Objective = MAKESPAN, *, partial: bool = False) -> None:
         self._situation, self._objective, self._partial = situation, objective, partial
         self._rank: tuple[int, Value] | None = None
-        self.plan: Plan | None = None
+        self.plan: Plan | None = None  # None before there is one
+        # what the checker has against the last plan that was taken, if anything
         self.violation: Violation | None = None
-        self.refused: list[Violation] = []
+        self.refused: list[Violation] = []  # the violations of all plans that it has refused
 
     @property
     def value(self) -> Value | None:

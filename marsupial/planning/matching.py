@@ -17,13 +17,7 @@ from marsupial.arrays import Floats, Ints
 
 
 def least_assignment(costs: Floats) -> tuple[Ints, Ints]:
-    """Return the rows, ascending, and their columns: as many pairs as there can be, with the least sum of costs.
-
-    Parameters
-    ----------
-    costs
-        (rows, columns), all finite.
-    """
+    """Return the rows, ascending, and their columns: as many pairs as possible, with the least sum of finite costs."""
     rows, columns = costs.shape
     if rows <= columns:
         return np.arange(rows), _columns(costs)
@@ -33,7 +27,6 @@ def least_assignment(costs: Floats) -> tuple[Ints, Ints]:
 
 
 def _columns(costs: Floats) -> Ints:
-    """Return the column (rows,) of each row; there are at least as many columns as rows."""
     rows, columns = costs.shape
     row_price, column_price = np.zeros(rows), np.zeros(columns)
     column_of, row_of = np.full(rows, -1), np.full(columns, -1)

@@ -1,11 +1,10 @@
-"""The names of the engines, apart from the engines: who completes or lists names imports nothing else."""
+"""The names of the engines, so that listing and completing names imports no engine."""
 
 from __future__ import annotations
 
 from marsupial import extensions
 
-OWN = ("anytime", "aries", "auto", "exact", "greedy", "tamer")
-"""Those of `marsupial.planning.engines.ENGINES`, in order."""
+OWN = ("anytime", "aries", "auto", "exact", "greedy", "tamer")  # as in `engines.ENGINES`
 
 
 def engine_names() -> tuple[str, ...]:

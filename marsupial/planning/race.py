@@ -15,21 +15,20 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from threading import Lock, Thread
 
-from marsupial.model.planning import Cancellable, Finished, Improved
+from marsupial.model import MAKESPAN, Objective, Plan, Situation
+from marsupial.model.planning import Budget, Cancellable, Engine, Finished, Improved, Outcome
 
 Clock = Callable[[], float]
 
-PATIENCE_S = 2.0
-"""Longest wait for stopped engines; one that ignores it is left to its daemon thread."""
+PATIENCE_S = 2.0  # longest wait for stopped engines; one that ignores it is left to its daemon thread
 
+GRACE_S = 0.25  # time after the end of its budget in which an engine may still yield
 _LEAP_S = 1e9
 
-Event = Improved | Finished | Exception
-"""What an engine yields, or the exception that it raised."""
+Event = Improved | Finished | Exception  # what an engine yields, or the exception that it raised
 
 
-Search = Callable[[Clock], Iterator[Improved | Finished]]
-"""Starts the search of an engine that uses a given clock."""
+Search = Callable[[Clock], Iterator[Improved | Finished]]  # starts the search of an engine that uses a given clock
 
 
 class Race:
@@ -113,3 +112,54 @@ class Race:
                 return False
             self._events.put((name, event, handled))
         return handled.wait() and not self._stopped
+
+
+class Punctual:
+    """An engine of other people that is cut off `GRACE_S` after the end of a budget in seconds.
+
+    marsupial's own engines look at the clock, and external ones are processes that are killed. An engine in this
+    process may do neither, and Python can't end a thread. So it searches in a thread that is abandoned when the time
+    is up, and its later events are dropped. Until that thread ends, the engine is not asked again.
+    """
+
+    def __init__(self, engine: Engine) -> None:
+        self.info = engine.info
+        self._engine = engine
+        self._last: Race | None = None
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        """Yield what the engine yields in time, then `Finished`; see `Engine`."""
+        if budget.seconds is None:
+            yield from self._engine.solve(situation, budget, objective=objective, start=start)
+            return
+        if self._last is not None and self._last.alive:
+            yield Finished(outcome=Outcome.TIMEOUT, detail="not asked: still busy with what it was asked before")
+            return
+        begun = time.monotonic()
+        end, patience_s = begun + budget.seconds + GRACE_S, PATIENCE_S
+        race = self._last = Race(time.monotonic)
+        race.enter(self.info.name, lambda _: self._engine.solve(situation, budget, objective=objective, start=start))
+        outcome = Outcome.TIMEOUT
+        try:
+            while race.running:
+                said = race.next(end - time.monotonic())
+                if said is None and race.running:
+                    patience_s = 0.0
+                    detail = f"cut off {GRACE_S:g} s after its budget of {budget.seconds:g} s"
+                    yield Finished(outcome=outcome, detail=detail, elapsed_s=time.monotonic() - begun)
+                    return
+                if said is not None:
+                    _, event = said
+                    if isinstance(event, Exception):
+                        raise event
+                    outcome = Outcome.SATISFICING
+                    yield event
+        finally:
+            race.stop(patience_s)
+
+
+def punctual(engine: Engine) -> Engine:
+    """Return the engine, cut off when its budget is up; an unusable engine is returned unchanged."""
+    return engine if isinstance(engine, Punctual) or engine.info.missing is not None else Punctual(engine)

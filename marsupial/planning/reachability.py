@@ -13,8 +13,7 @@ from functools import partial
 import numpy as np
 
 from marsupial.arrays import Flags
-from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model import RobotState, Role, Situation
 from marsupial.wording import counted
 
 
@@ -50,7 +49,7 @@ def impossible(situation: Situation) -> str | None:
 
 
 def obstacles(situation: Situation) -> Iterator[str]:
-    """Yield sentences, each of which proves that no plan reaches the goal; there may be obstacles beside them."""
+    """Yield sentences, each of which proves that no plan reaches the goal; there may be other obstacles."""
     reached = reach(situation)
     yield from hopeless_targets(situation, reached).values()
     goal = situation.goal
@@ -88,20 +87,10 @@ def _seatless(situation: Situation, reached: Mapping[str, Flags]) -> Iterator[st
 
 
 def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[int]:
-    """Give as many rovers as possible a place on a carrier.
+    """Give as many rovers as possible a place on a carrier; return the carrier of each, -1 for none.
 
-    Parameters
-    ----------
-    options
-        Per rover the carriers it can go on, the preferred one first. A rover once seated keeps a seat, and the same
-        one unless a later rover would find none otherwise.
-    places
-        Per carrier the number of places.
-
-    Returns
-    -------
-    list
-        The carrier of each rover, -1 where none is left for it.
+    `options` has per rover the carriers it can go on, the preferred one first. A rover once seated keeps a seat, and
+    the same one unless a later rover would find none otherwise. `places` has the number of places per carrier.
     """
     chosen = [-1] * len(options)
     aboard: list[list[int]] = [[] for _ in places]
@@ -128,7 +117,7 @@ def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[in
 
 
 def _dead_end(situation: Situation, reached: Mapping[str, Flags]) -> str | None:
-    """Return a sentence on a target from which no explorer of it gets to where it has to end, if there is one.
+    """Return a sentence on a target whose explorers all get stuck before where they have to end, if there is one.
 
     A rover has to get to a meeting that a carrier with places gets to, a carrier to its home if it has to return there.
     """
@@ -183,12 +172,9 @@ def _each(
     served: Mapping[str, Flags],
     close: Callable[[Flags, Flags], Flags],
 ) -> dict[str, Flags]:
-    """Return what each robot reaches: its start, and what `close` makes of the places it gets to from there.
-
-    A rover that is aboard sets out from where its carrier can set it down (`served`). No place is a start and something
-    else, so robots that first get to the same places reach the same.
-    """
+    """Return what each robot reaches: its start, or where it is set down (`served`), and what `close` adds."""
     drives = {kind: _drives(situation, kind) for kind in {robot.type for robot in robots}}
+    # no place is a start and something else, so robots that first get to the same places reach the same
     closed: dict[tuple[str, bytes], Flags] = {}
     reached = {}
     for robot in robots:

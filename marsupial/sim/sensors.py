@@ -20,7 +20,7 @@ class Sensor(Protocol):
 
         `truth` is the true map, the same object throughout a mission. For missions to be reproducible, the result may
         depend on the arguments only. In addition, a robot always knows the cells that its body would touch one cell
-        further on (`marsupial.maps.contact`).
+        further on (`marsupial.maps.footprint`).
         """
 
 

@@ -2,7 +2,7 @@
 
 It is a discrete-event simulation in integer milliseconds: `advance` jumps from event to event and never sleeps. Each
 robot on the ground senses from every cell that it passes: all cells in line of sight within its range, and those that
-its body would touch one cell further on (`marsupial.maps.contact`). Unknown cells of the scenario's map are obstacles.
+its body would touch one cell further on. Unknown cells of the scenario's map are obstacles.
 
 The event heap holds (time, sequence number, robot, event number). When a robot is lost, its event and that of its
 docking partner stay in the heap, but they no longer have the number that the robot expects, and are ignored.
@@ -19,11 +19,10 @@ import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.errors import InternalError
-from marsupial.maps.contact import Contact
+from marsupial.maps.footprint import Contact
 from marsupial.model import UNKNOWN, Cell, CellArray, Grid, Manoeuvres, News, PlacedRobot, RobotReport, RobotType
 from marsupial.native import native
-from marsupial.paths.headings import Odometer
-from marsupial.paths.routes import passing_times_ms
+from marsupial.paths.routes import Odometer, passing_times_ms
 from marsupial.sim.sensors import Checked, FieldOfView, Sensor
 
 
@@ -53,25 +52,14 @@ class _SimulatedRobot:
     odometer: Odometer = field(default_factory=Odometer)
 
 
-_LOSS = -1
-"""Event number of losses."""
+_LOSS = -1  # event number of losses
 
 
 class SimulatedWorld:
     """A simulated `World`.
 
-    Parameters
-    ----------
-    truth
-        The true map.
-    kinds
-        Robot types by name.
-    robots
-        The team at time 0. Robots on the ground see their surroundings at time 0: the first news of `advance`.
-    failures
-        Mission time in ms at which each of these robots is lost.
-    sensor
-        Determines what robots see; None for the exact field of view.
+    Robots on the ground see their surroundings at time 0: the first news of `advance`. `failures` has the mission time
+    in ms at which robots are lost. Without a `sensor` robots have the exact field of view.
     """
 
     def __init__(
@@ -85,10 +73,7 @@ class SimulatedWorld:
         self._truth = truth.solid()
         self._known = np.full_like(self._truth.cells, UNKNOWN)
         self._grid = Grid(
-            cells=self._known,
-            resolution_m=truth.resolution_m,
-            origin_m=truth.origin_m,
-            terrains=truth.terrains,
+            cells=self._known, resolution_m=truth.resolution_m, origin_m=truth.origin_m, terrains=truth.terrains
         )
         self._sensor = FieldOfView() if sensor is None else Checked(sensor)
         self._exact = sensor is None

@@ -42,41 +42,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.robots import Role
+from marsupial.model import Action, ActionName, Briefing, Plan, Role, Square
 from marsupial.model.situation import UNREACHABLE, Situation, TargetInfo, TravelTable
-from marsupial.model.strategy import Briefing
 from marsupial.model.team import after
-from marsupial.model.unseen import Square
-from marsupial.planning.schedule import retime
+from marsupial.planning.list_scheduling.timeline import retime
 
-WORTH = 0.5
-"""Weight of a completely unknown square, relative to a real target."""
+WORTH = 0.5  # weight of a completely unknown square, relative to a real target
+BEND = 2.0  # length of a path through the unknown relative to a straight line, to allow for walls
+ROOM_MS = 6000  # travel time of a rover from the door of a room to its target
+MOST_SQUARES = 40  # greatest number of guessed targets; planning time grows with it
 
-BEND = 2.0
-"""Length of a path through the unknown relative to a straight line, to allow for walls."""
-
-ROOM_MS = 6000
-"""Travel time of a rover from the door of a room to its target."""
-
-MOST_SQUARES = 40
-"""Greatest number of guessed targets; planning time grows with it."""
-
-HEAD_START_MS = 2000
-"""How much shorter the travel time counts on the way that a robot is on: the price of changing the plan."""
+HEAD_START_MS = 2000  # discount on the way that a robot is on: the price of changing the plan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess:
-    """The situation with guessed targets, the worth of each target, the real situation, and the gates to each square.
-
-    `gates` is keyed by the place in a square that carriers drive to: its target, or the door of a room.
-    """
+    """The situation with guessed targets, the worth of each target, the real situation, and gates to squares."""
 
     situation: Situation
     worth: Mapping[str, float]
     real: Situation
-    gates: Mapping[str, _Gate]
+    gates: Mapping[str, _Gate]  # by the place in a square that carriers drive to: its target, or the door of a room
 
     def real_part(self, plan: Plan) -> Plan:
         """Return the real part of a plan for the guessed situation, with the travel times of the real one."""

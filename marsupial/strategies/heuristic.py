@@ -32,32 +32,28 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.model import UNREACHABLE, ActionName, Briefing, Decision, Plan, RobotState, Role, Strategy
+from marsupial.model import UNREACHABLE, ActionName, Briefing, Plan, RobotState, Role
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.matching import least_assignment
-from marsupial.strategies.rules import decide_by
+from marsupial.strategies.rules import RuleStrategy
 
 _NO_PATH = 1e12  # cost; more than any travel time
 
 
-class Heuristic(Strategy):
+class Heuristic(RuleStrategy):
     """The deployment heuristic of the paper's evaluation."""
 
     name = "heuristic"
 
-    def decide(self, briefing: Briefing) -> Decision:
-        return decide_by(self.name, _explore, briefing)
-
-
-def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
-    draft = _Assignments(Timeline.of(briefing.situation))
-    ground = [r for r in briefing.situation.of_role(Role.ROVER) if r.place is not None]
-    areas = {r.name: _area(briefing, r, briefing.deployed_at.get(r.name)) for r in ground}
-    _rovers_explore(draft, [r.name for r in ground], areas)
-    for rover in ground:
-        _return(draft, rover, briefing.deployed_at.get(rover.name))
-    stuck = _send_carriers(briefing, draft, {r.name for r in ground})
-    return draft.timeline.plan, frozenset(stuck)
+    def explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
+        draft = _Assignments(Timeline.of(briefing.situation))
+        ground = [r for r in briefing.situation.of_role(Role.ROVER) if r.place is not None]
+        areas = {r.name: _area(briefing, r, briefing.deployed_at.get(r.name)) for r in ground}
+        _rovers_explore(draft, [r.name for r in ground], areas)
+        for rover in ground:
+            _return(draft, rover, briefing.deployed_at.get(rover.name))
+        stuck = _send_carriers(briefing, draft, {r.name for r in ground})
+        return draft.timeline.plan, frozenset(stuck)
 
 
 @dataclass(slots=True)
@@ -84,10 +80,7 @@ class _Assignments:
 
 
 def _area(briefing: Briefing, rover: RobotState, meeting: str | None) -> frozenset[str]:
-    """Return the targets that a rover serves from `meeting`: those of the rover-only areas it connects to.
-
-    If it connects to none, all targets that only rovers can explore.
-    """
+    """Return the targets of the rover-only areas that `meeting` connects to, or else all for rovers only."""
     situation = briefing.situation
     carriers = {kind.name for kind in situation.types if kind.role is Role.CARRIER}
     mine = {t.name for t in situation.targets if rover.type in t.explorers and not t.explorers & carriers}

@@ -23,66 +23,51 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.model import Briefing, Decision, Plan, Role, Strategy
+from marsupial.model import Briefing, Plan, Role
 from marsupial.planning.list_scheduling.costs import NEVER, Mask, Times
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.outlook import Option, Outlook
-from marsupial.strategies.rules import decide_by
+from marsupial.strategies.rules import RuleStrategy
 
-GAIN_MS = 20_000
-"""A further rover is set down in an area if it explores a target there at least this much sooner."""
-
-Job = tuple[Option, int]
-"""A carrier's next option, and the index of its target."""
+GAIN_MS = 20_000  # a further rover is set down in an area if it explores a target there at least this much sooner
+Job = tuple[Option, int]  # a carrier's next option, and the index of its target
 
 
-class HeuristicPlus(Strategy):
+class HeuristicPlus(RuleStrategy):
     """The baseline, improved."""
 
     name = "heuristic-plus"
 
-    def decide(self, briefing: Briefing) -> Decision:
-        return decide_by(self.name, _explore, briefing)
-
-
-def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
-    start = Outlook(briefing.situation, briefing.previous)
-    carriers = [robot.name for robot in briefing.situation.of_role(Role.CARRIER)]
-    jobs: list[Job] = []
-    draft = _drafted(start, jobs)
-    # fix one job at a time and draft anew, as each changes what rovers on the ground can do
-    while (job := _next_job(draft, carriers, jobs)) is not None:
-        jobs.append(job)
+    def explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
+        start = Outlook(briefing.situation, briefing.previous)
+        carriers = [robot.name for robot in briefing.situation.of_role(Role.CARRIER)]
+        jobs: list[Job] = []
         draft = _drafted(start, jobs)
-    outlook = draft.outlook
-    sent = {option.robot for option, _ in jobs}
-    _use_idle_rovers(draft)
-    if not outlook.plan.explored:
-        return serve(briefing.situation)
-    for rover in _on_ground(outlook):
-        outlook.wait_at_meeting(rover)
-    outlook.stand_by([carrier for carrier in carriers if carrier not in sent])
-    return outlook.plan, frozenset()
+        # fix one job at a time and draft anew, as each changes what rovers on the ground can do
+        while (job := _next_job(draft, carriers, jobs)) is not None:
+            jobs.append(job)
+            draft = _drafted(start, jobs)
+        outlook = draft.outlook
+        sent = {option.robot for option, _ in jobs}
+        for option, target in outlook.assign([[o.only(draft.left) for o in outlook.options(r)] for r in draft.idle]):
+            outlook.take(option, target)
+            draft.left[target] = False
+        if not outlook.plan.explored:
+            return serve(briefing.situation)
+        for rover in _on_ground(outlook):
+            outlook.wait_at_meeting(rover)
+        outlook.stand_by([carrier for carrier in carriers if carrier not in sent])
+        return outlook.plan, frozenset()
 
 
 @dataclass(slots=True)
 class _TripPlan:
-    """The actions of carriers' jobs and of the rovers on the ground.
-
-    Parameters
-    ----------
-    left
-        Mask (targets,) of the targets that no robot explores.
-    by_ms
-        Times (targets,) at which rovers on the ground explore the targets of their areas.
-    idle
-        Rovers on the ground without work.
-    """
+    """The actions of carriers' jobs and of the rovers on the ground."""
 
     outlook: Outlook
-    left: Mask
-    by_ms: Times
-    idle: list[str]
+    left: Mask  # mask (targets,) of the targets that no robot explores
+    by_ms: Times  # times (targets,) at which rovers on the ground explore the targets of their areas
+    idle: list[str]  # rovers on the ground without work
 
 
 def _drafted(start: Outlook, jobs: list[Job]) -> _TripPlan:
@@ -106,7 +91,7 @@ def _drafted(start: Outlook, jobs: list[Job]) -> _TripPlan:
 def _tours(outlook: Outlook, left: Mask) -> Times:
     """Assign rover-only targets to rovers on the ground: repeatedly the pair with the earliest arrival.
 
-    Removes targets from `left`. Returns when each is explored, `NEVER` for the others.
+    Remove them from `left`; return when each is explored, `NEVER` for the others.
     """
     types = outlook.situation.type_by_name
     mine = [all(types[kind].role is Role.ROVER for kind in t.explorers) for t in outlook.situation.targets]
@@ -142,13 +127,6 @@ def _much_sooner(draft: _TripPlan, option: Option) -> Mask:
     """Return the targets of rovers on the ground that justify setting down a further rover."""
     spare = not option.retrieved and option.robot != option.explorer
     return np.asarray(spare & (draft.by_ms < NEVER) & (option.end_ms + GAIN_MS <= draft.by_ms))
-
-
-def _use_idle_rovers(draft: _TripPlan) -> None:
-    outlook = draft.outlook
-    for option, target in outlook.assign([[o.only(draft.left) for o in outlook.options(r)] for r in draft.idle]):
-        outlook.take(option, target)
-        draft.left[target] = False
 
 
 def _possible(outlook: Outlook, option: Option, target: int) -> bool:

@@ -19,45 +19,34 @@ Mapping and Exploration, 2009: robots and targets assigned by cost and utility, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from marsupial.model import Briefing, Decision, Plan, Strategy
-from marsupial.planning.list_scheduling.costs import Mask
+from marsupial.model import Briefing, Plan
 from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.strategies.outlook import Option, Outlook
-from marsupial.strategies.rules import decide_by
+from marsupial.strategies.outlook import Outlook
+from marsupial.strategies.rules import RuleStrategy
 
 
-class OneStep(Strategy):
+class OneStep(RuleStrategy):
     """The one-step assignment."""
 
     name = "assignment"
 
-    def decide(self, briefing: Briefing) -> Decision:
-        return decide_by(self.name, _explore, briefing)
-
-
-def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
-    outlook = Outlook(briefing.situation, briefing.previous)
-    free = [robot.name for robot in outlook.situation.robots if robot.place is not None]
-    left = np.ones(len(outlook.targets), dtype=np.bool_)
-    while chosen := _without_conflict(outlook.assign([_options(outlook, robot, free, left) for robot in free])):
-        for option, target in chosen:
-            outlook.take(option, target)
-            left[target] = False
-            free = [robot for robot in free if robot not in (option.robot, option.explorer)]
-    if left.all():
-        return serve(briefing.situation)
-    outlook.stand_by(free)
-    return outlook.plan, frozenset()
-
-
-def _options(outlook: Outlook, robot: str, free: Sequence[str], left: Mask) -> list[Option]:
-    return [option.only(left) for option in outlook.options(robot, retrievable=frozenset(free))]
-
-
-def _without_conflict(chosen: list[tuple[Option, int]]) -> list[tuple[Option, int]]:
-    """Return the choices that need no rover from the ground, or else the earliest of the others."""
-    return [pair for pair in chosen if not pair[0].retrieved] or chosen[:1]
+    def explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
+        outlook = Outlook(briefing.situation, briefing.previous)
+        free = [robot.name for robot in outlook.situation.robots if robot.place is not None]
+        left = np.ones(len(outlook.targets), dtype=np.bool_)
+        while True:
+            retrievable = frozenset(free)
+            chosen = outlook.assign([[o.only(left) for o in outlook.options(r, retrievable=retrievable)] for r in free])
+            if not chosen:
+                break
+            # two transports may need the same rover from the ground: then only the earliest is sure
+            for option, target in [pair for pair in chosen if not pair[0].retrieved] or chosen[:1]:
+                outlook.take(option, target)
+                left[target] = False
+                free = [robot for robot in free if robot not in (option.robot, option.explorer)]
+        if left.all():
+            return serve(briefing.situation)
+        outlook.stand_by(free)
+        return outlook.plan, frozenset()

@@ -16,42 +16,25 @@ import numpy as np
 
 from marsupial.arrays import Floats
 from marsupial.model import ActionName, Plan, Role, Situation
-from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
-from marsupial.planning.list_scheduling.detours import Detours
+from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours, Indices, Mask, Times
 from marsupial.planning.list_scheduling.insertions import Insertions
-from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import transport
+from marsupial.planning.list_scheduling.timeline import Timeline, transport
 from marsupial.planning.matching import least_assignment
 
-KEEP_MS = 2000
-"""Bonus for the target that a robot had before, so that it does not change targets without a gain."""
+KEEP_MS = 2000  # bonus for the target that a robot had before, so that it does not change targets without a gain
 
 _IMPOSSIBLE = 1e15  # ms; more than any sum of possible times
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Option:
-    """One way for a robot to contribute to exploring each target; arrays are int64 (targets,).
+    """One way for a robot to contribute to exploring each target; arrays are int64 (targets,)."""
 
-    Parameters
-    ----------
-    robot
-        The explorer, or the carrier that brings it.
-    explorer
-        The robot that explores.
-    retrieved
-        Whether the explorer is picked up from the ground first.
-    meeting
-        Index of the best meeting to set the explorer down; None if it drives itself.
-    end_ms
-        When the target would be explored; `NEVER` or later if that is impossible.
-    """
-
-    robot: str
-    explorer: str
-    retrieved: bool
-    meeting: Indices | None
-    end_ms: Times
+    robot: str  # the explorer, or the carrier that brings it
+    explorer: str  # the robot that explores
+    retrieved: bool  # whether the explorer is picked up from the ground first
+    meeting: Indices | None  # index of the best meeting to set the explorer down; None if it drives itself
+    end_ms: Times  # when the target would be explored; `NEVER` or later if that is impossible
 
     def only(self, targets: Mask) -> Option:
         """Return the option restricted to these targets, a mask (targets,)."""
@@ -59,24 +42,11 @@ class Option:
 
 
 class Outlook:
-    """The actions chosen so far, and the options for the next ones.
-
-    Parameters
-    ----------
-    previous
-        The rest of the current plan.
-
-    Attributes
-    ----------
-    situation
-        With complete travel tables: detours stand for missing direct paths.
-    targets
-        Names of the targets, in the order of all arrays.
-    """
+    """The actions chosen so far, and the options for the next ones; `previous` is the rest of the current plan."""
 
     def __init__(self, situation: Situation, previous: Plan | None = None) -> None:
         self._detours = Detours(situation)
-        self.situation = self._detours.situation
+        self.situation = self._detours.situation  # with complete travel tables: detours stand for missing direct paths
         self._costs = Costs(self.situation)
         self.targets = [target.name for target in self.situation.targets]
         self._before = _first_targets(previous)
@@ -123,13 +93,7 @@ class Outlook:
         return found
 
     def assign(self, options: Sequence[Sequence[Option]]) -> list[tuple[Option, int]]:
-        """Return the assignment of most robots to targets with the least sum of times; earliest first.
-
-        Parameters
-        ----------
-        options
-            The options of each robot; it gets at most one target, and a target at most one robot (Hungarian method).
-        """
+        """Return the Hungarian assignment of robots to targets, with the least sum of times; earliest first."""
         if not options or not self.targets:
             return []
         choices = [[self._cost(option) for option in mine] for mine in options]
@@ -156,7 +120,7 @@ class Outlook:
         return any(robot in action.robots for action in self.timeline.actions)
 
     def approach(self, option: Option, target: int) -> None:
-        """Send the robot of an option as far as it drives itself: to the target, or where it would set a rover down."""
+        """Send the robot of an option to the target, or to where it would set a rover down."""
         if option.meeting is None:
             self.explore(option.robot, target)
         else:
@@ -179,8 +143,7 @@ class Outlook:
     def stand_by(self, robots: Iterable[str]) -> None:
         """Send robots without a target to where others explore, so that they are near what turns up there.
 
-        They are assigned to the targets once more, repeatedly until all are sent. A carrier waits where it would set a
-        rover down. A rover that can reach no target waits at the nearest meeting.
+        A carrier waits where it would set a rover down, a rover that can reach no target at the nearest meeting.
         """
         waiting = list(robots)
         while sent := self.assign([self.options(robot) for robot in waiting]):

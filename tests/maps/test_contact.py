@@ -7,8 +7,7 @@ from drawn_maps import draw, on_map, picture, random_cells, rover, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from marsupial.maps.contact import Contact
-from marsupial.maps.footprint import disc
+from marsupial.maps.footprint import Contact, disc
 from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray, Grid
 
 RADII = [0.0, 0.6, 1.0, 1.2, 1.5, 2.0, 2.3, 3.1]

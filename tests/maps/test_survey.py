@@ -156,7 +156,7 @@ def test_times_are_lengths_over_speed() -> None:
     found = survey(*CARRYING)
     (target,) = found.targets
     doors = [point.name for point in found.meetings if point.rover_cell == Cell(4, 5)]
-    length = PathSearch(ground({FLOOR})).costs(Cell(4, 5), [target.viewpoints["rover"]])[0]
+    length = PathSearch(ground({FLOOR})).lengths(Cell(4, 5), [target.viewpoints["rover"]])[0]
     assert found.situation.travel("rover", doors[0], target.name) == pytest.approx(length / 0.5 * 1000, abs=1)
     assert found.situation.travel("carrier", "s_c", "s_c") == 0
 
@@ -206,7 +206,7 @@ def test_all_types_with_a_pose_at_a_meeting_point_can_dock_there(cells: CellArra
     found = Surveyor(territory, {}, Goal()).survey(team, 0)
     search = PathSearch(territory.see_through)
     for point in found.meetings:
-        way = search.costs(point.carrier_cell, [point.rover_cell])[0]
+        way = search.lengths(point.carrier_cell, [point.rover_cell])[0]
         here = [kind for kind in kinds if kind.name in found.poses[point.name]]
         for bearer in (kind for kind in here if kind.role is Role.CARRIER):
             for borne in (kind for kind in here if kind.role is Role.ROVER):
@@ -217,7 +217,7 @@ def test_direct_times_run_over_all_ground_at_the_speed_of_the_carrier() -> None:
     found = survey(*CARRYING)
     (target,) = found.targets
     search = PathSearch(ground({FLOOR, ROUGH}))
-    length = search.costs(START, [target.viewpoints["rover"]])[0]
+    length = search.lengths(START, [target.viewpoints["rover"]])[0]
     assert found.direct_ms() == {"c": {target.name: pytest.approx(length * 1000, abs=1)}}
 
 
@@ -299,7 +299,7 @@ def test_travel_tables_hold_the_shortest_paths_of_each_type(cells: CellArray, da
             for goal in found.situation.places:
                 took = found.situation.travel(kind.name, origin, goal)
                 ends = found.poses[origin].get(kind.name), found.poses[goal].get(kind.name)
-                length = np.inf if None in ends else search.costs(ends[0], [ends[1]])[0]
+                length = np.inf if None in ends else search.lengths(ends[0], [ends[1]])[0]
                 if np.isinf(length):
                     assert took is None
                 else:

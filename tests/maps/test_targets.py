@@ -7,8 +7,7 @@ from drawn_maps import aboard, carrier, draw, on_map, picture, random_cells, rov
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from marsupial.maps.contact import Contact
-from marsupial.maps.footprint import disc, standable
+from marsupial.maps.footprint import Contact, disc, standable
 from marsupial.maps.growth import reach_of
 from marsupial.maps.sight import Sight
 from marsupial.maps.targets import Target, TargetFinder

@@ -13,7 +13,7 @@ from marsupial.maps.territory import Territory
 from marsupial.maps.unseen import FIRST_GUESS, FIRST_GUESS_M2, UnseenPart
 from marsupial.model.grid import ROUGH, UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import PlacedRobot
-from marsupial.model.unseen import Unseen
+from marsupial.model.strategy import Unseen
 
 KINDS = (carrier(), rover())
 

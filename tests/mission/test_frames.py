@@ -12,9 +12,9 @@ from growing_mission import EVENTS, MORE, SHIFT, growing_mission
 from marsupial.errors import LogError
 from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
-from marsupial.mission.frames import in_last_frame, moved_event
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import MissionTracker
+from marsupial.model.frames import in_last_frame, moved_event
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Changed, FrameGrown
 

@@ -24,7 +24,7 @@ from marsupial.papers.alkhawaldah.experiment import HOPPER, cell_world
 from marsupial.papers.alkhawaldah.rule import Bidding
 from marsupial.papers.sheng2006.rule import Sheng
 from marsupial.paths.fields import PathSearch
-from marsupial.strategies.frontier.bidders import counted
+from marsupial.strategies.frontier.rule import counted
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 HALLWAY = draw(
@@ -55,7 +55,7 @@ def view_of(grid: Grid, robots: Sequence[Explorer], kind: RobotType = HOPPER, se
     search = PathSearch(territory.footprints[kind.name].standable, kind.diagonal)
 
     def lengths(robot: Explorer, wanted: Ints) -> Floats:
-        return search.costs(robot.cell, [cell_at(cell, grid.width) for cell in wanted.tolist()])
+        return search.lengths(robot.cell, [cell_at(cell, grid.width) for cell in wanted.tolist()])
 
     return FrontierView(
         grid=grid,

@@ -37,7 +37,7 @@ def view_of(*lines: str, heading: int | None = NORTH, range_m: float = 10.0, goa
     search = PathSearch(standable)
 
     def lengths(robot: Explorer, wanted: np.ndarray) -> np.ndarray:
-        return search.costs(robot.cell, [Cell(int(i) % grid.width, int(i) // grid.width) for i in wanted])
+        return search.lengths(robot.cell, [Cell(int(i) % grid.width, int(i) // grid.width) for i in wanted])
 
     return FrontierView(
         grid=grid,

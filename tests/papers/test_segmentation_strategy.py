@@ -48,7 +48,7 @@ def view_of(robots: dict[str, tuple[RobotType, Cell]], *hidden: tuple[slice, sli
     searches = {name: PathSearch(footprint.standable) for name, footprint in territory.footprints.items()}
 
     def lengths(robot: Explorer, wanted: Ints) -> Floats:
-        return searches[robot.kind.name].costs(robot.cell, [cell_at(cell, grid.width) for cell in wanted.tolist()])
+        return searches[robot.kind.name].lengths(robot.cell, [cell_at(cell, grid.width) for cell in wanted.tolist()])
 
     return FrontierView(
         grid=grid,

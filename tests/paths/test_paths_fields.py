@@ -39,12 +39,12 @@ def test_diagonals_of_any_length_up_to_root_two_give_the_lengths_scipy_finds(
 
 
 def test_a_corner_is_not_cut():
-    assert PathSearch(drawn("..", "#.")).costs(Cell(0, 1), [Cell(1, 0)]) == pytest.approx([2.0])
-    assert PathSearch(drawn("#.", ".#")).costs(Cell(0, 0), [Cell(1, 1)]) == pytest.approx([np.inf])
+    assert PathSearch(drawn("..", "#.")).lengths(Cell(0, 1), [Cell(1, 0)]) == pytest.approx([2.0])
+    assert PathSearch(drawn("#.", ".#")).lengths(Cell(0, 0), [Cell(1, 1)]) == pytest.approx([np.inf])
 
 
 def test_the_edge_of_the_grid_does_not_wrap_round():
-    assert PathSearch(drawn(".#.", ".#.")).costs(Cell(2, 0), [Cell(0, 1), Cell(0, 0)]).tolist() == [np.inf, np.inf]
+    assert PathSearch(drawn(".#.", ".#.")).lengths(Cell(2, 0), [Cell(0, 1), Cell(0, 0)]).tolist() == [np.inf, np.inf]
 
 
 def test_a_grid_of_one_cell_is_searched():
@@ -57,20 +57,20 @@ def test_a_grid_of_one_cell_is_searched():
 def test_nothing_is_reached_from_impassable_ground():
     search = PathSearch(drawn("#."))
     assert search.field(Cell(0, 0)).tolist() == [[np.inf, np.inf]]
-    assert search.costs(Cell(0, 0), [Cell(0, 0), Cell(1, 0)]).tolist() == [np.inf, np.inf]
+    assert search.lengths(Cell(0, 0), [Cell(0, 0), Cell(1, 0)]).tolist() == [np.inf, np.inf]
     assert search.route(Cell(0, 0), Cell(0, 0)) is None
 
 
 def test_nothing_is_reached_from_outside_the_grid():
     search = PathSearch(drawn(".."))
     assert np.isinf(search.field(Cell(0, -1))).all()
-    assert search.costs(Cell(0, 0), [Cell(2, 0), Cell(-1, 0), Cell(1, 0)]).tolist() == [np.inf, np.inf, 1.0]
+    assert search.lengths(Cell(0, 0), [Cell(2, 0), Cell(-1, 0), Cell(1, 0)]).tolist() == [np.inf, np.inf, 1.0]
     assert search.route(Cell(0, 0), Cell(2, 0)) is None
 
 
 def test_no_wanted_cells_give_no_costs():
     search = PathSearch(drawn(".."))
-    assert search.costs(Cell(0, 0), []).shape == (0,)
+    assert search.lengths(Cell(0, 0), []).shape == (0,)
     assert search.matrix([]).shape == (0, 0)
 
 
@@ -96,11 +96,11 @@ def test_a_field_that_stops_early_holds_final_costs_only():
 def test_a_change_of_the_mask_is_seen_by_the_next_call():
     passable = drawn("...", "...", "...")
     search = PathSearch(passable)
-    assert search.costs(Cell(0, 1), [Cell(2, 1)]) == pytest.approx([2.0])
+    assert search.lengths(Cell(0, 1), [Cell(2, 1)]) == pytest.approx([2.0])
     passable[1, 1] = False
-    assert search.costs(Cell(0, 1), [Cell(2, 1)]) == pytest.approx([4.0])
+    assert search.lengths(Cell(0, 1), [Cell(2, 1)]) == pytest.approx([4.0])
     passable[:, 1] = False
-    assert search.costs(Cell(0, 1), [Cell(2, 1)]).tolist() == [np.inf]
+    assert search.lengths(Cell(0, 1), [Cell(2, 1)]).tolist() == [np.inf]
     assert search.route(Cell(0, 1), Cell(2, 1)) is None
     passable[:] = True
     assert search.matrix([Cell(0, 1), Cell(2, 1)]) == pytest.approx(np.array([[0.0, 2.0], [2.0, 0.0]]))
@@ -139,7 +139,7 @@ def test_fields_and_costs_are_those_of_scipy(data: st.DataObject):
         limit = data.draw(st.sampled_from((np.inf, 0.0, 2.5, 4.0)))
         assert search.field(source, limit=limit) == pytest.approx(np.where(row <= limit, row, np.inf), abs=1e-9)
         wanted = data.draw(st.lists(cells_of(passable, margin=2), max_size=6))
-        assert search.costs(source, wanted) == pytest.approx(scipy_costs(passable, source, wanted), abs=1e-9)
+        assert search.lengths(source, wanted) == pytest.approx(scipy_costs(passable, source, wanted), abs=1e-9)
 
 
 @given(st.data())
@@ -186,7 +186,7 @@ def test_routes_are_legal_shortest_and_always_the_same(data: st.DataObject):
 def test_there_and_back_cost_the_same(passable: Mask, data: st.DataObject):
     a, b = data.draw(cells_of(passable)), data.draw(cells_of(passable))
     search = PathSearch(passable)
-    assert search.costs(a, [b]) == pytest.approx(search.costs(b, [a]), abs=1e-9)
+    assert search.lengths(a, [b]) == pytest.approx(search.lengths(b, [a]), abs=1e-9)
 
 
 @given(st.data())

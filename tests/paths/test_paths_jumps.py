@@ -79,7 +79,7 @@ def test_a_matrix_stays_that_of_dijkstra_while_the_map_grows(data: st.DataObject
         if data.draw(st.integers(0, 5)) == 0:
             mask[rng.integers(mask.shape[0])] = False
         places = [*places[data.draw(st.integers(0, 3)) :], *data.draw(st.lists(cells_of(whole), max_size=4))]
-        search.costs(Cell(0, 0), [Cell(1, 1)])
+        search.lengths(Cell(0, 0), [Cell(1, 1)])
         found = search.matrix(places)
         lengths = all_lengths(mask)
         at = np.array([cell.y * mask.shape[1] + cell.x for cell in places], dtype=np.int64)

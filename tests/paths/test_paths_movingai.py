@@ -42,7 +42,7 @@ def test_every_optimal_length_is_reproduced(problems: list[tuple[PathSearch, Cel
     wrong = [
         (start, goal, length, float(found))
         for search, start, goal, length in problems
-        for found in search.costs(start, [goal])
+        for found in search.lengths(start, [goal])
         if not abs(found - length) <= 0.001
     ]
     assert wrong == []

@@ -8,7 +8,7 @@ from marsupial.model.objective import MAKESPAN, PricedArrival
 from marsupial.model.plan import Plan
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.planning.schedule import retime
+from marsupial.planning.list_scheduling.timeline import retime
 
 GOOD, _ = serve(one_room())
 LATE = Plan(actions=tuple(replace(action, start_ms=action.start_ms + 500) for action in GOOD.actions))

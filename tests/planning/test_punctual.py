@@ -15,7 +15,7 @@ from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.planning.punctual import Punctual
+from marsupial.planning.race import Punctual
 
 SHORT = Budget(seconds=0.01)
 

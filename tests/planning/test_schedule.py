@@ -10,8 +10,7 @@ from marsupial.model.planning import Budget, Improved
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.planning.list_scheduling.timeline import duration_ms
-from marsupial.planning.schedule import retime
+from marsupial.planning.list_scheduling.timeline import duration_ms, retime
 
 
 def act(name: ActionName, robot: str, place: str, *, carrier: str | None = None, origin: str | None = None) -> Action:

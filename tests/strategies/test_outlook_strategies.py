@@ -21,7 +21,7 @@ from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Strategy
 from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.planning.schedule import retime
+from marsupial.planning.list_scheduling.timeline import retime
 from marsupial.strategies.heuristic_plus import HeuristicPlus
 from marsupial.strategies.one_step import OneStep
 

@@ -25,14 +25,12 @@ from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation, SituationGoal
-from marsupial.model.strategy import Briefing
-from marsupial.model.unseen import Square, Unseen
+from marsupial.model.strategy import Briefing, Square, Unseen
 from marsupial.planning.auto import auto
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy, serve
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.list_scheduling.timeline import Timeline, retime
 from marsupial.planning.local_search.engine import Anytime
-from marsupial.planning.schedule import retime
 from marsupial.strategies.temporal import Temporal
 
 BUDGET = Budget(steps=7)

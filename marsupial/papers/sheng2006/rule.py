@@ -18,7 +18,7 @@ import numpy as np
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.footprint import disc
 from marsupial.model.grid import UNKNOWN, Grid
-from marsupial.strategies.frontier.bidders import Bidders, counted
+from marsupial.strategies.frontier.rule import Bidders, counted
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 

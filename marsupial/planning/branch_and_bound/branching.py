@@ -8,8 +8,8 @@ from __future__ import annotations
 from marsupial.arrays import Ints
 from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col
+from marsupial.planning.branch_and_bound.columns import SearchState
 from marsupial.planning.branch_and_bound.tables import Tables
-from marsupial.planning.branch_and_bound.tree import SearchState
 from marsupial.planning.list_scheduling.costs import NEVER
 
 
@@ -89,7 +89,7 @@ def _can_grow(tour: Ints, explored: int, able: int, m: int, since: int, time: in
 def _list_docks(
     tables: Tables, search: SearchState, level: int, who: tuple[int, int, int], own: int, own_able: int, comes: int
 ) -> None:
-    """List the docks to which the carrier comes at a time (ms) after exploring the set `own` out of `own_able`."""
+    """List the docks of a carrier that explores the set `own` of `own_able` and arrives at `comes` (ms)."""
     c, v, m = who
     state = search.states[level]
     left, limit = search.levels[level, col.LEFT], search.counters[col.LIMIT]
@@ -118,7 +118,7 @@ def _list_docks(
 def _add_event(
     search: SearchState, level: int, who: tuple[int, int, int], time: int, own: int, brought: int, down: int
 ) -> None:
-    """List an event that ends at a time (ms), unless that is before the last event ended."""
+    """List an event that ends at `time` (ms), unless the last event ended later."""
     last, events, at = search.levels[level, col.KEY], search.events, search.levels[level + 1, col.FIRST]
     key = time * col.KEY_SCALE
     if search.counters[col.KEYED]:

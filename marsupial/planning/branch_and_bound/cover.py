@@ -21,16 +21,9 @@ def fits(solo_times: Ints, assignment: Ints, share: int, limit: int) -> bool:
 
 @inlined
 def cover(solo_times: Ints, assignments: Ints, scratch: Ints, targets: int, limit: int, tries: int) -> int:
-    """Try to assign each target of a set to a robot such that each robot is done before `limit`.
+    """Try to share a set of targets among robots (in `assignments`) such that each is done before `limit`.
 
-    Parameters
-    ----------
-    assignments
-        (robots, 4): `ROW` and so on; the shares are filled in.
-    scratch
-        (4, n), n at least the number of targets.
-    tries
-        Most assignments tried before the answer is `UNKNOWN`.
+    `scratch` is (4, n), n at least the number of targets. The answer is `UNKNOWN` after so many `tries`.
     """
     robots = len(assignments)
     for r in range(robots):

@@ -12,11 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.robots import Role
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Budget, Finished, Improved, Objective, Outcome, Plan, Role, Situation
 from marsupial.planning import infos
 from marsupial.planning.branch_and_bound.memory import MAX_CARRIERS, MAX_CODES, MAX_ROVERS, MAX_TARGETS
 from marsupial.planning.branch_and_bound.proof import OptimalityProof
@@ -24,23 +20,12 @@ from marsupial.planning.checker import check
 from marsupial.planning.local_search.engine import Anytime
 from marsupial.planning.reachability import impossible
 
-ANNEALING_STEPS = 100
-"""Steps of the anytime engine that look for a good plan first."""
-
-TABLES_BYTES = 1 << 26
-"""Most memory for tours over sets of targets; all in all less than 256 MB are used."""
+ANNEALING_STEPS = 100  # steps of the anytime engine that look for a good plan first
+TABLES_BYTES = 1 << 26  # most memory for tours over sets of targets; in total less than 256 MB are used
 
 
 class Exact:
-    """The engine; one step of a budget is one of each search (`proof.STEP` states).
-
-    Parameters
-    ----------
-    clock
-        Gives wall-clock seconds.
-    latest
-        Returns the best plan of others, which has to be valid; called between steps.
-    """
+    """The engine; `latest` gives the best valid plan of others. One step of a budget is one of each search."""
 
     info = infos.EXACT
 
@@ -52,10 +37,7 @@ class Exact:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield `start` if it is valid, plans that are shorter, then `Finished`; see `Engine`.
-
-        The annealing at the beginning is not counted in steps.
-        """
+        """Yield `start` if it is valid, plans that are shorter, then `Finished`; see `Engine`."""
         self.info.require(objective)
         begun = self._clock()
         complaint = unsupported(situation)

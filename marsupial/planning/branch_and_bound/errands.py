@@ -23,42 +23,22 @@ from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search import columns as given
 from marsupial.planning.local_search.encoding import ProblemData
 
-BITS = 16
-"""Most errands; leaving out others only weakens the bound."""
-
-TOURS_BYTES = 1 << 25
-"""Most memory for tours over sets of errands; there are fewer errands where that is not enough."""
+BITS = 16  # most errands; leaving out others only weakens the bound
+TOURS_BYTES = 1 << 25  # most memory for tours over sets of errands; there are fewer errands where that is not enough
 
 
 class Errands(NamedTuple):
-    """Arrays of int64.
+    """Arrays of int64."""
 
-    Attributes
-    ----------
-    room
-        (bases,): the row, of those below, of the room that a rover at the base is in, -1 if none.
-    within
-        (rows,): the set of targets that make the errands of a row necessary.
-    down, up
-        (rows,): the bits for setting down or visiting, and for picking up; the same where bits are short.
-    rooms
-        How many of the rows, the first ones, are rooms; the others are carriers' targets.
-    tours
-        (n, rovers aboard, bases, sets of errands): ms for a carrier to do them and go home, without the time to dock
-        and undock.
-    like
-        (carriers,): the first index of `tours`.
-    docking, undocking
-        The least ms these take.
-    """
-
-    room: Ints
-    within: Ints
-    down: Ints
-    up: Ints
-    rooms: int
+    room: Ints  # (bases,): the row, of those below, of the room that a rover at the base is in, -1 if none
+    within: Ints  # (rows,): the set of targets that make the errands of a row necessary
+    up: Ints  # (rows,): the bits for picking up; the rows, which are those for setting down, where bits are short
+    rooms: int  # how many of the rows, the first ones, are rooms; the others are carriers' targets
+    # (n, rovers aboard, bases, sets of errands): ms for a carrier to do them and go home, without the time to dock and
+    # undock
     tours: Ints
-    like: Ints
+    like: Ints  # (carriers,): the first index of `tours`
+    # docking, undocking: the least ms these take
     docking: int
     undocking: int
 
@@ -72,25 +52,24 @@ def errands_of(data: ProblemData, closure: Ints, bases: Ints, carriers: Ints) ->
     capacities = np.array([most[like == i][0] for i in range(len(pairs))], dtype=np.int64)
     loads = 1 + int(most.max(initial=0))
     sets = TOURS_BYTES // max(1, 8 * len(pairs) * loads * len(bases))
-    layout = _find_errands(data, closure, bases, min(BITS, sets.bit_length() - 1))
+    room, within, places, rows = _find_errands(data, closure, bases, min(BITS, sets.bit_length() - 1))
     docking = int(data.robots[rovers, given.DOCKING].min(initial=NEVER))
-    tours = np.full((len(pairs), loads, len(bases), 1 << layout.rows.bits), NEVER, dtype=np.int64)
+    tours = np.full((len(pairs), loads, len(bases), 1 << rows.bits), NEVER, dtype=np.int64)
     for i, (kind, home) in enumerate(pairs):
         leg = closure[kind]
         ends = leg[:, home] if home >= 0 else np.zeros(len(leg), dtype=np.int64)
         legs = CarrierLegs(
-            first=np.ascontiguousarray(leg[np.ix_(bases, layout.places)]),
-            between=np.ascontiguousarray(leg[np.ix_(layout.places, layout.places)]),
+            first=np.ascontiguousarray(leg[np.ix_(bases, places)]),
+            between=np.ascontiguousarray(leg[np.ix_(places, places)]),
             straight=np.ascontiguousarray(ends[bases]),
-            ends=np.ascontiguousarray(ends[layout.places]),
+            ends=np.ascontiguousarray(ends[places]),
         )
-        tours[i, : capacities[i] + 1] = errand_tours(legs, layout.rows, int(capacities[i]), docking, data.recover)
+        tours[i, : capacities[i] + 1] = errand_tours(legs, rows, int(capacities[i]), docking, data.recover)
     return Errands(
-        room=layout.room,
-        within=layout.within,
-        down=np.arange(len(layout.within)),
-        up=layout.rows.up,
-        rooms=layout.rows.rooms,
+        room=room,
+        within=within,
+        up=rows.up,
+        rooms=rows.rooms,
         tours=tours,
         like=like,
         docking=docking,
@@ -98,17 +77,8 @@ def errands_of(data: ProblemData, closure: Ints, bases: Ints, carriers: Ints) ->
     )
 
 
-class _ErrandLayout(NamedTuple):
-    """The errands without tours: `room` and `within` as in `Errands`, and the `places` where they can be done."""
-
-    room: Ints
-    within: Ints
-    places: Ints
-    rows: ErrandRows
-
-
-def _find_errands(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _ErrandLayout:
-    """Return the errands of a situation, with at most so many bits."""
+def _find_errands(data: ProblemData, closure: Ints, bases: Ints, most: int) -> tuple[Ints, Ints, Ints, ErrandRows]:
+    """Return `room`, `within`, the places of errands and their rows, with at most `most` bits."""
     from scipy.sparse.csgraph import connected_components  # few missions ask this engine, which all import
 
     targets, meetings = data.members(given.TARGETS), data.members(given.MEETINGS)
@@ -131,20 +101,16 @@ def _find_errands(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _
         up[:picked_up] = len(up) + np.arange(picked_up)
     points = [*doors, *(targets[j : j + 1] for j in lone)]
     places = np.unique(np.concatenate([meetings[:0], *points]))
-    return _ErrandLayout(
-        room=room,
-        within=np.array([*((1 << s).sum() for s in sets), *(1 << j for j in lone)], dtype=np.int64),
-        places=places,
-        rows=ErrandRows(
-            points=np.array([np.isin(places, p) for p in points], dtype=np.bool_).reshape(len(points), len(places)),
-            up=up,
-            lag=np.array(
-                [_least_sortie(by_rover, d, targets[s]) for d, s in zip(doors, sets, strict=True)], dtype=np.int64
-            ),
-            rooms=len(labels),
-            bits=len(up) + picked_up,
-        ),
+    within = np.array([*((1 << s).sum() for s in sets), *(1 << j for j in lone)], dtype=np.int64)
+    lags = [_least_sortie(by_rover, d, targets[s]) for d, s in zip(doors, sets, strict=True)]
+    rows = ErrandRows(
+        points=np.array([np.isin(places, p) for p in points], dtype=np.bool_).reshape(len(points), len(places)),
+        up=up,
+        lag=np.array(lags, dtype=np.int64),
+        rooms=len(labels),
+        bits=len(up) + picked_up,
     )
+    return room, within, places, rows
 
 
 def _kinds(data: ProblemData, group: int) -> list[int]:
@@ -162,15 +128,7 @@ def _least_sortie(closure: Ints, meetings: Ints, targets: Ints) -> int:
 
 @inlined
 def can_share(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, limit: int, tries: int) -> bool:
-    """Return whether jobs can be shared among the carriers so that all are done before `limit`; True if it takes long.
-
-    Parameters
-    ----------
-    jobs
-        (3, n): `ERRAND` and so on, those of one bit together.
-    loads
-        (3, carriers); the last row is given.
-    """
+    """Return whether carriers can share `jobs`, sorted by bit, before `limit`; True if it takes long to find out."""
     carriers = loads.shape[1]
     for c in range(carriers):
         loads[col.TOURED, c] = loads[col.BUSY, c] = 0

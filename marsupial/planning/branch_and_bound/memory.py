@@ -16,8 +16,7 @@ from marsupial.planning.branch_and_bound.tables import Tables
 
 BUCKET = 16
 CODE_BITS, SET_BITS = 6, 12
-CODES_PER_WORD = 10
-"""Codes of rovers' positions per word."""
+CODES_PER_WORD = 10  # codes of rovers' positions per word
 
 MAX_CARRIERS, MAX_ROVERS, MAX_CODES, MAX_TARGETS = 8, 24, 1 << CODE_BITS, SET_BITS
 
@@ -36,13 +35,9 @@ def _words(robots: int, carriers: int) -> int:
 def is_dominated(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, key: int, steps: int) -> bool:
     """Return whether a state is dominated by one in memory; if not, store it.
 
-    Parameters
-    ----------
-    memory
-        (entries, `entry_size`): words that code where all robots are and which targets are left, when each robot is
-        ready, the key of the last event, and the number of events so far if that counts (`steps`). Free if 0.
-    order
-        (2, `entry_size`), scratch: robots in canonical order, and the new entry.
+    An entry of `memory`, free if 0, has words that code where all robots are and which targets are left, when each
+    robot is ready, the key of the last event, and the number of events so far if that counts (`steps`). `order` is
+    scratch.
     """
     robots, carriers = len(state), tables.carriers
     words = _words(robots, carriers)

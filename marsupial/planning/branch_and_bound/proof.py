@@ -11,46 +11,41 @@ among the many ways to be a little better. So after a while a search from below 
 before a time slightly above the bound. There are few ways to be that fast, so it soon either ends, which raises the
 bound, and the next search has a higher limit; or it finds a plan. The search that finds the optimal plan costs hardly
 more than its proof. What one search finds is the limit of the other.
+
+`plan_found` turns what a search has found into a plan: docks and undocks, and the sets explored before and after them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+import numpy as np
+
 from marsupial.arrays import Ints
-from marsupial.model.plan import EPSILON_MS, Plan
-from marsupial.model.planning import Finished, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import EPSILON_MS, Finished, Outcome, Plan, Situation
 from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.memory import entry_size
-from marsupial.planning.branch_and_bound.plans import plan_found
 from marsupial.planning.branch_and_bound.search import advance, root_bound_ms, search_of
 from marsupial.planning.branch_and_bound.tables import Tables, tables_of, timeless
+from marsupial.planning.branch_and_bound.tours import shortest_tours
+from marsupial.planning.list_scheduling.costs import NEVER
+from marsupial.planning.list_scheduling.recovery import go_home
+from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.local_search.bounds import makespan_bound_ms
-from marsupial.planning.local_search.encoding import encode
+from marsupial.planning.local_search.encoding import ProblemData, encode
 
-STEP = 2000
-"""States that a search enters in one step."""
+STEP = 2000  # states that a search enters in one step
+MEMORY_BYTES = 1 << 26  # memory of states per search; there are two searches at most
+STEPS_ALONE = 20  # steps of the search from above before one from below joins
+STRIDES = 16  # the first search from below covers one part in this many of the gap
 
-MEMORY_BYTES = 1 << 26
-"""Memory of states per search; there are two searches at most."""
-
-STEPS_ALONE = 20
-"""Steps of the search from above before one from below joins."""
-
-STRIDES = 16
-"""The first search from below covers one part in this many of the gap."""
-
-SLOW, QUICK = 4, 2
-"""Effort of a search from below relative to the one before: above the first number the next stride is halved, below the
-second it is doubled."""
+# effort of a search from below relative to the one before
+SLOW = 4  # above this the next stride is halved
+QUICK = 2  # below this it is doubled
 
 
 class OptimalityProof:
-    """The `best` plan and the lower bound, and the searches that improve them.
-
-    `latest` returns the best plan of other engines, if any.
-    """
+    """The `best` plan, the lower bound, and the searches that improve them; `latest` is the best plan of others."""
 
     def __init__(self, situation: Situation, best: Plan | None, latest: Callable[[], Plan | None]) -> None:
         self._situation, self._latest = situation, latest
@@ -75,7 +70,7 @@ class OptimalityProof:
 
     def _first_plan(self, goes_on: Callable[[], bool]) -> Iterator[Plan]:
         """Yield a plan, if there is one, found as if nothing took time."""
-        search = BoundedSearch(timeless(self._tables), 0, keyed=False)
+        search = _BoundedSearch(timeless(self._tables), 0, keyed=False)
         while search.goes_on and goes_on():
             search.advance()
             yield from self._new_plan(search)
@@ -85,7 +80,7 @@ class OptimalityProof:
 
     def _better_plans(self, goes_on: Callable[[], bool]) -> Iterator[Plan]:
         assert self._best is not None
-        above, below = BoundedSearch(self._tables, self._best.makespan_ms), _SearchesFromBelow(self._tables)
+        above, below = _BoundedSearch(self._tables, self._best.makespan_ms), _SearchesFromBelow(self._tables)
         steps = 0
         while self._gap_ms > 0 and not above.incomplete and goes_on():
             steps += 1
@@ -98,7 +93,7 @@ class OptimalityProof:
                     self._update(search)
         self._states += above.states + below.states
 
-    def _new_plan(self, search: BoundedSearch) -> Iterator[Plan]:
+    def _new_plan(self, search: _BoundedSearch) -> Iterator[Plan]:
         """Yield the last plan of a search if it is better than the best one."""
         if self._best is not None and search.limit_ms >= self._best.makespan_ms:
             return
@@ -107,13 +102,12 @@ class OptimalityProof:
             yield self._best
 
     def _plan_of_others(self) -> Iterator[Plan]:
-        """Yield the plan of another engine if it is better than the best one."""
         plan = self._latest()
         if plan is not None and self._best is not None and plan.makespan_ms < self._best.makespan_ms:
             self._best = plan
             yield plan
 
-    def _update(self, search: BoundedSearch) -> None:
+    def _update(self, search: _BoundedSearch) -> None:
         """Raise the bound if a search has ended; lower its limit to the best plan otherwise."""
         assert self._best is not None
         if search.goes_on:
@@ -145,7 +139,7 @@ _WITHOUT_PLAN = {
 }
 
 
-class BoundedSearch:
+class _BoundedSearch:
     """A search in steps for plans that end before `below_ms`; when it ends, none is shorter than the last one found."""
 
     def __init__(self, tables: Tables, below_ms: int, *, keyed: bool = True) -> None:
@@ -155,11 +149,9 @@ class BoundedSearch:
         self.goes_on = True
 
     def advance(self) -> None:
-        """Take a step."""
         self.goes_on = self.goes_on and advance(self._tables, self._search, STEP)
 
     def lower_limit(self, below_ms: int) -> None:
-        """Search only for plans that end before `below_ms`."""
         counters = self._search.counters
         counters[col.LIMIT] = min(counters[col.LIMIT], below_ms + EPSILON_MS)
 
@@ -170,7 +162,6 @@ class BoundedSearch:
 
     @property
     def has_plan(self) -> bool:
-        """Whether it has found a plan."""
         return bool(self._search.counters[col.FOUND])
 
     @property
@@ -180,7 +171,6 @@ class BoundedSearch:
 
     @property
     def states(self) -> int:
-        """The number of states entered."""
         return int(self._search.counters[col.NODES])
 
     @property
@@ -190,7 +180,6 @@ class BoundedSearch:
 
     @property
     def shares(self) -> Ints:
-        """The sets (robots,) that are explored after them."""
         return self._search.shares
 
 
@@ -199,15 +188,14 @@ class _SearchesFromBelow:
 
     def __init__(self, tables: Tables) -> None:
         self._tables = tables
-        self._current: BoundedSearch | None = None
+        self._current: _BoundedSearch | None = None
         self._stride_ms, self._previous_states, self._finished_states = 0, STEP, 0
 
     @property
     def states(self) -> int:
-        """The number of states entered by all of them."""
         return self._finished_states + (self._current.states if self._current is not None else 0)
 
-    def search(self, bound_ms: int, gap_ms: int) -> BoundedSearch | None:
+    def search(self, bound_ms: int, gap_ms: int) -> _BoundedSearch | None:
         """Return the current search, or the next one; None if that would be the same as the search from above."""
         if self._current is None:
             self._stride_ms = max(1, gap_ms // STRIDES)
@@ -221,7 +209,7 @@ class _SearchesFromBelow:
         if self._stride_ms >= gap_ms:
             return None
         self._finished_states = self.states
-        self._current = BoundedSearch(self._tables, bound_ms + self._stride_ms)
+        self._current = _BoundedSearch(self._tables, bound_ms + self._stride_ms)
         return self._current
 
     def _adapt(self, states: int) -> None:
@@ -230,3 +218,80 @@ class _SearchesFromBelow:
         elif states < QUICK * self._previous_states:
             self._stride_ms *= 2
         self._previous_states = states
+
+
+def plan_found(situation: Situation, data: ProblemData, tables: Tables, events: Ints, shares: Ints) -> Plan:
+    """Return the plan of docks and undocks (n, 7) and of the sets that the robots explore after them."""
+    tour = _TourTimeline(situation, data, tables)
+    for event in events:
+        rover, carrier = int(event[col.ROVER]), int(event[col.CARRIER])
+        meeting = int(tables.bases[tables.meetings[event[col.AT]]])
+        tour.go(carrier, int(event[col.OWN]), meeting)
+        name = situation.places[meeting]
+        if event[col.DOWN]:
+            tour.timeline.undock(tour.name(rover), name)
+        else:
+            tour.go(rover, int(event[col.BROUGHT]), meeting)
+            tour.timeline.dock(tour.name(rover), tour.name(carrier), name)
+    for robot, share in enumerate(shares):
+        home = situation.robots[tables.robots[robot]].home
+        goes_home = situation.goal.return_home and robot < tables.carriers and home is not None
+        if share or goes_home:
+            tour.go(robot, int(share), situation.place_index[home or ""] if goes_home else None)
+    if situation.goal.return_home:
+        go_home(tour.timeline)
+    return tour.timeline.plan
+
+
+class _TourTimeline:
+    """A timeline on which robots tour sets of targets, by way of other places where that is shorter."""
+
+    def __init__(self, situation: Situation, data: ProblemData, tables: Tables) -> None:
+        self.timeline = Timeline.of(situation)
+        self._situation, self._data, self._tables = situation, data, tables
+
+    def name(self, robot: int) -> str:
+        return self._situation.robots[self._tables.robots[robot]].name
+
+    def go(self, robot: int, share: int, end: int | None) -> None:
+        """Add the shortest tour of a robot over a set of targets to a place, or to any."""
+        kind = int(self._tables.traits[robot, col.KIND])
+        place = self._situation.place_index[self.timeline.at[self.name(robot)] or ""]
+        for stop in _shortest_order(self._tables.closure[kind], self._tables.targets, place, share, end):
+            for step in _shortest_way(self._data.leg[kind], self._tables.closure[kind], place, stop):
+                self._step(robot, step)
+            place = stop
+
+    def _step(self, robot: int, place: int) -> None:
+        if place in self._tables.targets:
+            self.timeline.explore(self.name(robot), self._situation.places[place])
+        else:
+            self.timeline.move(self.name(robot), self._situation.places[place])
+
+
+def _shortest_order(closure: Ints, targets: Ints, place: int, share: int, end: int | None) -> list[int]:
+    """Return the stops of the shortest tour over a set of targets and to an end."""
+    chosen = np.array([t for j, t in enumerate(targets) if share >> j & 1], dtype=np.int64)
+    stops = [] if end is None else [end]
+    if not len(chosen):
+        return stops
+    between = np.ascontiguousarray(closure[np.ix_(chosen, chosen)])
+    # Times only are kept in the tables, so the order is found again backwards from the last stop.
+    tours = shortest_tours(closure[place][chosen], between)
+    left = len(tours) - 1
+    last = int(np.argmin(tours[left] + (0 if end is None else closure[chosen, end])))
+    while True:
+        stops.insert(0, int(chosen[last]))
+        left &= ~(1 << last)
+        if not left:
+            return stops
+        last = int(np.argmin(np.minimum(tours[left] + between[:, last], 2 * NEVER)))
+
+
+def _shortest_way(leg: Ints, closure: Ints, place: int, end: int) -> Iterator[int]:
+    """Yield the places of the shortest way, the end last; none if the robot is there."""
+    while place != end:
+        rest = np.where(np.arange(len(leg)) == place, 2 * NEVER, leg[place] + closure[:, end])
+        rest[closure[place] >= NEVER] = 2 * NEVER
+        place = int(np.argmin(np.where(closure[place] == leg[place], rest, 2 * NEVER)))
+        yield place

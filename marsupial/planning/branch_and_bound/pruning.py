@@ -13,13 +13,12 @@ from __future__ import annotations
 
 from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col
+from marsupial.planning.branch_and_bound.columns import SearchState
 from marsupial.planning.branch_and_bound.cover import NO, cover
 from marsupial.planning.branch_and_bound.errands import can_share
 from marsupial.planning.branch_and_bound.tables import Tables, alone_row, carried_row, relaxed_row
-from marsupial.planning.branch_and_bound.tree import SearchState
 
-TRIES = 20_000
-"""Most assignments tried for a bound, see `cover`."""
+TRIES = 20_000  # most assignments tried for a bound, see `cover`
 
 
 @inlined
@@ -47,10 +46,8 @@ def may_lead_to_plan(tables: Tables, search: SearchState, level: int) -> bool:
 
 @inlined
 def _all_transfers_useful(tables: Tables, search: SearchState, level: int) -> bool:
-    """Return whether every rover that was set down or picked up may still serve a target that is left.
-
-    One that was set down for the first time may also have made room aboard, if another one can still board in time.
-    """
+    """Return whether every rover that was set down or picked up may still serve a target that is left."""
+    assignments = search.assignments
     path, left = search.path, search.levels[level, col.LEFT]
     rest = left
     for v in range(tables.carriers, len(search.states[level])):
@@ -61,9 +58,7 @@ def _all_transfers_useful(tables: Tables, search: SearchState, level: int) -> bo
         # Never moved, or set down once to make room: no reason needed.
         if not count or (count == 1 and tables.root_state[v, col.ON] >= 0 and _may_board(tables, search, level, c)):
             continue
-        if not rest or not _may_explore(
-            tables, search, search.assignments[v, col.ROW], search.assignments[v, col.READY], left
-        ):
+        if not rest or not _may_explore(tables, search, assignments[v, col.ROW], assignments[v, col.READY], left):
             return False
         rest &= rest - 1  # one target less for the other rovers, whichever it is
     return True
@@ -114,7 +109,7 @@ def _can_run_errands(tables: Tables, search: SearchState, level: int) -> bool:
         # A rover is in the room already, or nothing is left to do there.
         if out or left & errands.within[e] == 0:
             continue
-        jobs[col.ERRAND, size], jobs[col.TAKES, size] = errands.down[e], errands.undocking if e < errands.rooms else 0
+        jobs[col.ERRAND, size], jobs[col.TAKES, size] = e, errands.undocking if e < errands.rooms else 0
         size += 1
         if tables.recover and e < errands.rooms:
             jobs[col.ERRAND, size], jobs[col.TAKES, size] = errands.up[e], errands.docking

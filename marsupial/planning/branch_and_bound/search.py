@@ -62,16 +62,16 @@ import numpy as np
 from marsupial.native import inlined, native
 from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.branching import branch
+from marsupial.planning.branch_and_bound.columns import SearchState
 from marsupial.planning.branch_and_bound.cover import YES, cover
 from marsupial.planning.branch_and_bound.errands import BITS
 from marsupial.planning.branch_and_bound.memory import BUCKET, entry_size, is_dominated
 from marsupial.planning.branch_and_bound.pruning import may_lead_to_plan
 from marsupial.planning.branch_and_bound.tables import Tables, alone_row
-from marsupial.planning.branch_and_bound.tree import SearchState
 
 
 def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -> SearchState:
-    """Return a search for plans shorter than `limit` ms, epsilon included, with a memory of so many states."""
+    """Return a search for plans shorter than `limit` ms, epsilon included, with a memory of `entries` states."""
     robots, targets = len(tables.traits), len(tables.targets)
     entry = entry_size(robots, tables.carriers)
     counters = np.zeros(8, dtype=np.int64)
@@ -128,7 +128,7 @@ def enter(tables: Tables, search: SearchState) -> None:
 
 @native
 def advance(tables: Tables, search: SearchState, nodes: int) -> bool:
-    """Enter that many states; return whether there may be more."""
+    """Enter `nodes` states; return whether there may be more."""
     counters, levels = search.counters, search.levels
     until = counters[col.NODES] + nodes
     while counters[col.NODES] < until:
@@ -158,6 +158,7 @@ def _end_of_events(search: SearchState, level: int) -> int:
 
 @inlined
 def _apply(tables: Tables, search: SearchState, level: int, at: int) -> None:
+    levels = search.levels
     events = search.events
     old, state = search.states[level], search.states[level + 1]
     for r in range(len(state)):
@@ -174,10 +175,8 @@ def _apply(tables: Tables, search: SearchState, level: int, at: int) -> None:
     else:
         # Aboard, a rover is ready when its carrier is; 0 makes such states equal.
         state[v, col.WHERE], state[v, col.ON], state[v, col.SINCE] = -1, c, 0
-    search.levels[level + 1, col.LEFT] = search.levels[level, col.LEFT] & ~(
-        events[at, col.OWN] | events[at, col.BROUGHT]
-    )
-    search.levels[level + 1, col.KEY] = events[at, col.END]
+    levels[level + 1, col.LEFT] = levels[level, col.LEFT] & ~(events[at, col.OWN] | events[at, col.BROUGHT])
+    levels[level + 1, col.KEY] = events[at, col.END]
 
 
 @inlined

@@ -22,42 +22,21 @@ from marsupial.planning.local_search.encoding import ProblemData
 
 
 class Tables(NamedTuple):
-    """Arrays of int64; robots are numbered carriers first.
+    """Arrays of int64; robots are numbered carriers first."""
 
-    Attributes
-    ----------
-    traits
-        (robots, 5): `KIND` and so on.
-    tour
-        (types, bases, sets, meetings): ms to explore a set beginning at a base and ending at a meeting.
-    solo_times
-        (rows, sets): ms until a robot has explored a set by itself and has nothing more to do. The rows are those of
-        `alone_row`, `relaxed_row` and `carried_row`; the last one is for robots that can't explore anything.
-    able
-        (types,): the set of targets that a type can explore.
-    root_state
-        (robots, 3): the state that the search begins with.
-    carriers
-        The number of carriers.
-    recover
-        Whether all rovers have to end aboard.
-    errands
-        The least docks, undocks and visits of carriers.
-    closure
-        (types, places, places): the shortest times to drive, by way of any places.
-    bases, meetings, targets, robots
-        Bases and targets as places, meetings as bases, robots as they are numbered in the situation.
-    """
-
-    traits: Ints
-    tour: Ints
+    traits: Ints  # (robots, 5): `KIND` and so on
+    tour: Ints  # (types, bases, sets, meetings): ms to explore a set beginning at a base and ending at a meeting
+    # (rows, sets): ms until a robot has explored a set by itself and has nothing more to do. The rows are those of
+    # `alone_row`, `relaxed_row` and `carried_row`; the last one is for robots that can't explore anything.
     solo_times: Ints
-    able: Ints
-    root_state: Ints
-    carriers: int
-    recover: bool
-    errands: Errands
-    closure: Ints
+    able: Ints  # (types,): the set of targets that a type can explore
+    root_state: Ints  # (robots, 3): the state that the search begins with
+    carriers: int  # their number
+    recover: bool  # whether all rovers have to end aboard
+    errands: Errands  # the least docks, undocks and visits of carriers
+    closure: Ints  # (types, places, places): the shortest times to drive, by way of any places
+    # bases, meetings, targets, robots: bases and targets as places, meetings as bases, robots as they are numbered in
+    # the situation
     bases: Ints
     meetings: Ints
     targets: Ints
@@ -131,7 +110,8 @@ def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: I
             if r < carriers and home[0] >= 0:
                 alone[r, b] = _tours_to(closure[k], walks[k][b], int(base), targets, home)[:, 0]
             elif r < carriers or not data.recover:
-                alone[r, b] = _open_tours(walks[k][b])
+                open_ends = np.zeros((walks[k][b].shape[1], 1), np.int64)
+                alone[r, b] = end_tours(walks[k][b], np.zeros(1, np.int64), open_ends)[:, 0]
         if r < carriers:
             relaxed[r] = alone[r]
         else:
@@ -144,11 +124,6 @@ def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: I
 def _tours_to(leg: Ints, walks: Ints, base: int, targets: Ints, ends: Ints) -> Ints:
     """Return (sets, ends): times of tours from a base to each of the ends."""
     return end_tours(walks, leg[base][ends], leg[np.ix_(targets, ends)])
-
-
-def _open_tours(walks: Ints) -> Ints:
-    """Return (sets,): times of tours that end anywhere."""
-    return end_tours(walks, np.zeros(1, np.int64), np.zeros((walks.shape[1], 1), np.int64))[:, 0]
 
 
 def timeless(tables: Tables) -> Tables:
@@ -171,7 +146,7 @@ def _no_time(times: Ints) -> Ints:
 
 
 def _closure(data: ProblemData, starts: Ints) -> Ints:
-    """Return the shortest legs by way of any place but starts, which nobody may go back to."""
+    """Return the shortest legs via any places except starts, to which no robot can return."""
     closure = data.leg.copy()
     closure[:, :, starts] = NEVER
     for k in range(len(closure)):
@@ -185,10 +160,8 @@ def _tour_times(leg: Ints, base: int, targets: Ints) -> tuple[Ints, Ints]:
 
 
 def _interchangeable(data: ProblemData, one: int, other: int) -> bool:
-    return bool(
-        data.robots[one, given.TYPE] == data.robots[other, given.TYPE]
-        and data.robots[one, given.HOME] == data.robots[other, given.HOME]
-    )
+    columns = [given.TYPE, given.HOME]
+    return np.array_equal(data.robots[one, columns], data.robots[other, columns])
 
 
 def _traits(data: ProblemData, robots: Ints, carriers: int) -> Ints:

@@ -28,13 +28,6 @@ def close(leg: Ints) -> None:
 def shortest_tours(first: Ints, between: Ints) -> Ints:
     """Return (sets, targets): the shortest time to visit all of a set and be at a target last (Held-Karp).
 
-    Parameters
-    ----------
-    first
-        (targets,): times to the first target.
-    between
-        (targets, targets): times from one to the next.
-
     References
     ----------
     M. Held and R. M. Karp, A dynamic programming approach to sequencing problems, 1962.
@@ -57,15 +50,7 @@ def shortest_tours(first: Ints, between: Ints) -> Ints:
 
 @native
 def end_tours(tours: Ints, straight: Ints, ends: Ints) -> Ints:
-    """Return (sets, ends): the shortest tours including the way to each end.
-
-    Parameters
-    ----------
-    straight
-        (ends,): the way there if no target is to be explored.
-    ends
-        (targets, ends): the way there from the last target.
-    """
+    """Return (sets, ends): the shortest tours to each end, from the last target or, without targets, `straight`."""
     times = np.full((len(tours), len(straight)), NEVER, dtype=np.int64)
     for e in range(len(straight)):
         times[0, e] = min(straight[e], NEVER)
@@ -76,57 +61,34 @@ def end_tours(tours: Ints, straight: Ints, ends: Ints) -> Ints:
     return times
 
 
-ANY, ROVER_LEFT = 0, 1
-"""Whether a rover was just set down where the carrier is and has to be picked up there later."""
+ANY, ROVER_LEFT = 0, 1  # whether a rover was just set down where the carrier is and has to be picked up there later
 
 
 class CarrierLegs(NamedTuple):
-    """The legs of a carrier on errands, in ms.
+    """The legs of a carrier on errands, in ms."""
 
-    Attributes
-    ----------
-    first
-        (bases, places): from a base to a place.
-    between
-        (places, places).
-    straight, ends
-        (bases,) and (places,): to the end.
-    """
-
-    first: Ints
-    between: Ints
+    first: Ints  # (bases, places): from a base to a place
+    between: Ints  # (places, places)
+    # straight, ends: (bases,) and (places,): to the end
     straight: Ints
     ends: Ints
 
 
 class ErrandRows(NamedTuple):
-    """The errands there are.
+    """The errands."""
 
-    Attributes
-    ----------
-    points
-        (rows, places): whether the errands of a row can be done at a place.
-    up
-        (rows,): the bits for picking up. They are the numbers of the rows, the bits for setting down or visiting,
-        where bits are short.
-    lag
-        (rooms,): the least ms between setting down and picking up.
-    rooms
-        How many of the rows, the first ones, are rooms; the others are carriers' targets.
-    bits
-        How many errands there are.
-    """
-
-    points: Flags
+    points: Flags  # (rows, places): whether the errands of a row can be done at a place
+    # (rows,): the bits for picking up. They are the numbers of the rows, the bits for setting down or visiting, where
+    # bits are short.
     up: Ints
-    lag: Ints
-    rooms: int
-    bits: int
+    lag: Ints  # (rooms,): the least ms between setting down and picking up
+    rooms: int  # as in `Errands`
+    bits: int  # number of errands
 
 
 @native
 def errand_tours(legs: CarrierLegs, rows: ErrandRows, capacity: int, docking: int, recover: bool) -> Ints:
-    """Return (loads, bases, sets): the shortest tours over errands to the end with a number of rovers aboard at first.
+    """Return (loads, bases, sets): the shortest tours over errands to the end, by the rovers aboard at first.
 
     To set a rover down a carrier needs one aboard: one picked up on an errand, or an extra one, which costs a dock.
     """

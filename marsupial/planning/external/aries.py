@@ -30,7 +30,7 @@ from marsupial.model.planning import EngineInfo, Finished, Outcome
 from marsupial.model.situation import RobotState, Situation
 from marsupial.planning.external.encodings import SearchRequest, Vocabulary
 from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
-from marsupial.planning.schedule import retime
+from marsupial.planning.list_scheduling.timeline import retime
 from marsupial.processes.jobs import ToolDied
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 from marsupial.planning.incumbent import Incumbent
-from marsupial.planning.schedule import retime
+from marsupial.planning.list_scheduling.timeline import retime
 
 PLAN_PREFIX = "plan"
 """Prefixes of plan files' names."""

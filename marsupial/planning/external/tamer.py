@@ -20,7 +20,7 @@ from marsupial.model.planning import EngineInfo, Finished, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.external.encodings import SearchRequest, Vocabulary
 from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
-from marsupial.planning.schedule import retime
+from marsupial.planning.list_scheduling.timeline import retime
 
 if TYPE_CHECKING:
     from unified_planning.model import DurativeAction, FNode, Problem

@@ -15,26 +15,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
 
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import ActionName, Plan
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, ActionName, Budget, Finished, Improved, Objective, Outcome, Plan, Situation
 from marsupial.planning import infos
-from marsupial.planning.list_scheduling.costs import NEVER, Costs, Times
-from marsupial.planning.list_scheduling.detours import Detours
+from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours, Times
 from marsupial.planning.list_scheduling.insertions import Insertions
 from marsupial.planning.list_scheduling.recovery import go_home, recover
-from marsupial.planning.list_scheduling.timeline import Timeline, replay
-from marsupial.planning.list_scheduling.transports import follow, transport
+from marsupial.planning.list_scheduling.timeline import Timeline, follow, replay, transport
 from marsupial.planning.reachability import hopeless_targets, impossible, reach
 
-ROUNDS = 8
-"""Most plans made; more of them gain little."""
+ROUNDS = 8  # most plans made; more of them gain little
 
 
 class Greedy:
@@ -48,11 +41,7 @@ class Greedy:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield `start` if there is one, the plans that are shorter, then `Finished`; see `Engine`.
-
-        The first round is always finished, so there is an answer however small the budget. No other round is begun
-        that would end too late at the pace so far.
-        """
+        """Yield `start` if there is one, the plans that are shorter, then `Finished`; see `Engine`."""
         self.info.require(objective)
         begun = self._clock()
         if start is not None:
@@ -63,12 +52,13 @@ class Greedy:
             return
         best, complaint = start, ""
         rounds = islice(Listing(situation).drafts(), min(ROUNDS, budget.steps or ROUNDS))
-        for n, draft in enumerate(rounds, 1):
+        for n, (plan, missed) in enumerate(rounds, 1):
             elapsed = self._clock() - begun
-            complaint = complaint or draft.complaint
-            if not draft.complaint and (best is None or draft.plan.makespan_ms < best.makespan_ms):
-                best = draft.plan
+            complaint = complaint or missed
+            if not missed and (best is None or plan.makespan_ms < best.makespan_ms):
+                best = plan
                 yield Improved(plan=best, elapsed_s=elapsed)
+            # the first round is always finished; no other is begun that would end too late at the pace so far
             if budget.seconds is not None and elapsed * (n + 1) / n > budget.seconds:
                 break
         yield Finished(
@@ -93,29 +83,22 @@ class Listing:
     def serve(self, start: Plan | None = None) -> tuple[Plan, frozenset[str]]:
         """Return a plan that reaches as much of the goal as it can, and the names of the targets left out.
 
-        The plan is feasible (`check` with the targets it explores finds nothing wrong), but some rovers may stay on the
-        ground and some carriers away from home.
-
-        Parameters
-        ----------
-        start
-            A feasible plan: it is kept, and what it leaves undone is added behind it.
+        The plan is feasible, but some rovers may stay on the ground and some carriers away from home. A feasible plan
+        `start` is kept, and what it leaves undone is added behind it.
         """
-        plan = next(self.drafts(start)).plan
+        plan = next(self.drafts(start))[0]
         return plan, frozenset(target.name for target in self._detours.situation.targets) - plan.explored
 
-    def drafts(self, start: Plan | None = None) -> Iterator[_GreedyPlan]:
-        """Yield one plan per round, endlessly, each with the actions of `start` first.
-
-        Each round gives the target that came last a head start.
-        """
+    def drafts(self, start: Plan | None = None) -> Iterator[tuple[Plan, str]]:
+        """Yield, endlessly, a plan with the actions of `start` first, and which part of the goal it misses."""
         situation, costs = self._detours.situation, self._costs
         begun = Timeline.of(situation) if start is None else replay(situation, start)
         names = [target.name for target in situation.targets]
         head_start_ms = np.zeros(len(names), dtype=np.int64)
         while True:
             timeline, left = _explore(begun.copy(), costs, head_start_ms)
-            last = names.index(left[0] if left else _last_explored(timeline)) if names else None
+            explored = [action for action in timeline.actions if action.name is ActionName.EXPLORE]
+            last = left[0] if left else max(explored, key=lambda a: a.end_ms).place if names else None
             complaint = _why_left(situation, left)
             goal = situation.goal
             if goal.recover_rovers or goal.return_home:
@@ -124,18 +107,10 @@ class Listing:
             if goal.return_home:
                 trouble = go_home(timeline)
                 complaint = complaint or trouble
-            yield _GreedyPlan(plan=self._detours.expanded(timeline.plan), complaint=complaint)
+            yield self._detours.expanded(timeline.plan), complaint
             if last is None:
                 return
-            head_start_ms[last] += timeline.plan.makespan_ms // 2 + 1
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _GreedyPlan:
-    """A plan, and a sentence about the part of the goal that it does not reach; empty if it reaches all."""
-
-    plan: Plan
-    complaint: str
+            head_start_ms[names.index(last)] += timeline.plan.makespan_ms // 2 + 1
 
 
 def _why_left(situation: Situation, left: list[str]) -> str:
@@ -143,11 +118,6 @@ def _why_left(situation: Situation, left: list[str]) -> str:
         return ""
     reasons = hopeless_targets(situation, reach(situation))
     return reasons.get(left[0], f"list scheduling found no way to {left[0]}")
-
-
-def _last_explored(timeline: Timeline) -> str:
-    explored = (action for action in timeline.actions if action.name is ActionName.EXPLORE)
-    return max(explored, key=lambda action: action.end_ms).place
 
 
 def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Timeline, list[str]]:
@@ -162,7 +132,10 @@ def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Ti
         # A head start counts as if the target could be explored that much sooner.
         target = int(np.argmin(np.where(done < NEVER, done - head_start_ms, NEVER)))
         if done[target] < NEVER:
-            _insert(insertions, int(numbers[target]), target, names[target])
+            robot, carrier = insertions.explorer(int(numbers[target]))
+            if carrier is not None:
+                transport(insertions.timeline, robot, insertions.journey(robot, carrier, target))
+            insertions.timeline.explore(robot, names[target])
             insertions.advance()
             insertions.left[target] = False
             continue
@@ -173,13 +146,6 @@ def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Ti
         insertions = Insertions(relayed[0], costs, insertions.left)
         insertions.left[relayed[1]] = False
     return insertions.timeline, [name for name, left in zip(names, insertions.left, strict=True) if left]
-
-
-def _insert(insertions: Insertions, number: int, target: int, name: str) -> None:
-    robot, carrier = insertions.explorer(number)
-    if carrier is not None:
-        transport(insertions.timeline, robot, insertions.journey(robot, carrier, target))
-    insertions.timeline.explore(robot, name)
 
 
 def _relay_to_target(insertions: Insertions, names: list[str]) -> tuple[Timeline, int] | None:

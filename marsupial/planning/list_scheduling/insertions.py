@@ -1,5 +1,7 @@
 """All insertions of one more target behind a timeline, and the soonest of them for each target.
 
+They follow from when every robot could be at every meeting, by itself or with transports (`Arrivals`).
+
 A robot on the ground goes itself; a carrier sets down a rover it carries at a meeting; or a carrier first picks up a
 rover on the ground at one meeting (a full one sets down another there) and carries it to a second. How a rover got to
 where it is set down does not matter from there on, so the table of transports is over meetings:
@@ -19,30 +21,128 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from marsupial.planning.list_scheduling.arrivals import Arrivals
+from marsupial.model import EPSILON_MS, Role
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
 from marsupial.planning.list_scheduling.kernels import RobotArrays, renew_landed, soonest
-from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import Transport
+from marsupial.planning.list_scheduling.timeline import Timeline, Transport
+
+
+class Arrivals:
+    """When robots, numbered as in the situation, could be at meetings; updated for the few that a step changes."""
+
+    def __init__(self, timeline: Timeline, costs: Costs) -> None:
+        situation = timeline.situation
+        self.costs = costs
+        self.robots = [robot.name for robot in situation.robots]
+        self.row = {name: i for i, name in enumerate(self.robots)}
+        types = [situation.type_of(name) for name in self.robots]
+        numbers = {kind.name: k for k, kind in enumerate(situation.types)}
+        # int64 (robots,): the number of each robot's type
+        self.kinds: Indices = np.array([numbers[kind.name] for kind in types], dtype=np.int64)
+        # from beginning to dock or undock to being ready again
+        self.docking_ms: Times = np.array([max(1, kind.dock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
+        self.undocking_ms: Times = np.array([max(1, kind.undock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
+        self.capacity = [kind.capacity for kind in types]
+        self.carriers = [i for i, kind in enumerate(types) if kind.role is Role.CARRIER]
+        self.rovers = [i for i, kind in enumerate(types) if kind.role is Role.ROVER]
+        self._carrier_number = {i: k for k, i in enumerate(self.carriers)}
+        self._rover_number = {i: k for k, i in enumerate(self.rovers)}
+        n_meetings = len(situation.meetings)
+        # int64 (robots, meetings): when each could be ready at each meeting by itself; `NEVER` while it is carried
+        self.arrive_ms: Times = np.empty((len(types), n_meetings), dtype=np.int64)
+        # int64 (carriers, meetings): when a rover could dock at the earliest; a full carrier makes room first
+        self.boarding_ms: Times = np.empty((len(self.carriers), n_meetings), dtype=np.int64)
+        # int64 (rovers,): the number of the carrier that each rover is aboard, -1 on the ground
+        self.aboard: Indices = np.empty(len(self.rovers), dtype=np.int64)
+        self._renew(timeline, range(len(types)))
+
+    def advance(self, timeline: Timeline) -> list[int]:
+        """Update to a timeline with more actions; return the robots that take part in them."""
+        new = timeline.actions[self._seen :]
+        changed = sorted({self.row[robot] for action in new for robot in action.robots})
+        self._renew(timeline, changed)
+        return changed
+
+    def landed(self, v: int) -> Times:
+        """Return when a rover aboard would be ready at each meeting if its carrier sets it down there."""
+        carrier = self.row[self.timeline.on[self.robots[v]] or ""]
+        return np.asarray(self.arrive_ms[carrier] + self.undocking_ms[v])
+
+    def carried(self, k: int, arrive_ms: Times, v: int) -> Times:
+        """Return (meetings, meetings): when `v`, at the first at `arrive_ms`, is ready at the second, on `k`."""
+        docked = np.maximum(self.boarding_ms[k], arrive_ms) + self.docking_ms[v]
+        return np.asarray(docked[:, None] + self.costs.transport[self.kinds[self.carriers[k]]] + self.undocking_ms[v])
+
+    def relay(self, v: int, *, alone: bool = False) -> tuple[Times, dict[int, Transport]]:
+        """Return per meeting when a rover could be there, and the last transport on the way (Bellman-Ford).
+
+        Where that is absent it drives there from where it stands. With `alone` no carrier picks it up: it drives, set
+        down before by the carrier it is aboard. Exact if no carrier is used twice, an estimate otherwise.
+        """
+        transports: dict[int, Transport] = {}
+        on, times = self.timeline.on[self.robots[v]], np.minimum(self.arrive_ms[v], NEVER)
+        if alone and on is None:
+            return times, transports
+        names, stay = self.timeline.situation.meetings, self.costs.stay[self.kinds[v]]
+        if on is not None:
+            via = self.landed(v)[:, None] + stay
+            for m in np.flatnonzero(via.min(axis=0, initial=NEVER) < NEVER):
+                down = int(np.argmin(via[:, m]))
+                transports[int(m)] = Transport(carrier=on, pickup=None, set_down=names[down], then_to=names[m])
+                times[m] = via[down, m]
+        # Until nothing improves: a later transport may start from a meeting that an earlier one made reachable.
+        better = not alone
+        while better:
+            better = False
+            for k, c in enumerate(self.carriers):
+                up = self.carried(k, times, v)
+                landed = up.min(axis=0, initial=NEVER)[:, None] + stay
+                for m in np.flatnonzero(landed.min(axis=0, initial=NEVER) < times):
+                    down = int(np.argmin(landed[:, m]))
+                    pickup = int(np.argmin(up[:, down]))
+                    transports[int(m)] = Transport(
+                        carrier=self.robots[c], pickup=names[pickup], set_down=names[down], then_to=names[m]
+                    )
+                    times[m] = landed[down, m]
+                    better = True
+        return times, transports
+
+    def _renew(self, timeline: Timeline, changed: Iterable[int]) -> None:
+        self.timeline, self._seen = timeline, len(timeline.actions)
+        for i in changed:
+            name = self.robots[i]
+            at, on = timeline.at[name], timeline.on[name]
+            if at is None:
+                self.arrive_ms[i] = NEVER
+            else:
+                place = timeline.situation.place_index[at]
+                np.add(self.costs.meet[self.kinds[i], place], timeline.ready_ms[name], out=self.arrive_ms[i])
+            if i in self._rover_number:
+                self.aboard[self._rover_number[i]] = -1 if on is None else self._carrier_number[self.row[on]]
+            else:
+                self.boarding_ms[self._carrier_number[i]] = self._boarding(i)
+
+    def _boarding(self, c: int) -> Times:
+        """Return when a rover could dock on a carrier at each meeting at the earliest."""
+        name = self.robots[c]
+        if self.capacity[c] == 0:
+            return np.full(self.arrive_ms.shape[1], NEVER, dtype=np.int64)
+        if not self.timeline.is_full(name):
+            return self.arrive_ms[c]
+        return np.asarray(self.arrive_ms[c] + self.undocking_ms[self.row[self.timeline.cargo[name][0]]])
 
 
 class Insertions:
-    """The insertions behind a timeline, kept up to date with it; `left` are the targets not yet explored.
-
-    Attributes
-    ----------
-    alone_ms
-        int64 (robots, targets): when each robot would have explored each target alone; `NEVER` or later if it can't.
-    landed_ms
-        int64 (1 + carriers, rovers, meetings): when each rover would be ready at each meeting, first set down by the
-        carrier it is aboard, then carried by each carrier; `NEVER` where it can't be.
-    """
+    """The insertions behind a timeline, kept up to date with it; `left` are the targets not yet explored."""
 
     def __init__(self, timeline: Timeline, costs: Costs, left: Mask) -> None:
         self.timeline, self.costs, self.left = timeline, costs, left.copy()
         self.arrivals = Arrivals(timeline, costs)
         n, (c, n_meetings) = len(self.arrivals.robots), self.arrivals.boarding_ms.shape
+        # int64 (robots, targets): when each robot would have explored each target alone; `NEVER` or later if it can't
         self.alone_ms: Times = np.full((n, len(left)), NEVER, dtype=np.int64)
+        # int64 (1 + carriers, rovers, meetings): when each rover would be ready at each meeting, first set down by the
+        # carrier it is aboard, then carried by each carrier; `NEVER` where it can't be
         self.landed_ms: Times = np.full((1 + c, len(self.arrivals.rovers), n_meetings), NEVER, dtype=np.int64)
         self._robots = RobotArrays(
             carriers=np.array(self.arrivals.carriers, dtype=np.int64),
@@ -60,8 +160,8 @@ class Insertions:
     def soonest(self) -> tuple[Times, Indices]:
         """Return per target the soonest time to explore it, `NEVER` if it can't be or is not left, and the insertion.
 
-        Insertions are numbered: each robot alone; each rover set down by the carrier it is aboard; then carriers x
-        rovers, the carrier picking up the rover first.
+        Insertions are numbered: each robot alone; each rover set down by its carrier; then carriers x rovers picked up
+        first.
         """
         done, insertions = np.empty_like(self.left, dtype=np.int64), np.empty_like(self.left, dtype=np.int64)
         known, sortie = self.arrivals, self.costs.sortie

@@ -12,21 +12,13 @@ from marsupial.planning.list_scheduling.costs import NEVER
 
 
 class RobotArrays(NamedTuple):
-    """The robots of a situation, as far as they never change.
+    """The properties of robots that do not change while a plan is made."""
 
-    Attributes
-    ----------
-    carriers, rovers
-        The numbers of the robots of each role.
-    kinds
-        (robots,): the number of each robot's type.
-    docking, undocking
-        (robots,): ms from beginning to dock or undock to being ready again.
-    """
-
+    # carriers, rovers: the numbers of the robots of each role
     carriers: Ints
     rovers: Ints
-    kinds: Ints
+    kinds: Ints  # (robots,): the number of each robot's type
+    # docking, undocking: (robots,): ms from beginning to dock or undock to being ready again
     docking: Ints
     undocking: Ints
 
@@ -67,20 +59,11 @@ def renew_landed(
 def soonest(
     alone: Ints, landed: Ints, aboard: Ints, rover_kinds: Ints, sortie: Ints, left: Flags, done: Ints, insertions: Ints
 ) -> None:
-    """Fill in the soonest time to explore each target left, and the insertion; the first of equal ones.
+    """Fill in the soonest time to explore each target left and its insertion, the first of equal ones.
 
-    Parameters
-    ----------
-    alone, landed
-        Those of `Insertions`. An insertion is a row of `alone`, or from there on a row of `landed`, slab after slab.
-    aboard, rover_kinds
-        (rovers,): the carrier that each rover is aboard, or -1, and the number of its type.
-    sortie
-        That of `Costs`.
-    left
-        (targets,): whether each target is left.
-    done, insertions
-        (targets,): receive the times, `NEVER` where there is none, and the numbers of the insertions, -1 there.
+    An insertion is a row of `alone`, or from there on a row of `landed`, slab after slab (`Insertions`). `aboard` and
+    `rover_kinds` (rovers,) have the carrier that each rover is aboard, or -1, and the number of its type. `done` and
+    `insertions` (targets,) receive `NEVER` and -1 where there is none.
     """
     done[:] = NEVER
     insertions[:] = -1
@@ -112,16 +95,9 @@ def soonest(
 
 @native
 def soonest_aboard(ready: Ints, carriers: Ints, docking: Ints, aboard: Ints) -> None:
-    """Fill in the soonest time when each rover could be aboard each carrier, `NEVER` if it can't be.
+    """Fill in when each rover could be aboard each carrier (rovers, carriers) at the soonest, `NEVER` if never.
 
-    Parameters
-    ----------
-    ready, carriers
-        (rovers, meetings) and (meetings, carriers): when they are ready for that.
-    docking
-        (rovers,): how long it takes, in ms.
-    aboard
-        (rovers, carriers): receives the times.
+    `ready` (rovers, meetings) and `carriers` (meetings, carriers) are when both are there, `docking` (rovers,) in ms.
     """
     aboard[:] = NEVER
     for v in range(ready.shape[0]):

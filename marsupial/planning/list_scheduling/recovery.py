@@ -11,23 +11,18 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from marsupial.model.plan import EPSILON_MS
-from marsupial.model.robots import Role
-from marsupial.model.situation import Situation
-from marsupial.planning.list_scheduling.arrivals import Arrivals
+from marsupial.model import EPSILON_MS, Role, Situation
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Mask, Times
+from marsupial.planning.list_scheduling.insertions import Arrivals
 from marsupial.planning.list_scheduling.kernels import soonest_aboard
-from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import Transport, board, follow
+from marsupial.planning.list_scheduling.timeline import Timeline, Transport, board, follow
 from marsupial.planning.reachability import matching
 
 
 def recover(timeline: Timeline, costs: Costs) -> tuple[Timeline, str]:
-    """Pick up every rover; return the timeline and a sentence about those left, if any.
-
-    If some are left, try again with those that need transports first, before the carriers for that are full.
-    """
+    """Pick up every rover; return the timeline and a sentence about those left, if any."""
     recovered, left = _recovered(timeline, costs, transports_first=False)
+    # try again with rovers that need transports first, before the carriers for that are full
     if left:
         other = _recovered(timeline, costs, transports_first=True)
         recovered, left = (recovered, left) if other[1] else other
@@ -84,10 +79,7 @@ class _Pickups:
         return self._board_one(journeys, every=False)
 
     def _board_one(self, journeys: Mapping[int, _Journey], *, every: bool) -> Timeline | None:
-        """Return the timeline with the soonest pick-up after which as many others find a place as before.
-
-        With `every` only if all rovers that are out find one.
-        """
+        """Return the timeline with the soonest pick-up after which as many others (`every`: all) find a place."""
         aboard_ms = self._aboard_ms(journeys)
         seats = _most_placed(aboard_ms < NEVER, self.free)
         if every and seats < len(self.out):

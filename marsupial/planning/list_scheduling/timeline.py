@@ -1,31 +1,29 @@
 """A plan under construction: actions are added at its end, each as early as its robots can.
 
 It knows where every robot is after its last action and when it is ready. The drive to where an action begins is added
-automatically; an action that the checker would refuse can't be added.
+automatically; an action that the checker would refuse can't be added. `transport` and `follow` add the actions that
+carry a rover, and `retime` puts a plan of another engine on the clock.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from marsupial.errors import InternalError
-from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model import EPSILON_MS, Action, ActionName, Plan, RobotState, Situation
 from marsupial.model.team import after
 
 
 @dataclass(slots=True)
 class Timeline:
-    """The actions so far and, after them, per robot: `at` a place or `on` a carrier, `ready_ms` for its next action.
-
-    `cargo` are the rovers aboard each carrier, those longest aboard first.
-    """
+    """The actions so far and, after them, per robot: `at` a place or `on` a carrier, `ready_ms` for its next action."""
 
     situation: Situation
     at: dict[str, str | None]
     on: dict[str, str | None]
     ready_ms: dict[str, int]
-    cargo: dict[str, tuple[str, ...]]
+    cargo: dict[str, tuple[str, ...]]  # the rovers aboard each carrier, those longest aboard first
     actions: list[Action]
 
     @classmethod
@@ -170,3 +168,69 @@ def duration_ms(situation: Situation, name: ActionName, robot: str, place: str, 
         return max(1, kind.dock_ms if name is ActionName.DOCK else kind.undock_ms)
     travel = None if origin is None else situation.travel(kind.name, origin, place)
     return None if travel is None else max(1, travel)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Transport:
+    """One stage of a rover's journey: aboard `carrier` from a meeting to another, then by itself to a third."""
+
+    carrier: str
+    pickup: str | None  # None where it is aboard from the start
+    set_down: str
+    then_to: str
+
+
+def transport(timeline: Timeline, rover: str, stage: Transport) -> bool:
+    """Add a transport; return False if a robot has no path (the timeline then ends in the middle of it)."""
+    if stage.pickup is not None:
+        if not (timeline.can_drive(stage.carrier, stage.pickup) and timeline.can_drive(rover, stage.pickup)):
+            return False
+        board(timeline, rover, stage.carrier, stage.pickup)
+    if not timeline.can_drive(stage.carrier, stage.set_down):
+        return False
+    timeline.undock(rover, stage.set_down)
+    if not timeline.can_drive(rover, stage.then_to):
+        return False
+    timeline.move(rover, stage.then_to)
+    return True
+
+
+def board(timeline: Timeline, rover: str, carrier: str, meeting: str) -> None:
+    """Dock `rover`; a full carrier first sets down its first rover there."""
+    if timeline.is_full(carrier):
+        timeline.undock(timeline.cargo[carrier][0], meeting)
+    timeline.dock(rover, carrier, meeting)
+
+
+def follow(timeline: Timeline, rover: str, meeting: int, transports: Mapping[int, Transport]) -> bool:
+    """Add the transports that bring `rover` to a meeting; return False if one of them is not possible."""
+    names = timeline.situation.meetings
+    # From the last transport back to the one that begins where the rover is.
+    chain: list[Transport] = []
+    at = meeting
+    while at in transports:
+        chain.append(transports[at])
+        pickup = chain[-1].pickup
+        if pickup is None:
+            break
+        at = names.index(pickup)
+    if not all(transport(timeline, rover, stage) for stage in reversed(chain)):
+        return False
+    if not timeline.can_drive(rover, names[meeting]):
+        return False
+    timeline.move(rover, names[meeting])
+    return True
+
+
+def retime(situation: Situation, actions: Iterable[Action]) -> Plan:
+    """Return the plan of `actions`, each as early as possible; without a path one keeps its duration, to be refused."""
+    # engines leave gaps (Aries) or let actions touch (Tamer): what counts is the order of each robot's actions
+    ready = {robot.name: free_at_ms(situation, robot) for robot in situation.robots}
+    timed: list[Action] = []
+    for action in actions:
+        start = max(ready[robot] for robot in action.robots)
+        took = duration_ms(situation, action.name, action.robot, action.place, action.origin)
+        action = replace(action, start_ms=start, duration_ms=action.duration_ms if took is None else took)
+        timed.append(action)
+        ready.update(dict.fromkeys(action.robots, action.end_ms + EPSILON_MS))
+    return Plan.of(timed)

@@ -22,11 +22,8 @@ def makespan_bound_ms(data: ProblemData) -> int:
     """Return a time that no plan ends before; 0 where nothing has to be done. The situation has to have a plan."""
     carriers = {int(c): _alone(data, int(c)) for c in data.members(col.CARRIERS)}
     home = _to_home(data)
-    ends = [
-        int(carriers[c][data.robots[c, col.HOME]])
-        for c in carriers
-        if data.robots[c, col.HOME] >= 0 and data.robots[c, col.AT] != data.robots[c, col.HOME]
-    ]
+    where = {c: (int(data.robots[c, col.AT]), int(data.robots[c, col.HOME])) for c in carriers}
+    ends = [int(carriers[c][end]) for c, (at, end) in where.items() if end >= 0 and at != end]
     reached = np.full(data.leg.shape[1], NEVER, dtype=np.int64)
     for c, times in carriers.items():
         np.minimum(reached, times + home[c], out=reached)
@@ -53,26 +50,25 @@ def _alone(data: ProblemData, robot: int) -> Ints:
 def _to_home(data: ProblemData) -> dict[int, Ints]:
     """Return, per carrier, from each place the time to its home, 0 where it has none."""
     away: dict[tuple[int, int], Ints] = {}
+    found = {}
     for c in data.members(col.CARRIERS):
-        key = int(data.robots[c, col.TYPE]), int(data.robots[c, col.HOME])
-        if key not in away:
-            times = np.full(data.leg.shape[1], NEVER if key[1] >= 0 else 0, dtype=np.int64)
-            times[key[1]] = 0
-            relax(times, np.ascontiguousarray(data.leg[key[0]].T))
-            away[key] = times
-    return {
-        int(c): away[int(data.robots[c, col.TYPE]), int(data.robots[c, col.HOME])] for c in data.members(col.CARRIERS)
-    }
+        kind, end = int(data.robots[c, col.TYPE]), int(data.robots[c, col.HOME])
+        if (kind, end) not in away:
+            times = np.full(data.leg.shape[1], NEVER if end >= 0 else 0, dtype=np.int64)
+            times[end] = 0
+            relax(times, np.ascontiguousarray(data.leg[kind].T))
+            away[kind, end] = times
+        found[int(c)] = away[kind, end]
+    return found
 
 
 def _boarding(data: ProblemData, carriers: dict[int, Ints]) -> dict[int, Ints]:
-    """Return, per type of carrier, from when one that can carry could be at each meeting; elsewhere `NEVER`."""
+    """Return, per type, when a carrier with places could first be at each meeting; elsewhere `NEVER`."""
     first: dict[int, Ints] = {}
+    meetings = data.members(col.MEETINGS)
     for c in (c for c in carriers if data.robots[c, col.CAPACITY] > 0):
         times = first.setdefault(int(data.robots[c, col.TYPE]), np.full(data.leg.shape[1], NEVER, dtype=np.int64))
-        times[data.members(col.MEETINGS)] = np.minimum(
-            times[data.members(col.MEETINGS)], carriers[c][data.members(col.MEETINGS)]
-        )
+        times[meetings] = np.minimum(times[meetings], carriers[c][meetings])
     return first
 
 
@@ -91,24 +87,18 @@ def _rover_ends(
     if not data.recover:
         return ground, 0
     legs_home = [home[c] for c in carriers if data.robots[c, col.CAPACITY] > 0]
-    leave = np.full(data.leg.shape[1], NEVER, dtype=np.int64)
+    leave, meetings = np.full(data.leg.shape[1], NEVER, dtype=np.int64), data.members(col.MEETINGS)
     if legs_home:
-        leave[data.members(col.MEETINGS)] = (
-            np.min(legs_home, axis=0)[data.members(col.MEETINGS)] + data.robots[rover, col.DOCKING]
-        )
-    stay = (
-        0
-        if on >= 0
-        else min(
-            (int((np.maximum(ground, first) + leave).min(initial=NEVER)) for first in boarding.values()), default=0
-        )
-    )
+        leave[meetings] = np.min(legs_home, axis=0)[meetings] + data.robots[rover, col.DOCKING]
+    done = (int((np.maximum(ground, first) + leave).min(initial=NEVER)) for first in boarding.values())
+    stay = 0 if on >= 0 else min(done, default=0)
     relax(leave, np.ascontiguousarray(data.leg[data.robots[rover, col.TYPE]].T))
     return ground + leave, stay
 
 
 def _lower(data: ProblemData, rover: int, ground: Ints, carried: dict[int, Ints], boarding: dict[int, Ints]) -> None:
     """Lower the times on the ground and aboard until they agree with each other."""
+    meetings = data.members(col.MEETINGS)
     while True:
         before = ground.copy()
         for kind, times in carried.items():
@@ -116,10 +106,7 @@ def _lower(data: ProblemData, rover: int, ground: Ints, carried: dict[int, Ints]
                 docked = np.maximum(ground, boarding[kind]) + data.robots[rover, col.DOCKING]
                 np.minimum(times, docked, out=times)
             relax(times, data.leg[kind])
-            ground[data.members(col.MEETINGS)] = np.minimum(
-                ground[data.members(col.MEETINGS)],
-                times[data.members(col.MEETINGS)] + data.robots[rover, col.UNDOCKING],
-            )
+            ground[meetings] = np.minimum(ground[meetings], times[meetings] + data.robots[rover, col.UNDOCKING])
         relax(ground, data.leg[data.robots[rover, col.TYPE]])
         if np.array_equal(before, ground):
             return

@@ -9,45 +9,27 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from marsupial.model.objective import Value
-from marsupial.model.plan import EPSILON_MS
-from marsupial.model.planning import Budget
+from marsupial.model import EPSILON_MS, Budget, Value
 
-POLISH_STEPS, POLISH_S = 50, 0.1
-"""Effort after the makespan is proven optimal, for the other parts of the value."""
+POLISH_STEPS, POLISH_S = 50, 0.1  # effort after the makespan is proven optimal, for the other parts of the value
+FIRST_ROUND = 8  # steps of the first round; each later one has as many as all before it
 
-FIRST_ROUND = 8
-"""Steps of the first round; each later one has as many as all before it."""
+PAUSE_STEPS, PAUSE_S = 10, 0.02  # least effort between two reports, but a plan shorter by 1 % is reported at once
 
-PAUSE_STEPS, PAUSE_S = 10, 0.02
-"""Least effort between two reports. With a budget in seconds, a plan shorter by 1 % is reported at once."""
-
-SLICE_S, SLICE_SHARE = 0.01, 0.05
-"""Longest time between two looks at the clock, in seconds and as a share of the budget."""
+SLICE_S, SLICE_SHARE = 0.01, 0.05  # longest time between two looks at the clock, also as a share of the budget
 
 
 class BudgetTracker:
     """Tracks how much of a budget is used.
 
-    Parameters
-    ----------
-    bound_ms
-        A makespan that can't be shortened.
-    enough
-        Steps after which a budget in seconds is not used any further.
+    No makespan is below `bound_ms`; after `enough` steps a budget in seconds is not used any further.
     """
 
     def __init__(
-        self,
-        budget: Budget,
-        clock: Callable[[], float],
-        begun: float,
-        bound_ms: int,
-        enough: float = math.inf,
+        self, budget: Budget, clock: Callable[[], float], begun: float, bound_ms: int, enough: float = math.inf
     ) -> None:
         self.bound_ms = bound_ms
-        self.steps = 1
-        """Steps to take in the current slice."""
+        self.steps = 1  # to take in the current slice
         self._clock, self._begun = clock, begun
         self._timed = budget.seconds is not None
         self._end = float(budget.steps or 0) if budget.seconds is None else budget.seconds

@@ -12,16 +12,12 @@ from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search import linked_schedule as ops
 from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 
-TRIES = 8
-"""How often to draw again where a draw may be of no use."""
+TRIES = 8  # how often to draw again where a draw may be of no use
 
 LONG = 1 << 60
 
-FOCUS = 4
-"""The latest of up to this number of random targets is chosen."""
-
-WATCHED = 8
-"""The robot with the latest end of up to this number of random ones is chosen."""
+FOCUS = 4  # the latest of up to this number of random targets is chosen
+WATCHED = 8  # the robot with the latest end of up to this number of random ones is chosen
 
 
 @inlined
@@ -59,19 +55,16 @@ def _random_end(sched: LinkedSchedule) -> int:
 @inlined
 def critical_predecessor(sched: LinkedSchedule, node: int) -> int:
     """Return which of the nodes before one determines when it begins."""
-    kind, previous = sched.nodes[node, col.KIND], sched.nodes[node, col.BEFORE]
+    nodes = sched.nodes
+    kind, previous = nodes[node, col.KIND], nodes[node, col.BEFORE]
     if kind == col.EXPLORE:
         return previous
-    other = sched.nodes[node, col.CARRIER_BEFORE]
+    other = nodes[node, col.CARRIER_BEFORE]
     if kind == col.UNDOCK:
         return other
-    place = sched.nodes[node, col.PLACE]
-    ready = sched.nodes[previous, col.END] + ops.leg_ms(
-        sched, sched.nodes[node, col.ROBOT], sched.nodes[previous, col.PLACE], place
-    )
-    there = sched.nodes[other, col.END] + ops.leg_ms(
-        sched, sched.nodes[node, col.CARRIER], sched.nodes[other, col.PLACE], place
-    )
+    place = nodes[node, col.PLACE]
+    ready = nodes[previous, col.END] + ops.leg_ms(sched, nodes[node, col.ROBOT], nodes[previous, col.PLACE], place)
+    there = nodes[other, col.END] + ops.leg_ms(sched, nodes[node, col.CARRIER], nodes[other, col.PLACE], place)
     return other if there >= ready else previous
 
 
@@ -157,8 +150,8 @@ def random_transfer(sched: LinkedSchedule, kind: int) -> int:
 def consider(sched: LinkedSchedule, carrier: int, node: int, place: int, guided: bool, rank: int) -> tuple[bool, int]:
     """Consider a position behind a node for a stop of a carrier; return whether it is the choice so far, and the rank.
 
-    Guided, the position of the least detour is chosen; the rank is that detour, `LONG` at first. Otherwise a uniform
-    one, by reservoir sampling; the rank is the number of positions considered.
+    Guided, the least detour is chosen and is the rank, `LONG` at first. Otherwise the choice is uniform by reservoir
+    sampling, and the rank is the number of positions considered.
     """
     if not guided:
         return ops.draw(sched, rank + 1) == 0, rank + 1
@@ -181,8 +174,8 @@ def detour(sched: LinkedSchedule, carrier: int, node: int, place: int) -> int:
 def transfer_position(sched: LinkedSchedule, transfer: int, carrier: int, first: int) -> int:
     """Return a node of a carrier's route, from `first` on, to insert a transfer behind that is in no route, or -1.
 
-    The choice is random or of the least detour, among positions that fit by the load there and by the times before the
-    change: a rover is not set down after its sortie was to end, nor picked up before it could be there.
+    The choice is random or of the least detour, among positions that fit by the load and the times before the change: a
+    rover is not set down after its sortie was to end, nor picked up before it could be there.
     """
     last, docks = sched.nodes[transfer, col.BEFORE], sched.nodes[transfer, col.KIND] == col.DOCK
     earliest, latest = 0, LONG
@@ -232,12 +225,10 @@ def other_position(sched: LinkedSchedule, carrier: int, but: int, place: int) ->
 @inlined
 def near_carrier(sched: LinkedSchedule, target: int) -> int:
     """Return a random carrier, more often one with stops near a target, and one that ends early."""
+    nodes = sched.nodes
     # A tournament of two balances the load between carriers.
     one, other = _near_carrier(sched, target), _near_carrier(sched, target)
-    if (
-        ops.draw(sched, 4)
-        and sched.nodes[sched.nodes[other, col.BEFORE], col.END] < sched.nodes[sched.nodes[one, col.BEFORE], col.END]
-    ):
+    if ops.draw(sched, 4) and nodes[nodes[other, col.BEFORE], col.END] < nodes[nodes[one, col.BEFORE], col.END]:
         return other
     return one
 
@@ -245,10 +236,9 @@ def near_carrier(sched: LinkedSchedule, target: int) -> int:
 @inlined
 def other_carrier(sched: LinkedSchedule, node: int) -> int:
     """Return a random carrier to take over a transfer, more often one with stops near the target beside it."""
-    target = sched.nodes[node, col.BEFORE if sched.nodes[node, col.KIND] == col.DOCK else col.AFTER]
-    return (
-        near_carrier(sched, target) if sched.nodes[target, col.KIND] == col.EXPLORE else ops.pick(sched, col.CARRIERS)
-    )
+    nodes = sched.nodes
+    target = nodes[node, col.BEFORE if nodes[node, col.KIND] == col.DOCK else col.AFTER]
+    return near_carrier(sched, target) if nodes[target, col.KIND] == col.EXPLORE else ops.pick(sched, col.CARRIERS)
 
 
 @inlined

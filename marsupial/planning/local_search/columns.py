@@ -5,24 +5,17 @@ from __future__ import annotations
 EXPLORE, UNDOCK, DOCK, START = 0, 1, 2, 3
 """Kinds of event, the first column; the others are the robot, the carrier (-1 if none) and the place."""
 
-NEIGHBOURS = 10
-"""Near targets stored per target."""
-
-NEAR_MEETINGS = 6
-"""Near meetings stored per place, type and direction."""
+NEIGHBOURS = 10  # near targets stored per target
+NEAR_MEETINGS = 6  # near meetings stored per place, type and direction
 
 TYPE, AT, ABOARD, READY, CAPACITY, DOCKING, UNDOCKING, HOME = range(8)
 """Columns of robots: -1 for no place or carrier; docking and undocking end with being ready again."""
 
-TARGETS, MEETINGS, ROVERS, CARRIERS = range(4)
-"""Groups."""
-
-ENTRIES, EXITS = 0, 1
-"""Directions of near meetings: from a meeting to the place, from the place to a meeting."""
+TARGETS, MEETINGS, ROVERS, CARRIERS = range(4)  # groups
+ENTRIES, EXITS = 0, 1  # directions of near meetings: from a meeting to the place, from the place to a meeting
 
 
-FREE = 4
-"""Kind of a transfer that is not in use."""
+FREE = 4  # kind of a transfer that is not in use
 
 KIND, ROBOT, CARRIER, PLACE, BEFORE, AFTER, CARRIER_BEFORE, CARRIER_AFTER, END, DRIVE, STAMP, COUNTED = range(12)
 WIDTH = 12
@@ -30,14 +23,16 @@ WIDTH = 12
 sums contain it; a start's `CARRIER_BEFORE` holds when its robot is home, 0 where it has no home to go to. `ROBOT` of
 a rover's node is the first rover of its type. `BEFORE` is -1 out of all chains."""
 
-LOAD = 8
-"""Column of robots: rovers of the first type aboard at first; those of the other types follow."""
+LOAD = 8  # column of robots: rovers of the first type aboard at first; those of the other types follow
 
-EPOCH, LOGGED, QUEUED, CHECKS, UNUSED, DROPPED = range(6)
-REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE, UNDOCK_COST, SOONER = range(6, 16)
-SUMS = 16
-"""Columns of the first row of `work`: number of the change, lengths of the other rows, sums over the nodes now and
-before the change, due date, cost of an undock as driving in ms, and the number of queued nodes that may end sooner."""
+EPOCH, LOGGED, QUEUED, CHECKS, DROPPED, DUE, UNDOCK_COST, SOONER, REACHING, DRIVING, LATE, UNUSED, FORMER_SUMS = range(
+    13
+)
+UNDONE = FORMER_SUMS - REACHING
+SUMS = FORMER_SUMS + UNDONE
+"""Columns of the first row of `work`: number of the change, lengths of the other rows, due date, cost of an undock as
+driving in ms, the number of queued nodes that may end sooner, sums over the nodes and the number of free transfers, and
+the last `UNDONE` as they were before the change."""
 
 QUEUE, FORMER, CHECK, SPARE, DROP, TAKEN, QUEUED_IN = range(1, 8)
 ROWS = 8
@@ -48,5 +43,4 @@ of the change that queued it, plus one if it may end sooner, 0 out of the queue.
 NODE, WORTH, NEAR = 0, 1, 2
 """Columns of `hints`; after the nodes of the nearest targets come near meetings: entries and exits per type."""
 
-FAR = (1 << 31) - 1
-"""A leg without a path; the largest 32-bit integer, as legs are stored in 32 bits."""
+FAR = (1 << 31) - 1  # a leg without a path; the largest 32-bit integer, as legs are stored in 32 bits

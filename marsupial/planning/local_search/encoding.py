@@ -12,10 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from marsupial.arrays import Ints, Ints32
-from marsupial.model.objective import MAKESPAN, Objective, PricedArrival
+from marsupial.model import MAKESPAN, Objective, PricedArrival, RobotState, Role, Situation
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState, Situation
 from marsupial.planning.list_scheduling.costs import NEVER, driving_ms
 from marsupial.planning.list_scheduling.recovery import go_home
 from marsupial.planning.list_scheduling.timeline import Timeline
@@ -23,38 +21,20 @@ from marsupial.planning.local_search import columns as col
 
 
 class ProblemData(NamedTuple):
-    """A situation as arrays; robots, types and places are indices in its order, times in ms.
+    """A situation as arrays; robots, types and places are indices in its order, times in ms."""
 
-    Attributes
-    ----------
-    leg
-        (types, places, places): from being ready at one place to being ready again after driving to the other:
-        0 on the diagonal, `NEVER` without a path.
-    robots
-        (robots, 8): `TYPE` and so on.
-    worth
-        Per place the weight of the time when it is reached, 0 where it is no target.
-    groups
-        (4, n): the number of targets, meetings, rovers and carriers, followed by their indices.
-    near
-        (places, n): the other targets nearest to a target, then -1.
-    near_meetings
-        (2, types, places, n): the meetings from which a place is reached soonest (`ENTRIES`), and those reached
-        soonest from it (`EXITS`), then -1.
-    recover
-        Whether all rovers have to end aboard.
-    undock_cost
-        What setting a rover down costs, as driving in ms.
-    """
-
+    # (types, places, places): from being ready at one place to being ready again after driving to the other: 0 on the
+    # diagonal, `NEVER` without a path
     leg: Ints
-    robots: Ints
-    worth: Ints
-    groups: Ints
-    near: Ints
+    robots: Ints  # (robots, 8): `TYPE` and so on
+    worth: Ints  # per place the weight of the time when it is reached, 0 where it is no target
+    groups: Ints  # (4, n): the number of targets, meetings, rovers and carriers, followed by their indices
+    near: Ints  # (places, n): the other targets nearest to a target, then -1
+    # (2, types, places, n): the meetings from which a place is reached soonest (`ENTRIES`), and those reached soonest
+    # from it (`EXITS`), then -1
     near_meetings: Ints
-    recover: bool
-    undock_cost: int = 0
+    recover: bool  # whether all rovers have to end aboard
+    undock_cost: int = 0  # what setting a rover down costs, as driving in ms
 
     def members(self, group: int) -> Ints:
         """Return the members of a group."""
@@ -174,10 +154,7 @@ def _legs(situation: Situation) -> Ints:
 
 
 def _near(leg: Ints, targets: Ints, rovers: Ints, carriers: Ints, entries: Ints) -> Ints:
-    """Return per target the nearest others, by the time a robot drives, or is carried from meeting to meeting.
-
-    `rovers` and `carriers` are types, `entries` are `near_meetings[ENTRIES]`.
-    """
+    """Return per target the nearest others, by the time a robot drives, or is carried from meeting to meeting."""
     places = leg.shape[1]
     near = np.full((places, col.NEIGHBOURS), -1, dtype=np.int64)
     if len(targets) < 2 or not len(leg):

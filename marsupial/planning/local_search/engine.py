@@ -12,40 +12,84 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import EPSILON_MS, Plan
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.situation import Situation
+from marsupial.arrays import Ints32
+from marsupial.model import EPSILON_MS, MAKESPAN, Budget, Finished, Improved, Objective, Outcome, Plan, Situation, Value
 from marsupial.planning import infos
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.budget_tracker import BudgetTracker
 from marsupial.planning.local_search.encoding import ProblemData, encode, events_of, plan_of
-from marsupial.planning.local_search.parallel import ParallelSearches
-from marsupial.planning.local_search.search import is_feasible
+from marsupial.planning.local_search.search import Annealing, is_feasible
 
-LISTING_SHARE = 0.08
-"""Largest share of a budget in seconds for all rounds of list scheduling but the first."""
+
+class ParallelSearches:
+    """Several searches in threads, as compiled code does not hold the interpreter's lock; see `Annealing`.
+
+    They take their steps together, so that the same steps give the same plans. The last run of each begins with the
+    best list that any of them has found.
+    """
+
+    def __init__(
+        self, data: ProblemData, beginnings: list[Ints32], bound_ms: int, size: int, objective: Objective = MAKESPAN
+    ) -> None:
+        self._searches = [Annealing(data, beginnings[i:] + beginnings[:i], bound_ms, i, objective) for i in range(size)]
+        self._threads = ThreadPoolExecutor(max(1, size - 1), thread_name_prefix="anytime")
+
+    def close(self) -> None:
+        """End the threads."""
+        self._threads.shutdown()
+
+    @property
+    def score(self) -> Value:
+        """The score of the best list."""
+        return min(search.score for search in self._searches)
+
+    @property
+    def events(self) -> Ints32:
+        """The best list so far."""
+        return min(self._searches, key=lambda search: search.score).events
+
+    def expect(self, steps: float) -> None:
+        """Choose the number of runs for about `steps` steps."""
+        for search in self._searches:
+            search.expect(steps)
+
+    def begin_round(self, steps: float) -> None:
+        """Restart with the best list so far for about `steps` steps."""
+        events = self.events
+        for search in self._searches:
+            search.begin_round(events, steps)
+
+    def step(self, used: float, steps: int) -> None:
+        """Take `steps` steps with each search; `used` is the used share of the budget, from 0 to 1."""
+        if self._searches[0].is_last_run(used):
+            events = self.events
+            for search in self._searches:
+                search.begin_last(events)
+        others = [self._threads.submit(search.step, used, steps) for search in self._searches[1:]]
+        self._searches[0].step(used, steps)
+        for other in others:
+            other.result()
+
+
+LISTING_SHARE = 0.08  # largest share of a budget in seconds for all rounds of list scheduling but the first
 
 ENOUGH, LEAST_ENOUGH, MOST_ENOUGH = 0.5, 32, 200
 """Steps for each pair of targets, at least and at most, after which a budget in seconds is not used any further where
 robots wait for one plan after the other, as in missions: docs/planners.md tells what more steps would gain."""
 
-SIZE = 2
-"""Number of searches, each in a thread."""
+SIZE = 2  # number of searches, each in a thread
 
 
 class Anytime:
-    """The engine; `clock` gives wall-clock seconds. One step of a budget: each of `searches` tries
-    `search.STEP` changes.
+    """The engine; `clock` gives wall-clock seconds. In one step each of `searches` tries `search.STEP` changes.
 
-    The first call in a process takes up to half a second more, to load compiled code: a service had better make one
-    before a robot waits. The first call ever compiles, for some twenty seconds.
-
-    Priced arrival is its objective as well as the makespan; of priced arrival it proves nothing.
+    The first call in a process loads compiled code, which takes up to half a second: a service makes one before a robot
+    waits. The first call ever compiles, for some twenty seconds. Of priced arrival nothing is proven.
     """
 
     info = infos.ANYTIME
@@ -56,12 +100,7 @@ class Anytime:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield `start` if it is valid, or list scheduling's plan, better ones, then `Finished`; see `Engine`.
-
-        A `start` that the checker refuses is passed over. List scheduling makes short plans: by another objective than
-        the makespan it is asked only where there is no start. The first plan and one step come however small the
-        budget.
-        """
+        """Yield a valid `start` or list scheduling's plan, better ones after at least one step, then `Finished`."""
         begun = self._clock()
         shortest = objective == MAKESPAN
         incumbent = Incumbent(situation, objective)
@@ -69,7 +108,9 @@ class Anytime:
         if start is not None and incumbent.take(start):
             plans.append(start)
             yield Improved(plan=start, elapsed_s=self._clock() - begun)
-        for event in self._list_scheduling_plans(situation, budget) if shortest or not plans else ():
+        # list scheduling makes short plans: by another objective it is asked only where there is no start
+        rounds = Budget(steps=ROUNDS) if budget.seconds is None else Budget(seconds=LISTING_SHARE * budget.seconds)
+        for event in Greedy(self._clock).solve(situation, rounds) if shortest or not plans else ():
             if isinstance(event, Finished):
                 if not plans:
                     yield event
@@ -90,11 +131,6 @@ class Anytime:
         else:
             detail = f"local search for {objective.name}, nothing proven"
             yield Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=self._clock() - begun)
-
-    def _list_scheduling_plans(self, situation: Situation, budget: Budget) -> Iterator[Improved | Finished]:
-        """Return the plans of list scheduling: of all its rounds, or of those in time with a budget in seconds."""
-        rounds = Budget(steps=ROUNDS) if budget.seconds is None else Budget(seconds=LISTING_SHARE * budget.seconds)
-        return Greedy(self._clock).solve(situation, rounds)
 
     def _improvements(
         self, situation: Situation, data: ProblemData, plans: list[Plan], tracker: BudgetTracker, objective: Objective

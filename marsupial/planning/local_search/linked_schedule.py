@@ -42,37 +42,18 @@ from marsupial.planning.local_search import columns as col
 
 
 class LinkedSchedule(NamedTuple):
-    """The state of a search. It has few arrays, as each costs time in every compiled call.
+    """The state of a search. It has few arrays, as each costs time in every compiled call."""
 
-    Attributes
-    ----------
-    nodes
-        (nodes, `WIDTH`), times in ms.
-    log
-        (nodes, `WIDTH` + 1): rows as they were before the change, and their numbers.
-    work
-        (`ROWS`, n): sums and stacks, see `SUMS` and `QUEUE`.
-    leg
-        (types, places, places): ms, as in `ProblemData`, `FAR` without a path.
-    robots, groups
-        As in `ProblemData`; in addition `LOAD`, and the capacity of rovers is -1.
-    hints
-        (places, n): see `NODE`.
-    seed
-        (1,): state of the random number generator.
-    recover
-        Whether all rovers have to end aboard.
-    """
-
-    nodes: Ints
-    log: Ints
-    work: Ints
-    leg: Ints32
+    nodes: Ints  # (nodes, `WIDTH`), times in ms
+    log: Ints  # (nodes, `WIDTH` + 1): rows as they were before the change, and their numbers
+    work: Ints  # (`ROWS`, n): sums and stacks, see `SUMS` and `QUEUE`
+    leg: Ints32  # (types, places, places): ms, as in `ProblemData`, `FAR` without a path
+    # robots, groups: as in `ProblemData`; in addition `LOAD`, and the capacity of rovers is -1
     robots: Ints
     groups: Ints
-    hints: Ints
-    seed: Words
-    recover: bool
+    hints: Ints  # (places, n): see `NODE`
+    seed: Words  # (1,): state of the random number generator
+    recover: bool  # whether all rovers have to end aboard
 
 
 @inlined
@@ -106,9 +87,8 @@ def near_meeting(sched: LinkedSchedule, side: int, robot: int, place: int) -> in
 @inlined
 def after(sched: LinkedSchedule, node: int, robot: int) -> int:
     """Return the node after one in the chain of a robot."""
-    return (
-        sched.nodes[node, col.AFTER] if sched.nodes[node, col.ROBOT] == robot else sched.nodes[node, col.CARRIER_AFTER]
-    )
+    nodes = sched.nodes
+    return nodes[node, col.AFTER] if nodes[node, col.ROBOT] == robot else nodes[node, col.CARRIER_AFTER]
 
 
 @inlined
@@ -120,11 +100,8 @@ def route_robot(sched: LinkedSchedule, node: int) -> int:
 @inlined
 def before(sched: LinkedSchedule, node: int, robot: int) -> int:
     """Return the node before one in the chain of a robot."""
-    return (
-        sched.nodes[node, col.BEFORE]
-        if sched.nodes[node, col.ROBOT] == robot
-        else sched.nodes[node, col.CARRIER_BEFORE]
-    )
+    nodes = sched.nodes
+    return nodes[node, col.BEFORE] if nodes[node, col.ROBOT] == robot else nodes[node, col.CARRIER_BEFORE]
 
 
 @inlined
@@ -327,11 +304,8 @@ def new_transfer(sched: LinkedSchedule, kind: int, place: int) -> int:
     sched.work[0, col.UNUSED] -= 1
     node = sched.work[col.SPARE, sched.work[0, col.UNUSED]]
     log_node(sched, node)
-    sched.nodes[node, col.KIND] = kind
-    sched.nodes[node, col.PLACE] = place
-    sched.nodes[node, col.COUNTED] = 0
-    sched.nodes[node, col.DRIVE] = 0
-    sched.nodes[node, col.END] = 0
+    sched.nodes[node, col.KIND], sched.nodes[node, col.PLACE] = kind, place
+    sched.nodes[node, col.COUNTED] = sched.nodes[node, col.DRIVE] = sched.nodes[node, col.END] = 0
     return node
 
 
@@ -340,14 +314,10 @@ def begin(sched: LinkedSchedule) -> None:
     """Begin a change."""
     # A new number makes all stamps and queue marks of earlier changes void at once.
     sched.work[0, col.EPOCH] += 1
-    sched.work[0, col.OLD_REACHING] = sched.work[0, col.REACHING]
-    sched.work[0, col.OLD_DRIVING] = sched.work[0, col.DRIVING]
-    sched.work[0, col.OLD_LATE] = sched.work[0, col.LATE]
-    sched.work[0, col.OLD_UNUSED] = sched.work[0, col.UNUSED]
-    sched.work[0, col.LOGGED] = 0
+    for k in range(col.UNDONE):
+        sched.work[0, col.FORMER_SUMS + k] = sched.work[0, col.REACHING + k]
+    sched.work[0, col.LOGGED] = sched.work[0, col.CHECKS] = sched.work[0, col.DROPPED] = 0
     sched.work[0, col.QUEUED] = sched.work[0, col.SOONER] = 0
-    sched.work[0, col.CHECKS] = 0
-    sched.work[0, col.DROPPED] = 0
 
 
 @inlined
@@ -357,10 +327,8 @@ def undo(sched: LinkedSchedule) -> None:
         node = sched.log[i, col.WIDTH]
         for k in range(col.WIDTH):
             sched.nodes[node, k] = sched.log[i, k]
-    sched.work[0, col.REACHING] = sched.work[0, col.OLD_REACHING]
-    sched.work[0, col.DRIVING] = sched.work[0, col.OLD_DRIVING]
-    sched.work[0, col.LATE] = sched.work[0, col.OLD_LATE]
-    sched.work[0, col.UNUSED] = sched.work[0, col.OLD_UNUSED]
+    for k in range(col.UNDONE):
+        sched.work[0, col.REACHING + k] = sched.work[0, col.FORMER_SUMS + k]
 
 
 @inlined

@@ -7,21 +7,13 @@ import numpy as np
 from marsupial.arrays import Ints, Ints32
 from marsupial.native import inlined, native
 from marsupial.planning.local_search import columns as col
+from marsupial.planning.local_search import linked_schedule as ops
 from marsupial.planning.local_search.encoding import ProblemData
-from marsupial.planning.local_search.linked_schedule import (
-    LinkedSchedule,
-    assign,
-    begin,
-    begin_sortie,
-    check_load,
-    enqueue,
-    insert,
-    new_transfer,
-)
+from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 
 
 def empty_schedule(data: ProblemData, transfers: int, seed: int) -> LinkedSchedule:
-    """Return an empty schedule with room for more transfers than the search can use, beside that many."""
+    """Return an empty schedule with room for `transfers` and for all that the search may add."""
     robots, targets = len(data.robots), int(data.groups[col.TARGETS, 0])
     size = robots + targets + transfers + 2 * robots + 4 * targets
     work = np.zeros((col.ROWS, max(col.SUMS, size)), dtype=np.int64)
@@ -59,29 +51,26 @@ def _hints(data: ProblemData) -> Ints:
 
 @native
 def load(sched: LinkedSchedule, events: Ints32) -> bool:
-    """Load a list of events (n, 4) with everything queued for timing.
-
-    Return False if a robot does something aboard that it can do on the ground only, or the other way round.
-    """
+    """Load events (n, 4), queued for timing; return False if a robot does aboard what it can't, or on the ground."""
     _clear(sched)
     heads, hosts = np.arange(len(sched.robots)), sched.robots[:, col.ABOARD].copy()
     for i in range(len(events)):
         kind, robot, carrier, place = events[i, 0], events[i, 1], events[i, 2], events[i, 3]
         if kind == col.START:
             continue
-        node = sched.hints[place, col.NODE] if kind == col.EXPLORE else new_transfer(sched, kind, place)
+        node = sched.hints[place, col.NODE] if kind == col.EXPLORE else ops.new_transfer(sched, kind, place)
         first_of_type = sched.nodes[robot, col.ROBOT]
         if (kind == col.UNDOCK) != (hosts[robot] >= 0) or node < 0:
             return False
         if kind == col.UNDOCK:
-            begin_sortie(sched, node, first_of_type)
+            ops.begin_sortie(sched, node, first_of_type)
             heads[robot], carrier, hosts[robot] = node, hosts[robot], -1
         else:
-            insert(sched, node, first_of_type, sched.nodes[heads[robot], col.BEFORE])
+            ops.insert(sched, node, first_of_type, sched.nodes[heads[robot], col.BEFORE])
         if kind == col.DOCK:
             hosts[robot] = carrier
         if kind != col.EXPLORE:
-            assign(sched, node, carrier, sched.nodes[carrier, col.BEFORE])
+            ops.assign(sched, node, carrier, sched.nodes[carrier, col.BEFORE])
         # Any increasing number will do: it orders the queue, and timing replaces it.
         sched.nodes[node, col.END] = i
     return True
@@ -89,13 +78,12 @@ def load(sched: LinkedSchedule, events: Ints32) -> bool:
 
 @inlined
 def _clear(sched: LinkedSchedule) -> None:
-    """Empty the schedule."""
     robots, targets = len(sched.robots), sched.groups[col.TARGETS, 0]
     for node in range(len(sched.nodes)):
         for column in range(sched.nodes.shape[1]):
             sched.nodes[node, column] = 0
     sched.work[0, col.REACHING] = sched.work[0, col.DRIVING] = sched.work[0, col.LATE] = 0
-    begin(sched)
+    ops.begin(sched)
     sched.work[0, col.UNUSED] = 0
     for node in range(len(sched.nodes) - 1, robots + targets - 1, -1):
         sched.nodes[node, col.KIND] = col.FREE
@@ -112,9 +100,9 @@ def _clear(sched: LinkedSchedule) -> None:
         row[col.BEFORE] = row[col.AFTER] = robot
         if sched.robots[robot, col.ABOARD] >= 0:
             row[col.BEFORE] = -1
-            check_load(sched, sched.robots[robot, col.ABOARD])
+            ops.check_load(sched, sched.robots[robot, col.ABOARD])
         else:
-            enqueue(sched, robot)
+            ops.enqueue(sched, robot)
     for k in range(targets):
         row = sched.nodes[robots + k]
         row[col.KIND], row[col.PLACE] = col.EXPLORE, sched.groups[col.TARGETS, 1 + k]

@@ -24,17 +24,8 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.native import inlined
 from marsupial.planning.local_search import columns as col
+from marsupial.planning.local_search import route_moves, target_moves, transfer_moves
 from marsupial.planning.local_search.linked_schedule import LinkedSchedule
-from marsupial.planning.local_search.route_moves import cross_exchange, invert, move_string, splice
-from marsupial.planning.local_search.target_moves import deploy, relocate, reverse, swap, swap_sorties
-from marsupial.planning.local_search.transfer_moves import (
-    merge,
-    move_meeting,
-    reassign,
-    reorder,
-    swap_tails,
-    swap_transfers,
-)
 
 
 class Move(NamedTuple):
@@ -64,8 +55,7 @@ MOVES = (
 )
 """In the order of their numbers in `apply_move`."""
 
-BUSY = 60
-"""The busy rates hold from this number of transfers in the first plans on, if there is also one for every target."""
+BUSY = 60  # busy rates hold from this number of transfers in the first plans on, if there is one per target
 
 
 def cumulative_rates(*, busy: bool) -> Ints:
@@ -80,33 +70,33 @@ def apply_move(sched: LinkedSchedule, number: int) -> bool:
     has_targets = sched.groups[col.TARGETS, 0] > 0
     changed = False
     if number == 0:
-        changed = has_targets and relocate(sched)
+        changed = has_targets and target_moves.relocate(sched)
     elif number == 1:
-        changed = has_targets and deploy(sched)
+        changed = has_targets and target_moves.deploy(sched)
     elif number == 2:
-        changed = has_targets and swap(sched)
+        changed = has_targets and target_moves.swap(sched)
     elif number == 3:
-        changed = has_targets and reverse(sched)
+        changed = has_targets and target_moves.reverse(sched)
     elif number == 4:
-        changed = move_meeting(sched)
+        changed = transfer_moves.move_meeting(sched)
     elif number == 5:
-        changed = reorder(sched)
+        changed = transfer_moves.reorder(sched)
     elif number == 6:
-        changed = reassign(sched)
+        changed = transfer_moves.reassign(sched)
     elif number == 7:
-        changed = merge(sched)
+        changed = transfer_moves.merge(sched)
     elif number == 8:
-        changed = swap_transfers(sched)
+        changed = transfer_moves.swap_transfers(sched)
     elif number == 9:
-        changed = has_targets and swap_sorties(sched)
+        changed = has_targets and target_moves.swap_sorties(sched)
     elif number == 10:
-        changed = move_string(sched)
+        changed = route_moves.move_string(sched)
     elif number == 11:
-        changed = cross_exchange(sched)
+        changed = route_moves.cross_exchange(sched)
     elif number == 12:
-        changed = has_targets and splice(sched)
+        changed = has_targets and route_moves.splice(sched)
     elif number == 13:
-        changed = swap_tails(sched)
+        changed = transfer_moves.swap_tails(sched)
     elif number == 14:
-        changed = invert(sched)
+        changed = route_moves.invert(sched)
     return changed

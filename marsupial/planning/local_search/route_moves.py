@@ -6,30 +6,21 @@ Each returns whether it made a change; most changes are infeasible.
 from __future__ import annotations
 
 from marsupial.native import inlined
+from marsupial.planning.local_search import choices
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search import linked_schedule as ops
-from marsupial.planning.local_search.choices import (
-    critical_node,
-    late_target,
-    other_carrier,
-    other_position,
-    random_node,
-)
 from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 from marsupial.planning.local_search.transfer_moves import drop_if_empty, swap_tails_at
 
-LONGEST_STRING = 4
-"""Most transfers of a carrier moved at once."""
-
-LONGEST_TURN = 12
-"""Most nodes of a route reversed at once."""
+LONGEST_STRING = 4  # most transfers of a carrier moved at once
+LONGEST_TURN = 12  # most nodes of a route reversed at once
 
 
 @inlined
 def _focus_node(sched: LinkedSchedule) -> int:
     """Return a random node in use, half of the time one on a critical path."""
-    node = critical_node(sched) if ops.draw(sched, 2) else -1
-    return node if node >= 0 else random_node(sched)
+    node = choices.critical_node(sched) if ops.draw(sched, 2) else -1
+    return node if node >= 0 else choices.random_node(sched)
 
 
 @inlined
@@ -52,9 +43,9 @@ def move_string(sched: LinkedSchedule) -> bool:
     at = back
     if ops.draw(sched, 2):
         carrier = ops.pick(sched, col.CARRIERS)
-        at = other_position(sched, carrier, back, sched.nodes[first, col.PLACE])
+        at = choices.other_position(sched, carrier, back, sched.nodes[first, col.PLACE])
     elif not reversed_ or ops.draw(sched, 2):
-        at = other_position(sched, carrier, back, sched.nodes[first, col.PLACE])
+        at = choices.other_position(sched, carrier, back, sched.nodes[first, col.PLACE])
     for i in range(count):
         node = sched.work[col.TAKEN, count - 1 - i if reversed_ else i]
         ops.assign(sched, node, carrier, at)
@@ -64,7 +55,7 @@ def move_string(sched: LinkedSchedule) -> bool:
 
 @inlined
 def invert(sched: LinkedSchedule) -> bool:
-    """Reverse a part of a carrier's route (2-opt); whoever is set down and picked up in it still is in that order."""
+    """Reverse a part of a carrier's route (2-opt); rovers set down and picked up in it keep that order."""
     first = _focus_node(sched)
     if sched.nodes[first, col.KIND] == col.EXPLORE and not ops.is_carrier(sched, sched.nodes[first, col.ROBOT]):
         first = ops.head_of(sched, first)
@@ -78,6 +69,7 @@ def invert(sched: LinkedSchedule) -> bool:
         sched.work[col.TAKEN, count] = node
         count += 1
         node = following
+    # reversed, a route would pick a rover up before it sets it down; exchanged beforehand, the two are in order again
     _exchange_pairs(sched, count)
     for i in range(count):
         node = sched.work[col.TAKEN, count - 1 - i]
@@ -99,10 +91,7 @@ def _detach(sched: LinkedSchedule, node: int) -> None:
 
 @inlined
 def _exchange_pairs(sched: LinkedSchedule, count: int) -> None:
-    """Exchange the undock and the dock of each sortie that has both among the nodes taken.
-
-    Reversed, a route would pick a rover up before it sets it down; exchanged beforehand, the two come in order again.
-    """
+    """Exchange the undock and the dock of each sortie that has both among the nodes taken."""
     for i in range(count):
         node = sched.work[col.TAKEN, i]
         if sched.nodes[node, col.KIND] == col.UNDOCK:
@@ -121,7 +110,7 @@ def cross_exchange(sched: LinkedSchedule) -> bool:
     if sched.nodes[at_one, col.KIND] == col.START:
         return False
     one = ops.route_robot(sched, at_one)
-    other = other_carrier(sched, at_one)
+    other = choices.other_carrier(sched, at_one)
     if one == other or not ops.is_carrier(sched, one):
         return False
     if ops.draw(sched, 2):
@@ -143,7 +132,7 @@ def _load_at(sched: LinkedSchedule, carrier: int, at: int) -> int:
 
 @inlined
 def _position_at(sched: LinkedSchedule, carrier: int, end: int, wanted: int) -> int:
-    """Return the last node of a route that ends by a time, or the first after it, with so many rovers aboard, or -1."""
+    """Return the last node of a route that ends by `end` with `wanted` rovers aboard, or the first after it, or -1."""
     load, at, node, later = ops.initial_load(sched, carrier), -1, carrier, ops.draw(sched, 2)
     while True:
         load += ops.load_change(sched, node)
@@ -161,15 +150,12 @@ def _position_at(sched: LinkedSchedule, carrier: int, end: int, wanted: int) -> 
 @inlined
 def splice(sched: LinkedSchedule) -> bool:
     """Exchange the tails of two robots so that one of them reaches two near targets in a row."""
-    at_one = late_target(sched)
-    target = sched.hints[sched.nodes[at_one, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
+    nodes = sched.nodes
+    at_one = choices.late_target(sched)
+    target = sched.hints[nodes[at_one, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
     if target < 0:
         return False
-    one, other, at_other = (
-        sched.nodes[at_one, col.ROBOT],
-        sched.nodes[target, col.ROBOT],
-        sched.nodes[target, col.BEFORE],
-    )
+    one, other, at_other = (nodes[at_one, col.ROBOT], nodes[target, col.ROBOT], nodes[target, col.BEFORE])
     by_carrier = ops.is_carrier(sched, one)
     if by_carrier != ops.is_carrier(sched, other) or (by_carrier and one == other):
         return False

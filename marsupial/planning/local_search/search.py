@@ -41,6 +41,7 @@ is better than several short ones. What was tried: docs/planners.md.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -54,103 +55,71 @@ from marsupial.planning.local_search.loading import empty_schedule, events_in, l
 from marsupial.planning.local_search.moves import BUSY, apply_move, cumulative_rates
 from marsupial.planning.local_search.timing import LATEST, cost_of, makespan_of, propagate, set_due
 
-STEP = 1000
-"""Moves that each search tries in one step of a budget."""
+STEP = 1000  # moves that each search tries in one step of a budget
 
-START_TEMPERATURE, CROWDED_TEMPERATURE, END_TEMPERATURE = 0.16, 2.0, 0.0002
-"""Shares of the first plan's makespan: at the start at most the first, and the second divided by the number of targets;
-at the end."""
+# shares of the first plan's makespan
+START_TEMPERATURE = 0.16  # at most this at the start
+CROWDED_TEMPERATURE = 2.0  # and at most this, divided by the number of targets
+END_TEMPERATURE = 0.0002
 
-FULL_HEAT_CHANGES, LEAST_HEAT = 15_000, 0.15
-"""Changes per target from which on a run starts at the full temperature; with fewer the start is lower in proportion,
-down to the least share."""
+FULL_HEAT_CHANGES = 15_000  # changes per target from which on a run starts at the full temperature, else in proportion
+LEAST_HEAT = 0.15  # least share of it
 
-REHEAT = 0.4
-"""Start temperature of the last run, as a share of that of the others."""
+REHEAT = 0.4  # start temperature of the last run, as a share of that of the others
 
-MOST_RUNS, MIN_RUN_CHANGES, MAX_RUN_CHANGES, EARLY_RUNS_SHARE = 6, 1500, 9000, 0.7
-"""The number of early runs if each gets at least the minimum of changes per target; there are more if each would get
-more than the maximum. The share of the budget for all of them."""
+MOST_RUNS = 6  # early runs, unless each would get more than the maximum of changes per target
+MIN_RUN_CHANGES, MAX_RUN_CHANGES = 1500, 9000
+EARLY_RUNS_SHARE = 0.7  # of the budget, for all of them
 
-BUSY_RUN_CHANGES = 100_000
-"""Changes per target of an early run where there are many transfers."""
+BUSY_RUN_CHANGES = 100_000  # changes per target of an early run where there are many transfers
 
-ARRIVAL_WEIGHT, CROWDED_ARRIVAL_WEIGHT, DRIVING_WEIGHT = 0.2, 0.02, 1e-4
-"""Weights where lateness has 1: of the mean time at which targets are reached, that per target where there are many,
-and of driving."""
+# weights where lateness has 1
+ARRIVAL_WEIGHT = 0.2  # of the mean time at which targets are reached
+CROWDED_ARRIVAL_WEIGHT = 0.02  # the same per target, where there are many
+DRIVING_WEIGHT = 1e-4
 
-DUE_MARGIN = 0.05
-"""How far the due date is below the incumbent's makespan, as a share of it."""
-
-MAKESPAN_WEIGHT = 3
-"""Index of the weight of the incumbent's makespan, after those of lateness, arrivals and driving."""
-
-LOWER_BOUND = 3
-"""Column of the incumbent's numbers, after the parts of its value."""
+DUE_MARGIN = 0.05  # how far the due date is below the incumbent's makespan, as a share of it
+MAKESPAN_WEIGHT = 3  # index of the weight of the incumbent's makespan, after those of lateness, arrivals and driving
+LOWER_BOUND = 3  # column of the incumbent's numbers, after the parts of its value
 
 SEED, SEEDS = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 
 
+class AnnealingMemory(NamedTuple):
+    """What a search keeps beside its schedule."""
+
+    best: Ints  # (4,): the value of the incumbent and a lower bound on the makespan in ms
+    best_nodes: Ints  # (nodes, `WIDTH`): the rows of the incumbent
+    rates: Ints  # (moves,): see `cumulative_rates`
+    # (4,): of lateness, arrivals and driving, and of the incumbent's makespan, or -1 if incumbents are compared by the
+    # parts of their values in turn
+    weights: Floats
+
+
 @native
-def start(
-    sched: LinkedSchedule, events: Ints32, best: Ints, best_nodes: Ints, weights: Floats, due_margin: float
-) -> bool:
-    """Load a list of events as the current schedule; return whether it is feasible. For the parameters see `anneal`."""
+def start(sched: LinkedSchedule, memory: AnnealingMemory, events: Ints32) -> bool:
+    """Load a list of events as the current schedule; return whether it is feasible."""
     sched.work[0, col.DUE] = LATEST
-    if not load(sched, events) or propagate(sched, np.inf, weights) == np.inf:
+    if not load(sched, events) or propagate(sched, np.inf, memory.weights) == np.inf:
         return False
-    if _improves(sched, best, weights):
-        _copy(sched, best_nodes)
-    set_due(sched, _due_date(best, due_margin))
+    if _improves(sched, memory):
+        _copy(sched, memory.best_nodes)
+    set_due(sched, _due_date(memory.best))
     return True
 
 
 @native
-def anneal(
-    sched: LinkedSchedule,
-    best: Ints,
-    best_nodes: Ints,
-    rates: Ints,
-    weights: Floats,
-    temperature: float,
-    due_margin: float,
-    changes: int,
-) -> None:
-    """Try that many moves.
-
-    Parameters
-    ----------
-    best, best_nodes
-        The incumbent: (4,), its value and a lower bound on the makespan in ms, and its rows (nodes, `WIDTH`).
-    rates
-        (moves,): cumulative, see `cumulative_rates`.
-    weights
-        (4,): of lateness, arrivals and driving, and of the incumbent's makespan, or -1 if incumbents are compared by
-        the parts of their values in turn.
-    temperature
-        In ms, as costs.
-    due_margin
-        How far the due date is below the incumbent's makespan, as a share of it.
-    """
-    cost = cost_of(sched, weights)
+def anneal(sched: LinkedSchedule, memory: AnnealingMemory, temperature: float, changes: int) -> None:
+    """Try `changes` moves at a temperature in ms, as costs."""
+    cost = cost_of(sched, memory.weights)
     for _ in range(changes):
-        cost = _try_move(sched, best, best_nodes, rates, weights, temperature, due_margin, cost)
+        cost = _try_move(sched, memory, temperature, cost)
 
 
 @outlined
-def _try_move(
-    sched: LinkedSchedule,
-    best: Ints,
-    best_nodes: Ints,
-    rates: Ints,
-    weights: Floats,
-    temperature: float,
-    due_margin: float,
-    cost: float,
-) -> float:
-    """Try one move; return the cost of the current schedule after it."""
-    drawn, move = draw(sched, rates[-1]), 0
-    while drawn >= rates[move]:
+def _try_move(sched: LinkedSchedule, memory: AnnealingMemory, temperature: float, cost: float) -> float:
+    drawn, move = draw(sched, memory.rates[-1]), 0
+    while drawn >= memory.rates[move]:
         move += 1
     begin(sched)
     if not apply_move(sched, move):
@@ -158,18 +127,18 @@ def _try_move(
         return cost
     # Draw before timing: the limit lets `propagate` stop as soon as rejection is certain.
     limit = cost - temperature * math.log((draw(sched, 1 << 30) + 1) / (1 << 30))
-    found = propagate(sched, limit, weights)
+    found = propagate(sched, limit, memory.weights)
     if found > limit:
         undo(sched)
         return cost
     accept(sched)
-    if _improves(sched, best, weights):
-        _copy(sched, best_nodes)
-        due = _due_date(best, due_margin)
+    if _improves(sched, memory):
+        _copy(sched, memory.best_nodes)
+        due = _due_date(memory.best)
         # Costs before and after a new due date are not comparable, so the cost is computed again.
         if due < sched.work[0, col.DUE]:
             set_due(sched, due)
-            return cost_of(sched, weights)
+            return cost_of(sched, memory.weights)
     return found
 
 
@@ -181,13 +150,14 @@ def _copy(sched: LinkedSchedule, best_nodes: Ints) -> None:
 
 
 @inlined
-def _due_date(best: Ints, due_margin: float) -> int:
-    return max(best[LOWER_BOUND], np.int64(best[0] * (1 - due_margin)))
+def _due_date(best: Ints) -> int:
+    return max(best[LOWER_BOUND], np.int64(best[0] * (1 - DUE_MARGIN)))
 
 
 @inlined
-def _improves(sched: LinkedSchedule, best: Ints, weights: Floats) -> bool:
+def _improves(sched: LinkedSchedule, memory: AnnealingMemory) -> bool:
     """Return whether the schedule is better than the incumbent; if so, store its value."""
+    best, weights = memory.best, memory.weights
     makespan, reaching, driving = makespan_of(sched), sched.work[0, col.REACHING], sched.work[0, col.DRIVING]
     if weights[MAKESPAN_WEIGHT] >= 0:
         former = weighted_sum(weights, best[0], best[1], best[2])
@@ -212,16 +182,8 @@ def weighted_sum(weights: Floats, makespan: int, reaching: int, driving: int) ->
 class Annealing:
     """Simulated annealing in a few runs from given plans, and a last one from the best plan so far.
 
-    Parameters
-    ----------
-    beginnings
-        Feasible lists of events; the runs begin with them in turn.
-    bound_ms
-        A lower bound on the time when all robots are ready.
-    number
-        Searches with other numbers draw other moves.
-    objective
-        The objective that `data` was encoded for.
+    The runs begin with the feasible lists `beginnings` in turn. `bound_ms` is a lower bound on the time when all robots
+    are ready. Searches with another `number` draw other moves; `objective` is the one that `data` was encoded for.
     """
 
     def __init__(
@@ -235,32 +197,35 @@ class Annealing:
         self._data, self._given, self._beginnings = data, beginnings, beginnings
         transfers = max(int(np.isin(events[:, 0], (col.DOCK, col.UNDOCK)).sum()) for events in beginnings)
         self._sched = empty_schedule(data, transfers, SEED + number * SEEDS & (1 << 64) - 1)
-        self._best_nodes = self._sched.nodes.copy()
-        self._best = np.array([LATEST, 0, 0, bound_ms], dtype=np.int64)
-        targets = int(data.groups[col.TARGETS, 0])
-        self._many_transfers = transfers >= max(BUSY, targets)
-        self._rates = cumulative_rates(busy=self._many_transfers)
-        self._objective, self._weights = objective, _weights_of(data, objective)
+        self._many_transfers = transfers >= max(BUSY, int(data.groups[col.TARGETS, 0]))
+        self._objective = objective
+        self._memory = AnnealingMemory(
+            best=np.array([LATEST, 0, 0, bound_ms], dtype=np.int64),
+            best_nodes=self._sched.nodes.copy(),
+            rates=cumulative_rates(busy=self._many_transfers),
+            weights=_weights_of(data, objective),
+        )
         self._begin_at(beginnings[0])
-        self._scale_ms = float(self._best[0]) * (objective.total_worth if isinstance(objective, PricedArrival) else 1.0)
+        worth = objective.total_worth if isinstance(objective, PricedArrival) else 1.0
+        self._scale_ms = float(self._memory.best[0]) * worth
         self._heat = self._start_temperature(0.0)
         self._runs, self._run = 1, 0
 
     @property
     def score(self) -> Value:
         """Return the value of the best list by the objective; worths are rounded to thousandths."""
-        makespan, reaching, driving = (int(part) for part in self._best[:LOWER_BOUND])
+        makespan, reaching, driving = self._memory.best[:LOWER_BOUND].tolist()
         if isinstance(self._objective, PricedArrival):
-            return (weighted_sum(self._weights, makespan, reaching, driving),)
+            return (weighted_sum(self._memory.weights, makespan, reaching, driving),)
         return makespan, reaching, driving
 
     @property
     def events(self) -> Ints32:
         """Return the best list of events so far."""
-        return events_in(self._best_nodes, self._sched.robots)
+        return events_in(self._memory.best_nodes, self._sched.robots)
 
     def expect(self, steps: float) -> None:
-        """Choose the number of runs and their start temperature for a budget of about that many steps."""
+        """Choose the number of runs and their start temperature for about `steps` steps."""
         self._heat = self._start_temperature(steps)
         changes = EARLY_RUNS_SHARE * steps * STEP / max(1, int(self._data.groups[col.TARGETS, 0]))
         if self._many_transfers:
@@ -270,7 +235,7 @@ class Annealing:
         self._runs = runs + 1 if runs > 1 else 1
 
     def begin_round(self, events: Ints32, steps: float) -> None:
-        """Restart with a list of events for about that many steps."""
+        """Restart with a list of events for about `steps` steps."""
         self._run = 0
         self._beginnings = [events, *self._given]
         self.expect(steps)
@@ -286,15 +251,13 @@ class Annealing:
         self._begin_at(events)
 
     def step(self, used: float, steps: int) -> None:
-        """Take that many steps; `used` is the used share of the budget, from 0 to 1."""
+        """Take `steps` steps; `used` is the used share of the budget, from 0 to 1."""
         run, cooled, heat = self._run_at(used)
         if run != self._run:
             self._run = run
             self._begin_at(self._beginnings[run % len(self._beginnings)] if run < self._runs - 1 else self.events)
         temperature = self._scale_ms * heat * (END_TEMPERATURE / heat) ** cooled
-        anneal(
-            self._sched, self._best, self._best_nodes, self._rates, self._weights, temperature, DUE_MARGIN, STEP * steps
-        )
+        anneal(self._sched, self._memory, temperature, STEP * steps)
 
     def _start_temperature(self, steps: float) -> float:
         targets = max(1, int(self._data.groups[col.TARGETS, 0]))
@@ -313,11 +276,10 @@ class Annealing:
         return run, position - run, self._heat
 
     def _begin_at(self, events: Ints32) -> None:
-        start(self._sched, events, self._best, self._best_nodes, self._weights, DUE_MARGIN)
+        start(self._sched, self._memory, events)
 
 
 def _weights_of(data: ProblemData, objective: Objective) -> Floats:
-    """Return the weights of the cost: see `anneal`."""
     if isinstance(objective, PricedArrival):
         late = objective.makespan * objective.total_worth
         return np.array([late, 1e-3, objective.driving, late], dtype=np.float64)

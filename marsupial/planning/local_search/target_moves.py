@@ -15,8 +15,7 @@ from marsupial.planning.local_search import linked_schedule as ops
 from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 from marsupial.planning.local_search.transfer_moves import drop_if_empty, move_to
 
-LONGEST_SEGMENT = 8
-"""Most targets moved at once."""
+LONGEST_SEGMENT = 8  # most targets moved at once
 
 
 @inlined
@@ -136,10 +135,7 @@ def deploy(sched: LinkedSchedule) -> bool:
 
 @inlined
 def _pick_up_elsewhere(sched: LinkedSchedule, carrier: int, target: int) -> tuple[int, int]:
-    """Dock a random rover on a carrier, more often one near a target.
-
-    Return the dock and the one that ended its sortie before, which is in no sortie now; -1 where there is none.
-    """
+    """Dock a random rover, more often one near a target; return the dock and its former, removed one, or -1."""
     node = sched.hints[sched.nodes[target, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
     if node < 0 or sched.nodes[node, col.BEFORE] < 0 or ops.draw(sched, 2):
         node = choices.random_node(sched)

@@ -45,8 +45,8 @@ LATEST = 1 << 60
 def propagate(sched: LinkedSchedule, limit: float, weights: Floats) -> float:
     """Retime what is queued and return the cost; inf if the schedule is infeasible or too late.
 
-    `limit` is a cost: a schedule that would cost more may be given up. `weights` are those of lateness, arrivals and
-    driving, per ms.
+    A schedule that would cost more than `limit` may be given up. `weights` are per ms of lateness, arrivals and
+    driving.
     """
     for i in range(sched.work[0, col.CHECKS]):
         if _overloaded(sched, sched.work[col.CHECK, i]):
@@ -70,11 +70,8 @@ def propagate(sched: LinkedSchedule, limit: float, weights: Floats) -> float:
 @inlined
 def cost_of(sched: LinkedSchedule, weights: Floats) -> float:
     """Return the cost of a schedule; exact if all nodes are timed."""
-    return (
-        weights[0] * sched.work[0, col.LATE]
-        + weights[1] * sched.work[0, col.REACHING]
-        + weights[2] * sched.work[0, col.DRIVING]
-    )
+    work = sched.work
+    return weights[0] * work[0, col.LATE] + weights[1] * work[0, col.REACHING] + weights[2] * work[0, col.DRIVING]
 
 
 @inlined
@@ -122,31 +119,29 @@ def _overloaded(sched: LinkedSchedule, carrier: int) -> bool:
 @inlined
 def _retime(sched: LinkedSchedule, node: int, latest: int) -> bool:
     """Retime one node; return whether it is feasible and not too late."""
-    if sched.nodes[node, col.KIND] == col.START:
+    nodes = sched.nodes
+    if nodes[node, col.KIND] == col.START:
         return _retime_end(sched, node, latest)
-    if sched.nodes[node, col.BEFORE] < 0:
+    if nodes[node, col.BEFORE] < 0:
         return True
     possible, end, drive = _compute_times(sched, node)
     if not possible or end > latest:
         return False
-    if sched.nodes[node, col.COUNTED] and sched.nodes[node, col.END] == end:
+    if nodes[node, col.COUNTED] and nodes[node, col.END] == end:
         # Nothing behind it moves, so only its own driving has to be corrected.
-        if sched.nodes[node, col.DRIVE] != drive:
+        if nodes[node, col.DRIVE] != drive:
             ops.log_node(sched, node)
-            sched.work[0, col.DRIVING] += drive - sched.nodes[node, col.DRIVE]
-            sched.nodes[node, col.DRIVE] = drive
+            sched.work[0, col.DRIVING] += drive - nodes[node, col.DRIVE]
+            nodes[node, col.DRIVE] = drive
         return True
-    sooner = end < sched.nodes[node, col.END]
+    sooner = end < nodes[node, col.END]
     ops.set_times(sched, node, end, drive)
-    following = sched.nodes[node, col.AFTER]
+    following = nodes[node, col.AFTER]
     # Behind the last node of a sortie comes its own undock, which does not wait for it.
-    if (
-        sched.nodes[following, col.KIND] != col.UNDOCK
-        or sched.nodes[following, col.ROBOT] != sched.nodes[node, col.ROBOT]
-    ):
+    if nodes[following, col.KIND] != col.UNDOCK or nodes[following, col.ROBOT] != nodes[node, col.ROBOT]:
         _enqueue_next(sched, following, sooner)
-    if sched.nodes[node, col.KIND] != col.EXPLORE:
-        _enqueue_next(sched, sched.nodes[node, col.CARRIER_AFTER], sooner)
+    if nodes[node, col.KIND] != col.EXPLORE:
+        _enqueue_next(sched, nodes[node, col.CARRIER_AFTER], sooner)
     return True
 
 

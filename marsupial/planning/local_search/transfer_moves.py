@@ -120,15 +120,12 @@ def _partner(sched: LinkedSchedule, transfer: int) -> int:
 @inlined
 def swap_tails_at(sched: LinkedSchedule, at_one: int, at_other: int) -> bool:
     """Exchange what is behind a node each in two sorties; return whether that is possible and changes anything."""
-    rover, head_one, head_other = (
-        sched.nodes[at_one, col.ROBOT],
-        ops.head_of(sched, at_one),
-        ops.head_of(sched, at_other),
-    )
-    if rover != sched.nodes[at_other, col.ROBOT] or head_one == head_other:
+    nodes = sched.nodes
+    rover, head_one, head_other = (nodes[at_one, col.ROBOT], ops.head_of(sched, at_one), ops.head_of(sched, at_other))
+    if rover != nodes[at_other, col.ROBOT] or head_one == head_other:
         return False
-    first_one, first_other = sched.nodes[at_one, col.AFTER], sched.nodes[at_other, col.AFTER]
-    last_one, last_other = sched.nodes[head_one, col.BEFORE], sched.nodes[head_other, col.BEFORE]
+    first_one, first_other = nodes[at_one, col.AFTER], nodes[at_other, col.AFTER]
+    last_one, last_other = nodes[head_one, col.BEFORE], nodes[head_other, col.BEFORE]
     if first_one == head_one and first_other == head_other:
         return False
     ops.append(sched, at_one, head_one, rover, (first_other, last_other), first_other == head_other)
@@ -139,20 +136,17 @@ def swap_tails_at(sched: LinkedSchedule, at_one: int, at_other: int) -> bool:
 @inlined
 def swap_tails(sched: LinkedSchedule) -> bool:
     """Exchange the tails of two sorties (2-opt*), cut at about the same time."""
+    nodes = sched.nodes
     at_one, other = choices.random_node(sched), choices.random_node(sched)
-    if ops.is_carrier(sched, sched.nodes[at_one, col.ROBOT]) or ops.is_carrier(sched, sched.nodes[other, col.ROBOT]):
+    if ops.is_carrier(sched, nodes[at_one, col.ROBOT]) or ops.is_carrier(sched, nodes[other, col.ROBOT]):
         return False
-    if sched.nodes[at_one, col.KIND] == col.DOCK:
+    if nodes[at_one, col.KIND] == col.DOCK:
         return False
     at_other = ops.head_of(sched, other)
-    node, head = sched.nodes[at_other, col.AFTER], at_other
-    while (
-        node != head
-        and sched.nodes[node, col.KIND] == col.EXPLORE
-        and sched.nodes[node, col.END] <= sched.nodes[at_one, col.END]
-    ):
+    node, head = nodes[at_other, col.AFTER], at_other
+    while node != head and nodes[node, col.KIND] == col.EXPLORE and nodes[node, col.END] <= nodes[at_one, col.END]:
         at_other = node
-        node = sched.nodes[node, col.AFTER]
+        node = nodes[node, col.AFTER]
     if not swap_tails_at(sched, at_one, at_other):
         return False
     drop_if_empty(sched, at_one)
@@ -199,16 +193,13 @@ def swap_transfers(sched: LinkedSchedule) -> bool:
 @inlined
 def drop_if_empty(sched: LinkedSchedule, head: int) -> bool:
     """Remove the transfers of a sortie without targets, if they are of no use; return whether they were."""
-    last = sched.nodes[head, col.AFTER]
-    if (
-        sched.nodes[head, col.KIND] != col.UNDOCK
-        or sched.nodes[head, col.BEFORE] != last
-        or (sched.recover and last == head)
-    ):
+    nodes = sched.nodes
+    last = nodes[head, col.AFTER]
+    if nodes[head, col.KIND] != col.UNDOCK or nodes[head, col.BEFORE] != last or (sched.recover and last == head):
         return False
     if last != head:
-        if sched.nodes[last, col.KIND] != col.DOCK or (
-            sched.nodes[last, col.CARRIER] != sched.nodes[head, col.CARRIER] and ops.draw(sched, 2)
+        if nodes[last, col.KIND] != col.DOCK or (
+            nodes[last, col.CARRIER] != nodes[head, col.CARRIER] and ops.draw(sched, 2)
         ):
             return False
         ops.remove(sched, last)

@@ -2,10 +2,10 @@
 
 A *room* is all that rovers can drive between by themselves. Where it holds targets that no carrier explores and no
 rover stands in it, a rover has to be brought and set down; where rovers have to end aboard, or are fewer than the
-rooms, they have to be picked up. So there is so much docking and undocking, so much driving inside of rooms, and so
-much between them: no less than a spanning forest of the rooms that grows from where the robots are. Robots that share
-it evenly and are all done at once are done no later than those of any plan. Shortest ways are by way of whatever place
-and of the quickest type, so that nothing is assumed of travel tables.
+rooms, they have to be picked up. This bounds docking and undocking, driving inside of rooms, and driving between them:
+no less than a spanning forest of the rooms that grows from where the robots are. Robots that share this work evenly and
+finish together finish no later than those of any plan. Shortest ways may lead through any place and are those of the
+quickest type, so nothing is assumed of travel tables.
 """
 
 from __future__ import annotations
@@ -17,11 +17,9 @@ from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search.encoding import ProblemData
 
-MOST_PLACES = 400
-"""With more of them there is no such bound: shortest ways between all take a tenth of a second with so many."""
+MOST_PLACES = 400  # with more there is no such bound: shortest ways between so many already take 0.1 s
 
-AT_ONCE_MS = 1e-6
-"""A way that counts for nothing; scipy would take less than 1e-8 for none."""
+AT_ONCE_MS = 1e-6  # a way that counts for nothing; scipy would take less than 1e-8 for none
 
 
 def work_bound_ms(data: ProblemData) -> int:
@@ -47,17 +45,7 @@ def work_bound_ms(data: ProblemData) -> int:
 
 
 class _Rooms:
-    """The rooms of a situation, by number.
-
-    Attributes
-    ----------
-    by_rover, by_carrier
-        (places, places): ms of the shortest ways with the quickest type of them; inf without one.
-    of
-        (places,): the room that each place is in.
-    targets
-        Per room with targets that no carrier explores: these.
-    """
+    """The rooms of a situation, by number."""
 
     def __init__(self, data: ProblemData) -> None:
         from scipy.sparse.csgraph import connected_components, floyd_warshall  # most of a mission needs no bound
@@ -65,19 +53,21 @@ class _Rooms:
         legs = np.where(data.leg >= NEVER, np.inf, data.leg)
         rovers, carriers = (np.unique(data.robots[data.members(g), col.TYPE]) for g in (col.ROVERS, col.CARRIERS))
         self._data = data
+        # (places, places): ms of the shortest ways with the quickest type of them; inf without one
         self.by_rover, self.by_carrier = (floyd_warshall(legs[kinds].min(axis=0)) for kinds in (rovers, carriers))
         _, self.of = connected_components(np.isfinite(self.by_rover), directed=False)
         self._meetings = data.members(col.MEETINGS)
         own = np.isfinite(legs[carriers]).sum(axis=(0, 1)) > len(carriers)  # a place is 0 away from itself
         theirs = [t for t in data.members(col.TARGETS) if not own[t]]
         labels = dict.fromkeys(self.of[theirs].tolist())
+        # per room with targets that no carrier explores: these
         self.targets = {room: np.array([t for t in theirs if self.of[t] == room], dtype=np.int64) for room in labels}
 
     def _meetings_in(self, room: int) -> Ints:
         return self._meetings[self.of[self._meetings] == room]
 
     def rides_ms(self, rooms: list[int]) -> float:
-        """Return how long rovers are carried at least, all in all, if each room needs one; they drive in others."""
+        """Return how long rovers are carried at least, in total, if each of these rooms needs one."""
         from scipy.sparse.csgraph import floyd_warshall
 
         data, rovers = self._data, self._data.members(col.ROVERS)
@@ -90,7 +80,7 @@ class _Rooms:
         return _forest(_apart(carried, [beginnings], groups)[0], _apart(carried, groups, groups))
 
     def tours_ms(self, empty: list[int], visited: list[int], lone: list[int]) -> float:
-        """Return how long carriers drive or wait at least, all in all, to visit rooms and targets.
+        """Return how long carriers drive or wait at least, in all, to visit rooms and targets.
 
         In one of the `empty` rooms a rover is set down and, where rovers have to end aboard, one is picked up:
         meanwhile the carrier waits, or it is visited again.
@@ -107,7 +97,7 @@ class _Rooms:
         return total
 
     def ground_ms(self) -> float:
-        """Return how long rovers drive at least, all in all, in rooms with targets; a rover stays in one at most."""
+        """Return how long rovers drive at least, in total, in rooms with targets; a rover stays in at most one."""
         ways = [self._sorties_ms(room) for room in self.targets]
         backs = sorted(closed - staying for staying, closed in ways)
         left = 0 if self._data.recover else int(self._data.groups[col.ROVERS, 0])
@@ -131,16 +121,12 @@ class _Rooms:
         return ways
 
     def _entries(self, room: int) -> Ints:
-        """Return where rovers can be first on the ground of a room."""
         starts = self._data.robots[self._data.members(col.ROVERS), col.AT]
         return np.concatenate([self._meetings_in(room), starts[(starts >= 0) & (self.of[starts] == room)]])
 
 
 def _forest(least: Floats, between: Floats) -> float:
-    """Return the length of a shortest forest that joins points to roots (Prim).
-
-    `least` is (points,): from the roots; `between` is (points, points), the shorter of both directions counts.
-    """
+    """Return the length of a shortest forest (Prim) that joins points to roots, which are at `least` (points,)."""
     between = np.minimum(between, between.T)
     total, left = 0.0, np.ones(len(least), dtype=np.bool_)
     while left.any():
@@ -167,7 +153,7 @@ def _apart(ways: Floats, some: list[Ints], others: list[Ints]) -> Floats:
 
 
 def _evenly(work_ms: float, ready_ms: Ints) -> int:
-    """Return when robots that are ready then and then are done with so much work, all at once; 0 if never."""
+    """Return when robots that are `ready_ms` finish the work together, evenly shared; 0 if never."""
     if not 0 < work_ms < np.inf:
         return 0
     ready = np.sort(ready_ms)

@@ -17,48 +17,133 @@ An engine that crashes, or whose plans the checker refuses, costs nothing but it
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
+from marsupial.model import MAKESPAN, Objective, Plan, Situation
 from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
-from marsupial.model.situation import Situation
-from marsupial.planning.portfolio.results import Results
+from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.race import Clock, Event, Race
+from marsupial.wording import counted
 
-GRACE_S, FIRST_PLAN_S = 0.05, 1.0
-"""Time after the end of the budget in which engines may still finish their step and report bounds, with a plan and
-without one."""
+_FAILURES = frozenset({Outcome.CRASHED, Outcome.KILLED, Outcome.MEMORY})
+_LAST_TO_REPORT = (Outcome.UNSUPPORTED, *_FAILURES)
 
-POLISH_S = 0.1
-"""Least time that the lead goes on after the makespan is proven optimal."""
 
-GIVEN = "the one before"
-"""Name of the finder of `start`."""
+class Results:
+    """Who has found and proven what, by the engines' names, for one situation. Proofs are of makespans."""
+
+    def __init__(self, situation: Situation, objective: Objective) -> None:
+        self._incumbent = Incumbent(situation, objective)
+        self._finder = ""
+        self._shortest_ms: dict[str, int] = {}
+        self._bounds_ms: dict[str, int] = {}
+        self._ends: dict[str, Finished] = {}
+        self._refused: Counter[str] = Counter()
+
+    @property
+    def plan(self) -> Plan | None:
+        """The best plan of all."""
+        return self._incumbent.plan
+
+    def take(self, name: str, plan: Plan) -> bool:
+        """Take a plan of an engine; return whether it is the new incumbent."""
+        better = self._incumbent.take(plan)
+        if self._incumbent.violation is not None:
+            self._refused[name] += 1
+        else:
+            self._shortest_ms[name] = min(plan.makespan_ms, self._shortest_ms.get(name, plan.makespan_ms))
+        if better:
+            self._finder = name
+        return better
+
+    def ended(self, name: str, end: Finished) -> None:
+        """Note how an engine ended. Where it says OPTIMAL without a bound, its shortest plan's makespan is one."""
+        self._ends[name] = end
+        bound_ms = end.lower_bound_ms
+        if bound_ms is None and end.outcome is Outcome.OPTIMAL:
+            bound_ms = self._shortest_ms.get(name)
+        if bound_ms is not None:
+            self._bounds_ms[name] = bound_ms
+
+    @property
+    def bound_ms(self) -> int | None:
+        """The highest lower bound on the makespan that no plan refutes."""
+        return max((bound for _, bound in self._tenable()), default=None)
+
+    @property
+    def optimal(self) -> bool:
+        """Whether no plan can have a shorter makespan."""
+        return self.plan is not None and self.plan.makespan_ms == self.bound_ms
+
+    def has_shortest(self, name: str) -> bool:
+        """Return whether the engine of that name found a plan with the best makespan itself."""
+        return self.plan is not None and self._shortest_ms.get(name) == self.plan.makespan_ms
+
+    @property
+    def unsolvable(self) -> bool:
+        """Whether it is proven that there is no plan."""
+        return self.plan is None and any(end.outcome is Outcome.UNSOLVABLE for end in self._ends.values())
+
+    def finished(self, elapsed_s: float, *, time_is_up: bool) -> Finished:
+        """Return the joint result of all engines."""
+        outcome, detail = self._without_plan(time_is_up) if self.plan is None else self._with_plan(self.plan)
+        trouble = [
+            f"{name} {end.outcome}{f' ({end.detail})' if end.detail else ''}"
+            for name, end in self._ends.items()
+            if end.outcome in _FAILURES
+        ]
+        trouble += [f"{name}: {counted(count, 'plan')} refused by the checker" for name, count in self._refused.items()]
+        return Finished(
+            outcome=outcome,
+            detail="; ".join([detail, *trouble]),
+            elapsed_s=elapsed_s,
+            lower_bound_ms=None if outcome is Outcome.UNSOLVABLE else self.bound_ms,
+        )
+
+    def _tenable(self) -> list[tuple[str, int]]:
+        # A bound above a checked plan's makespan is wrong, whichever engine claims it.
+        limit = None if self.plan is None else self.plan.makespan_ms
+        return [(name, bound) for name, bound in self._bounds_ms.items() if limit is None or bound <= limit]
+
+    def _with_plan(self, plan: Plan) -> tuple[Outcome, str]:
+        if not self.optimal:
+            return Outcome.SATISFICING, f"plan by {self._finder}, not proven best"
+        prover = next(name for name, bound in self._tenable() if bound == plan.makespan_ms)
+        return Outcome.OPTIMAL, f"plan by {self._finder}, its makespan proven optimal by {prover}"
+
+    def _without_plan(self, time_is_up: bool) -> tuple[Outcome, str]:
+        proof = next((end for end in self._ends.values() if end.outcome is Outcome.UNSOLVABLE), None)
+        if proof is not None:
+            return proof.outcome, proof.detail
+        if time_is_up:
+            return Outcome.TIMEOUT, "no engine had a plan in time"
+        ends = sorted(self._ends.values(), key=lambda end: end.outcome in _LAST_TO_REPORT)
+        reports = [end for end in ends if end.outcome not in (Outcome.OPTIMAL, Outcome.SATISFICING)]
+        return (reports[0].outcome, reports[0].detail or "no plan") if reports else (Outcome.NO_PLAN, "no plan")
+
+
+GRACE_S = 0.05  # time after the end of the budget in which engines may finish their step and report bounds
+FIRST_PLAN_S = 1.0  # the same without a plan
+
+POLISH_S = 0.1  # least time that the lead goes on after the makespan is proven optimal
+GIVEN = "the one before"  # name of the finder of `start`
 
 Latest = Callable[[], Plan | None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PortfolioMember:
-    """An engine of a portfolio.
-
-    Parameters
-    ----------
-    make
-        Makes the engine with a clock (seconds), which it has to keep its budget by unless its events can be cancelled,
-        and a function that returns the best plan of all so far.
-    suits
-        Whether it is of use in a situation.
-    head_start_s
-        The time for which the lead runs alone first; a member does not begin if less than twice that is left.
-    """
+    """An engine of a portfolio."""
 
     name: str
+    # makes the engine with a clock (seconds), which it has to keep its budget by unless its events can be cancelled,
+    # and a function that returns the best plan of all so far
     make: Callable[[Clock, Latest], Engine]
-    suits: Callable[[Situation], bool] = lambda situation: True
+    suits: Callable[[Situation], bool] = lambda situation: True  # whether it is of use in a situation
+    # the time for which the lead runs alone first; a member does not begin if less than twice that is left
     head_start_s: float = 0.0
 
 
@@ -81,29 +166,34 @@ class Portfolio:
         results = Results(situation, objective)
         if start is not None and results.take(GIVEN, start):
             yield Improved(plan=start, elapsed_s=self._clock() - begun)
+        members = tuple(member for member in self._members if member.suits(situation))
         if budget.seconds is None:
-            events = self._in_turn(situation, budget, objective, results)
+            events = self._in_turn(members, situation, budget, objective, results)
         else:
-            members = self._suited(situation)
             events = _SideBySide(situation, objective, results, members, self._clock, begun + budget.seconds).events()
         with closing(events):
             for name, event in events:
                 if isinstance(event, Improved):
                     if results.take(name, event.plan):
                         yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
+                elif isinstance(event, Finished):
+                    results.ended(name, event)
                 else:
-                    results.ended(name, event if isinstance(event, Finished) else _crash(event))
+                    crash = f"{type(event).__name__}: {event}"
+                    results.ended(name, Finished(outcome=Outcome.CRASHED, detail=crash))
         elapsed_s = self._clock() - begun
         time_is_up = budget.seconds is not None and elapsed_s >= budget.seconds
         yield results.finished(elapsed_s, time_is_up=time_is_up)
 
-    def _suited(self, situation: Situation) -> tuple[PortfolioMember, ...]:
-        return tuple(member for member in self._members if member.suits(situation))
-
     def _in_turn(
-        self, situation: Situation, budget: Budget, objective: Objective, results: Results
+        self,
+        members: tuple[PortfolioMember, ...],
+        situation: Situation,
+        budget: Budget,
+        objective: Objective,
+        results: Results,
     ) -> Generator[tuple[str, Event]]:
-        for member in self._suited(situation):
+        for member in members:
             try:
                 engine = member.make(self._clock, lambda: results.plan)
                 if engine.info.deterministic_steps:
@@ -113,10 +203,6 @@ class Portfolio:
                 yield member.name, error
             if results.optimal or results.unsolvable:
                 return
-
-
-def _crash(error: Exception) -> Finished:
-    return Finished(outcome=Outcome.CRASHED, detail=f"{type(error).__name__}: {error}")
 
 
 class _SideBySide:
@@ -145,7 +231,8 @@ class _SideBySide:
                 if self._results.optimal and not self._proven:
                     self._polish()
                 self._let_in()
-                event = self._race.next(self._due() - self._clock())
+                due = min([self._end + self._grace_s, *(self._begun + m.head_start_s for m in self._waiting)])
+                event = self._race.next(due - self._clock())
                 if event is not None:
                     yield event
         finally:
@@ -185,18 +272,12 @@ class _SideBySide:
                 if self._end - now > least_s:
                     self._enter(member)
 
-    def _due(self) -> float:
-        return min([self._end + self._grace_s, *(self._begun + member.head_start_s for member in self._waiting)])
-
     def _enter(self, member: PortfolioMember) -> None:
         left = Budget(seconds=max(1e-3, self._end - self._clock()))
         start = self._results.plan
 
         def search(clock: Clock) -> Iterator[Improved | Finished]:
-            engine = member.make(clock, self._latest)
+            engine = member.make(clock, lambda: self._results.plan)
             return engine.solve(self._situation, left, objective=self._objective, start=start)
 
         self._race.enter(member.name, search)
-
-    def _latest(self) -> Plan | None:
-        return self._results.plan

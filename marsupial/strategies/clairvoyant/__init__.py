@@ -1,4 +1,4 @@
-"""The clairvoyant: a plan by somebody who knows the map, as a practical bound on exploration time.
+"""The clairvoyant: a plan made with the true map, as a practical bound on exploration time.
 
 It has the same robots, starts, sensors and docking times as any strategy, but knows the true map, and plans only once
 and at length. Its plan is executed in the same simulator; its exploration time is the moment at which every reachable
@@ -7,6 +7,3 @@ cell has been seen. The plan is the best one that a local search found, so the b
 
 CLAIRVOYANT = "clairvoyant"
 """Its name; it is not in the registry of strategies, since it needs the true map."""
-
-SEARCH = "anytime"
-"""The planner whose search it uses."""

@@ -1,4 +1,6 @@
-"""Finds stops from which a team sees everything: a randomised greedy set cover.
+"""Finds stops from which a team sees everything, by a randomised greedy set cover, and meeting points for them.
+
+The meeting points are those that missions use, and more, spread over all ground where docking works.
 
 References
 ----------
@@ -8,28 +10,21 @@ D. S. Johnson, Approximation algorithms for combinatorial problems, Journal of C
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from marsupial.model.grid import Cell
+from marsupial.maps.meetings import find_meetings
+from marsupial.model import Cell, MapMeeting
 from marsupial.strategies.clairvoyant.ground import Cells, Ground
 from marsupial.strategies.clairvoyant.outline import Stop
 
-NEAR = 60
-"""Number of nearby sites searched for one from which another robot type sees the same cells."""
+NEAR = 60  # number of nearby sites searched for one from which another robot type sees the same cells
+APART_M, MOST = 8.0, 40  # least distance between additional meeting points, and their greatest number per pair of types
 
 
 def cover(ground: Ground, worth: Mapping[str, float], noise: float, rng: np.random.Generator) -> Iterator[Stop]:
-    """Yield stops from which all wanted cells are seen.
-
-    Parameters
-    ----------
-    worth
-        Weight of a cell seen from a site, by robot type.
-    noise
-        Greatest random increase of a site's value, as a share.
-    """
+    """Yield stops from which all wanted cells are seen; sites' values are `worth` per cell, with some `noise`."""
     sites = [(kind, int(index)) for kind in ground.kinds for index in ground.sites[kind]]
     views = [view for kind in ground.kinds for view in ground.site_views(kind)]
     factors = [
@@ -68,3 +63,45 @@ def _nearest_seeing(ground: Ground, kind: str, cell: Cell, cells: Cells) -> Cell
     apart = np.hypot(sites % ground.width - cell.x, sites // ground.width - cell.y)
     near = np.argsort(apart, kind="stable")[:NEAR].tolist()
     return next((ground.cell(sites[n]) for n in near if cells & views[n] == cells), None)
+
+
+def doors(ground: Ground, stops: Sequence[Stop]) -> tuple[MapMeeting, ...]:
+    """Return meeting points for robots that go to these stops, and add their cells to the sites."""
+    targets = [stop.target for stop in stops]
+    points = list(find_meetings(ground.territory, ground.reach, targets, ground.robots).points)
+    for number, (carrier, rover) in enumerate(sorted(ground.reach.docking)):
+        if carrier in ground.kinds and rover in ground.kinds:
+            points += _spread(ground, carrier, rover, points, number)
+    for kind in ground.kinds:
+        cells = [p.carrier_cell for p in points if p.carrier_type == kind]
+        cells += [p.rover_cell for p in points if p.rover_type == kind]
+        cells += [r.cell for r in ground.robots if r.type == kind and r.cell is not None]
+        ground.add_sites(kind, cells)
+    return tuple(points)
+
+
+def _spread(ground: Ground, carrier: str, rover: str, points: Sequence[MapMeeting], number: int) -> list[MapMeeting]:
+    docking = ground.reach.docking[carrier, rover]
+    cells = np.flatnonzero(docking.cells & ground.reach.by_type[rover])
+    x, y = cells % ground.width, cells // ground.width
+    apart = np.full(len(cells), np.inf)
+    for point in points:
+        apart = np.minimum(apart, np.hypot(x - point.rover_cell.x, y - point.rover_cell.y))
+    found: list[MapMeeting] = []
+    # farthest-point sampling: repeatedly the cell that is farthest from all meeting points so far
+    while len(found) < MOST and len(cells):
+        n = int(np.argmax(apart))
+        if apart[n] * ground.territory.grid.resolution_m < APART_M:
+            break
+        here, there = ground.cell(cells[n]), ground.cell(int(docking.carrier_at(cells[n : n + 1])[0]))
+        apart = np.minimum(apart, np.hypot(x - here.x, y - here.y))
+        found.append(
+            MapMeeting(
+                name=f"w_{here.x}_{here.y}_{number + 1}",
+                carrier_cell=there,
+                rover_cell=here,
+                carrier_type=carrier,
+                rover_type=rover,
+            )
+        )
+    return found

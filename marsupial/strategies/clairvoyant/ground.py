@@ -15,7 +15,7 @@ from typing import TypeVar
 import numpy as np
 
 from marsupial.arrays import Floats, Ints
-from marsupial.maps.contact import Contact
+from marsupial.maps.footprint import Contact
 from marsupial.maps.growth import reach_of
 from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
@@ -26,39 +26,17 @@ from marsupial.paths.ways import ways_of
 K = TypeVar("K")
 V = TypeVar("V")
 
-Cells = int
-"""A set of reachable cells, one bit for each."""
+Cells = int  # a set of reachable cells, one bit for each
 
 NOTHING: Ints = np.empty(0, dtype=np.int64)
 
-MOST_SITES = 6000
-"""Most sites of a robot type on the lattice; fewer on large maps. Necessary sites are added to them."""
+MOST_SITES = 6000  # most sites of a robot type on the lattice; fewer on large maps. Necessary sites are added to them.
 
-MEMORY = 200_000_000
-"""Bytes for views from sites, and as many for the other caches, which are cleared when they are full."""
+MEMORY = 200_000_000  # bytes for views from sites, and as many for the other caches, which are cleared when full
 
 
 class Ground:
-    """Sites, views and paths on the true map.
-
-    Parameters
-    ----------
-    grid
-        The true map.
-    robots
-        The team at its start; cells seen from there need not be seen again.
-    seen
-        Row-major indices of other cells that need not be seen again.
-
-    Attributes
-    ----------
-    kinds
-        The robot types of the team, by name.
-    wanted
-        The reachable cells still to be seen.
-    sites
-        Row-major indices of the sites of each type, ascending.
-    """
+    """Sites, views and paths on the true map; cells seen from the team's start, or `seen`, need not be seen again."""
 
     def __init__(
         self, grid: Grid, types: Sequence[RobotType], robots: Sequence[PlacedRobot], seen: Ints = NOTHING
@@ -84,13 +62,14 @@ class Ground:
         self._cached_bytes = 0
         self._bit = np.flatnonzero(np.logical_or.reduce(list(self.reach.by_type.values())))
         self._set_bytes = len(self._bit) // 8
-        # the number of each cell's bit, -1 for cells that nobody can reach
+        # the number of each cell's bit, -1 for cells out of reach
         self._place = np.full(truth.cells.size, -1, dtype=np.int64)
         self._place[self._bit] = np.arange(len(self._bit))
-        self.wanted: Cells = ((1 << len(self._bit)) - 1) & ~self._bits(seen)
+        self.wanted: Cells = ((1 << len(self._bit)) - 1) & ~self._bits(seen)  # the reachable cells still to be seen
         for robot in robots:
             if robot.cell is not None:
                 self.wanted &= ~self.view(robot.type, robot.cell)
+        # row-major indices of the sites of each type, ascending
         self.sites = {name: self._lattice(name) for name in self.kinds}
         self._numbers = {name: {int(i): n for n, i in enumerate(sites)} for name, sites in self.sites.items()}
         self._add_lone_sites()
@@ -118,14 +97,11 @@ class Ground:
         near = np.ones(len(self.sites[kind]), dtype=np.bool_)
         if cells:
             for bit in ((cells & -cells).bit_length() - 1, cells.bit_length() - 1):
-                near &= self._near(kind, self.cell(self._bit[bit]))
+                near &= self.near(kind, self.cell(self._bit[bit]))
         return near
 
-    def sites_near(self, kind: str, cell: Cell) -> Ints:
-        """Return the numbers of the sites of a type from which it might see a cell."""
-        return np.flatnonzero(self._near(kind, cell))
-
-    def _near(self, kind: str, cell: Cell) -> Mask:
+    def near(self, kind: str, cell: Cell) -> Mask:
+        """Return which sites of a type might see a cell."""
         sites, robot = self.sites[kind], self.kinds[kind]
         reach = max(robot.sensor_range_m, robot.radius_m) / self.territory.grid.resolution_m + 2.0
         x, y = sites % self.width - cell.x, sites // self.width - cell.y

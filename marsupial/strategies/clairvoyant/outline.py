@@ -18,12 +18,8 @@ from marsupial.arrays import Floats
 from marsupial.maps.survey import Survey, planning_type
 from marsupial.maps.targets import Target
 from marsupial.maps.travel import Poses, travel_times
-from marsupial.model.grid import Cell
-from marsupial.model.mission import MapMeeting, PlacedRobot
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.robots import RobotType
+from marsupial.model import Action, ActionName, Cell, MapMeeting, PlacedRobot, Plan, RobotType, Unseen
 from marsupial.model.situation import RobotState, Situation, TargetInfo, TravelTable
-from marsupial.model.unseen import Unseen
 from marsupial.paths.routes import passing_times_ms
 from marsupial.planning.list_scheduling.timeline import replay
 from marsupial.strategies.clairvoyant.ground import Cells, Ground
@@ -46,24 +42,15 @@ class Stop:
 
 @dataclass(slots=True)
 class Tour:
-    """What a robot drives between being set down and being picked up; it can be changed.
-
-    Parameters
-    ----------
-    names, cells
-        The places from the first to the last, and the robot's cells there.
-    after
-        The last errand at each place; None where the tour begins or ends.
-    seen
-        What is seen at the first place, and then on each leg.
-    """
+    """What a robot drives between being set down and being picked up; it can be changed."""
 
     robot: str
     kind: str
+    # names, cells: the places from the first to the last, and the robot's cells there
     names: list[str]
     cells: list[Cell]
-    after: list[Action | None]
-    seen: list[Cells]
+    after: list[Action | None]  # the last errand at each place; None where the tour begins or ends
+    seen: list[Cells]  # what is seen at the first place, and then on each leg
 
     def ends_aboard(self) -> bool:
         """Return whether the robot is picked up at the last place."""

@@ -19,23 +19,12 @@ from marsupial.strategies.clairvoyant.ground import Cells
 from marsupial.strategies.clairvoyant.outline import Outline, Tour
 from marsupial.strategies.clairvoyant.tours import Tours
 
-LATE = 4.0
-"""Cost of a ms beyond the time limit, relative to a ms of driving."""
-
-FIXED_MS = 500.0
-"""Cost of a stop in addition to driving: few stops that see much are better than many."""
-
-NOISE = 0.3
-"""Random variation of costs: the standard deviation of their logarithm."""
-
-UNSERVED = 4.0
-"""Cost of a stop that no robot can reach, relative to the time limit."""
-
-SITES = 100
-"""Most sites of a type compared for one cell."""
-
-Place = tuple[Tour, int]
-"""A tour, and the number of its place after which a stop is inserted."""
+LATE = 4.0  # cost of a ms beyond the time limit, relative to a ms of driving
+FIXED_MS = 500.0  # cost of a stop in addition to driving: few stops that see much are better than many
+NOISE = 0.3  # random variation of costs: the standard deviation of their logarithm
+UNSERVED = 4.0  # cost of a stop that no robot can reach, relative to the time limit
+SITES = 100  # most sites of a type compared for one cell
+Place = tuple[Tour, int]  # a tour, and the number of its place after which a stop is inserted
 
 
 class _Choice(NamedTuple):
@@ -48,13 +37,7 @@ class _Choice(NamedTuple):
 
 
 def repaired(outline: Outline, rng: np.random.Generator, limit_ms: int) -> Outline:
-    """Return the outline with more stops, so that all wanted cells are seen if possible.
-
-    Parameters
-    ----------
-    limit_ms
-        Time limit; robots that finish before it are preferred.
-    """
+    """Return the outline with more stops, so that all wanted cells are seen, if possible by `limit_ms`."""
     tours = Tours(outline)
     missed = tours.missed
     if not missed:
@@ -70,13 +53,7 @@ def repaired(outline: Outline, rng: np.random.Generator, limit_ms: int) -> Outli
 
 
 class _Repair:
-    """Adds stops to tours.
-
-    Attributes
-    ----------
-    is_partial
-        Whether a stop is not in any tour yet.
-    """
+    """Adds stops to tours."""
 
     def __init__(self, tours: Tours, plan: Plan, rng: np.random.Generator, limit_ms: int) -> None:
         self._tours, self._rng, self._limit_ms = tours, rng, limit_ms
@@ -84,7 +61,7 @@ class _Repair:
         for action in plan.actions:
             for robot in action.robots:
                 self._done_ms[robot] = max(self._done_ms[robot], action.end_ms)
-        self.is_partial = False
+        self.is_partial = False  # whether a stop is not in any tour yet
 
     def add_stop(self, missed: Cells) -> Cells:
         """Add a stop that sees a random missed cell; return the missed cells that it sees."""
@@ -109,7 +86,8 @@ class _Repair:
     def _sites(self, kind: str, cell: Cell) -> Ints:
         """Return the numbers of (some of) the sites of a type that see a cell."""
         ground = self._tours.ground
-        near, bit, views = ground.sites_near(kind, cell), ground.bit_of(cell), ground.site_views(kind)
+        near, views = np.flatnonzero(ground.near(kind, cell)), ground.site_views(kind)
+        bit = ground.bit_of(cell)
         some = near if len(near) <= SITES else self._rng.choice(near, SITES, replace=False)
         # a sample may by chance hold no site that sees the cell
         seeing = [n for n in some.tolist() if views[n] & bit] or [n for n in near.tolist() if views[n] & bit]
@@ -137,7 +115,6 @@ class _Repair:
         return costs, [None if i < 0 else places[i] for i in where.tolist()]
 
     def _detours(self, tour: Tour, at: int, sites: Ints) -> Floats:
-        """Return the detour in ms to each site after a place of a tour."""
         ground = self._tours.ground
         before, *after = tour.cells[at : at + 2]
         extra = ground.distances(tour.kind, before)[sites]

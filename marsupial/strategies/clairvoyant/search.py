@@ -26,56 +26,32 @@ from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode, events_of, plan_of
 from marsupial.planning.local_search.search import Annealing
-from marsupial.strategies.clairvoyant.cover import cover
-from marsupial.strategies.clairvoyant.doors import doors
+from marsupial.strategies.clairvoyant.cover import cover, doors
 from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.repair import repaired
-from marsupial.strategies.clairvoyant.shorten import shortened
+from marsupial.strategies.clairvoyant.tours import shortened
 
-CARRIER_WORTH = (1.0, 3.0, 0.5)
-"""Weight of a cell seen from a carrier in the initial covers, in turn; from a rover it is 1."""
+CARRIER_WORTH = (1.0, 3.0, 0.5)  # weight of a cell seen from a carrier in the initial covers, in turn; from a rover 1
 
-PATIENCE = 12
-"""Rounds without improvement before a restart."""
+PATIENCE = 12  # rounds without improvement before a restart
+LATEST = 0.6  # share of the budget after which it returns to the best outline instead of restarting
+COVERS = 2  # number of covers from which a restart takes the best
+COVER_NOISE = 0.3  # greatest random increase of a site's value in a cover, as a share
+BEGIN_STEPS, ROUND_STEPS, BATCH = 200, 30, 10  # annealing steps for each cover, for each round, and per batch
+MOST_REMOVED = 8  # most stops that a round removes
 
-LATEST = 0.6
-"""Share of the budget after which it returns to the best outline instead of restarting."""
+AMBITION = 0.05  # repairs aim to be faster than the best by this share
 
-COVERS = 2
-"""Number of covers from which a restart takes the best."""
+TOLERANCE = 0.02  # a result worse than the best by this share may be the next start; it shrinks to 0
 
-COVER_NOISE = 0.3
-"""Greatest random increase of a site's value in a cover, as a share."""
-
-BEGIN_STEPS, ROUND_STEPS, BATCH = 200, 30, 10
-"""Annealing steps for each cover, for each round, and per batch."""
-
-MOST_REMOVED = 8
-"""Most stops that a round removes."""
-
-AMBITION = 0.05
-"""The time limit of repairs is this share below the best completion time, so that robots aim to be faster."""
-
-TOLERANCE = 0.02
-"""A result may be worse than the best by this share to be the next start; the share shrinks to 0 at the end."""
-
-DRIVING_SHARE = 0.002
-"""Cost of a ms of driving, relative to a ms until all is seen."""
+DRIVING_SHARE = 0.002  # cost of a ms of driving, relative to a ms until all is seen
 
 Rate = tuple[int, float]
 
 
 def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Outline:
-    """Return the best outline found.
-
-    Parameters
-    ----------
-    used
-        Returns the used share of the budget after so many rounds; the search ends at 1.
-    seed
-        Seed of the search.
-    """
+    """Return the best outline found; `used` returns the used share of the budget after a number of rounds."""
     rng = np.random.default_rng(seed)
     initial = (_initial(ground, worth, rng) for worth in cycle(CARRIER_WORTH))
     best = top = current = min(islice(initial, COVERS + 1), key=rate)
@@ -97,10 +73,7 @@ def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Out
 
 
 def fitted(outline: Outline, used: Callable[[int], float], seed: int) -> Outline:
-    """Return an outline that was made for other ground, repaired so that all is seen, then improved by the search.
-
-    The parameters are those of `best_outline`.
-    """
+    """Return an outline made for other ground, repaired so that all is seen, then improved by the search."""
     rng = np.random.default_rng(seed)
     best = shortened(repaired(shortened(outline), rng, max(1, outline.complete_ms)))
     done = 0
@@ -152,7 +125,7 @@ def _ruined(outline: Outline, rng: np.random.Generator) -> Outline:
 
 
 def annealed(outline: Outline, steps: int, number: int) -> Outline:
-    """Return the outline with its errands in the best order that so many annealing steps find."""
+    """Return the outline with its errands in the best order that `steps` annealing steps find."""
     if not outline.stops or not outline.errands:
         return outline
     task = encode(outline.situation)

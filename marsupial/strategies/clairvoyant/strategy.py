@@ -14,40 +14,26 @@ import numpy as np
 
 from marsupial.maps.survey import Survey, Surveyor, placed
 from marsupial.maps.territory import Territory
-from marsupial.model.grid import Cell, Grid, Mask
+from marsupial.model import Action, Budget, Cell, Goal, Grid, Mask, News, Outcome, Plan, RobotType, World
 from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
-from marsupial.model.plan import Action, Plan
-from marsupial.model.planning import Budget, Outcome
-from marsupial.model.robots import RobotType
-from marsupial.model.scenario import Goal
 from marsupial.model.strategy import Briefing, Decision, PlanningReport, PlanProgress, Strategy
-from marsupial.model.world import News, World
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.search import best_outline
 
-ROUNDS_PER_STEP, SECONDS = 1.5, 5.0
-"""Search rounds per step of a strategy's planning budget, or factor on its seconds: the clairvoyant plans once, while a
-strategy plans a hundred times."""
+# it plans once, while a strategy plans a hundred times
+ROUNDS_PER_STEP = 1.5  # search rounds per step of a strategy's planning budget
+SECONDS = 5.0  # factor on its seconds
 
 SEED = 1
 
 
 class Clairvoyant(Strategy):
-    """Plans with the true map.
+    """Plans with the true map until the cells `reachable` (height, width) have been seen in `world`.
 
-    Parameters
-    ----------
-    truth
-        The true map.
-    world
-        The world in which the plan is executed.
-    reachable
-        The cells (height, width) to see.
-    budget
-        Planning budget of the strategies that it is compared with; see `ROUNDS_PER_STEP`.
+    `budget` is the planning budget of the strategies that it is compared with, see `ROUNDS_PER_STEP`.
     """
 
     name = CLAIRVOYANT
@@ -76,7 +62,6 @@ class Clairvoyant(Strategy):
         self.exploration_ms: int | None = None
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the one plan, or after it a plan that brings the rovers back."""
         # the search runs in `survey`, before this call, but counts as planning
         began = perf_counter() - self._search_s
         plan, detail = Plan(actions=()), ""
@@ -101,18 +86,14 @@ class Clairvoyant(Strategy):
             self.exploration_ms = news.t_ms
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Replan as soon as all has been seen, and whenever a plan is finished."""
         if not self._left and (self._exploring or work.idle):
             return (Trigger(Cause.EXPLORED),)
         return (Trigger(Cause.CARRIED_OUT),) if work.idle else ()
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return the stops of the plan, or after it a survey of the true map.
-
-        Rovers can always be picked up where they were set down, so these meeting points are kept.
-        """
         if self._left:
             return self._best().survey
+        # rovers can always be picked up where they were set down
         deployed_at = set(work.deployed_at.values())
         kept = sorted((point for point in keep if point.name in deployed_at), key=lambda point: point.name)
         return self._surveyor.survey(self._world.robots(), self._world.now_ms, kept)
@@ -125,7 +106,6 @@ class Clairvoyant(Strategy):
         """Do nothing: newly seen cells don't change the plan."""
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
-        """Return the frontiers of the seen area."""
         known = Surveyor(Territory(self._world.grid, self._kinds), self._homes, self._goal)
         targets = known.targets(self._world.robots())
         return known.remaining(targets, reason if self._left else "nothing reachable is behind it")
@@ -141,7 +121,7 @@ class Clairvoyant(Strategy):
 
 
 def _used(budget: Budget, cancelled: Callable[[], bool] | None, began: float, rounds: int) -> float:
-    """Return the used share of the budget after so many rounds; 1 or more ends the search."""
+    """Return the used share of the budget after `rounds` rounds; 1 or more ends the search."""
     if cancelled is not None and cancelled():
         return 1.0
     if budget.steps is not None:

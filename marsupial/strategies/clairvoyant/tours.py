@@ -1,15 +1,22 @@
-"""Editable tours of an outline: repair and shortening insert, move and drop their stops."""
+"""Editable tours of an outline: repair and shortening insert, move and drop their stops.
+
+Tours are shortened without seeing less: stops that see nothing of their own are dropped, the others moved.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+
+import numpy as np
 
 from marsupial.model import Action, ActionName, Cell
 from marsupial.strategies.clairvoyant.cover import stop_at
 from marsupial.strategies.clairvoyant.ground import Cells
-from marsupial.strategies.clairvoyant.outline import Outline, Stop, Tour, missed_by
+from marsupial.strategies.clairvoyant.outline import Outline, Tour, missed_by
+
+TRIES = 8  # most candidate places that are checked exactly, for each stop
+LESS_CELLS = 0.1  # least gain in tour length that justifies a change
 
 
 class Tours:
@@ -34,12 +41,8 @@ class Tours:
         return next(((tour, tour.names.index(name)) for tour in self.all if name in tour.names), None)
 
     def own(self, tour: Tour, at: int) -> Cells:
-        """Return what only the legs to and from a stop see.
-
-        For the only stop of a deployed rover it is what only this rover sees on its whole tour: without the stop there
-        is no reason to set it down.
-        """
-        if self.is_only_stop(tour, at):
+        """Return what only the legs to and from a stop see, or a deployed rover's whole tour to its only stop."""
+        if self.is_only_stop(tour, at):  # without it there is no reason to set the rover down
             return self._own(tour, range(len(tour.seen)))
         return self._own(tour, range(at, min(at + 2, len(tour.seen))))
 
@@ -64,8 +67,7 @@ class Tours:
         """Remove a stop."""
         self._dropped.add(tour.names[at])
         self._errands = [errand for errand in self._errands if errand is not tour.after[at]]
-        del tour.names[at], tour.cells[at], tour.after[at]
-        del tour.seen[at]
+        del tour.names[at], tour.cells[at], tour.after[at], tour.seen[at]
         if at < len(tour.seen):
             tour.seen[at] = self.leg(tour, tour.cells[at - 1], tour.cells[at])
 
@@ -77,7 +79,7 @@ class Tours:
 
     def insert(self, tour: Tour, at: int, cell: Cell, cells: Cells) -> None:
         """Insert a new stop for seeing `cells` after place `at` of a tour."""
-        name = self._new_stop(tour.kind, cell, cells)
+        name = self.add_stop(tour.kind, cell, cells)
         errand = Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=0, robot=tour.robot, place=name)
         # the robot does it right after its last errand at the place before
         before = tour.after[at]
@@ -89,9 +91,12 @@ class Tours:
         tour.seen.insert(at + 1, 0)
         self._see_around(tour, at + 1)
 
-    def add_stop(self, kind: str, cell: Cell, cells: Cells) -> None:
-        """Add a stop that is in no tour yet."""
-        self._new_stop(kind, cell, cells)
+    def add_stop(self, kind: str, cell: Cell, cells: Cells) -> str:
+        """Add a stop that is in no tour yet; return its name."""
+        name = next(name for n in range(len(self._names) + 1) if (name := f"v_{n}") not in self._names)
+        self._names.add(name)
+        self._changed[name] = (kind, cell, cells)
+        return name
 
     def leg(self, tour: Tour, *cells: Cell) -> Cells:
         """Return what the tour's robot sees when it drives from cell to cell."""
@@ -102,23 +107,65 @@ class Tours:
 
     def outline(self) -> Outline:
         """Return the changed outline."""
-        return replace(self._outline, stops=tuple(self._stops()), errands=tuple(self._errands))
-
-    def _stops(self) -> Iterator[Stop]:
-        for stop in self._outline.stops:
-            if stop.name not in self._changed and stop.name not in self._dropped:
-                yield stop
-        for name, (kind, cell, cells) in self._changed.items():
-            if name not in self._dropped:
-                yield stop_at(self.ground, name, kind, cell, cells)
-
-    def _new_stop(self, kind: str, cell: Cell, cells: Cells) -> str:
-        name = next(name for n in range(len(self._names) + 1) if (name := f"v_{n}") not in self._names)
-        self._names.add(name)
-        self._changed[name] = (kind, cell, cells)
-        return name
+        gone = self._dropped | self._changed.keys()
+        stops = [stop for stop in self._outline.stops if stop.name not in gone]
+        stops += [stop_at(self.ground, n, *where) for n, where in self._changed.items() if n not in self._dropped]
+        return replace(self._outline, stops=tuple(stops), errands=tuple(self._errands))
 
     def _see_around(self, tour: Tour, at: int) -> None:
         for leg in (at, at + 1):
             if leg < len(tour.cells):
                 tour.seen[leg] = self.leg(tour, tour.cells[leg - 1], tour.cells[leg])
+
+
+def shortened(outline: Outline, passes: int = 2) -> Outline:
+    """Return the outline with stops dropped and moved; it sees the same cells."""
+    ends = {a.place: a.end_ms for a in outline.plan.actions if a.name is ActionName.EXPLORE}
+    # late stops first: what other stops see as well need not be seen late
+    order = sorted(ends, key=lambda name: (-ends[name], name))
+    tours = Tours(outline)
+    for _ in range(passes):
+        order = [name for name in order if _improve(tours, name)]
+    return tours.outline()
+
+
+def _improve(tours: Tours, name: str) -> bool:
+    """Drop a stop, or move it if that shortens its tour; return whether it is still there."""
+    found = tours.find(name)
+    assert found is not None
+    tour, at = found
+    own = tours.own(tour, at)
+    ends = _ends(tour, at)
+    passing = tours.ground.view(tour.kind, ends[0]) | tours.leg(tour, *ends)
+    # drop it if others see its cells, or if driving past would do and it is not a rover's only stop
+    if not own or not (tours.is_only_stop(tour, at) or own & ~passing):
+        tours.drop(tour, at)
+        return False
+    cell = _better(tours, tour, at, own, passing)
+    if cell is not None:
+        tours.move(tour, at, cell, own)
+    return True
+
+
+def _ends(tour: Tour, at: int) -> tuple[Cell, ...]:
+    return (tour.cells[at - 1], *tour.cells[at + 1 : at + 2])
+
+
+def _better(tours: Tours, tour: Tour, at: int, own: Cells, passing: Cells) -> Cell | None:
+    """Return a cell from which a stop's own cells are seen with less driving, or None."""
+    ground, kind = tours.ground, tour.kind
+    before, *after = _ends(tour, at)
+    lengths = np.sum([ground.distances(kind, end) for end in (before, *after)], axis=0)
+    now = sum(float(ground.apart(kind, end, [tour.cells[at]])[0]) for end in (before, *after))
+    needed, views, tries = own & ~passing, ground.site_views(kind), TRIES
+    shorter = np.flatnonzero((lengths < now - LESS_CELLS) & ground.may_see(kind, needed))
+    for n in shorter[np.argsort(lengths[shorter], kind="stable")].tolist():
+        if needed & views[n] != needed:
+            continue
+        cell = ground.cell(ground.sites[kind][n])
+        if not own & ~tours.leg(tour, before, cell, *after):
+            return cell
+        tries -= 1
+        if not tries:
+            break
+    return None

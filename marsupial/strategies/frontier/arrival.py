@@ -12,19 +12,14 @@ from marsupial.arrays import Floats
 from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Target
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell
+from marsupial.model import Action, ActionName, Cell, FrameShift, News, PlanProgress, RobotReport
 from marsupial.model.mission import Cause, MapMeeting, Trigger, Triggers
-from marsupial.model.plan import Action, ActionName
-from marsupial.model.strategy import PlanProgress
-from marsupial.model.world import News, RobotReport
 
 
 class OnArrival(Lookout):
     """Replans when a robot has arrived or failed, or drives to a frontier that has been seen meanwhile."""
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Return the triggers: robots that arrived or failed, or whose frontier is gone."""
         arrived = {action.robot for action in done if action.name is ActionName.EXPLORE}
         robots_by_cause = {Cause.ROBOT_FREE: sorted(arrived)}
         if news.revealed:
@@ -40,7 +35,6 @@ class OnArrival(Lookout):
         return ()
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return the survey of the known map for the team."""
         robots = self._world.robots()
         left = self._surveyor.anything_left(robots)
         if not late:
@@ -49,7 +43,6 @@ class OnArrival(Lookout):
         return self._surveyor.survey(robots, self._world.now_ms, keep, targets)
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
-        """Note that a plan for a survey is being carried out."""
         self._looked(fresh=since is not None)
 
     @abstractmethod
@@ -61,7 +54,6 @@ class OnArrival(Lookout):
         """Return the targets for the robots that are not lost, while something is left to explore."""
 
     def _seen_through(self, aims: Mapping[str, int]) -> list[str]:
-        """Return the robots whose cell is no frontier cell any more."""
         cells = np.array(list(aims.values()), dtype=np.int64)
         left = self._surveyor.finder.at_unknown(cells)
         return [name for name, still in zip(list(aims), left.tolist(), strict=True) if not still]

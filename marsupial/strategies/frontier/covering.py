@@ -23,66 +23,47 @@ from typing import ClassVar
 
 import numpy as np
 
-from marsupial.model.grid import UNKNOWN, Cell, CellArray
-from marsupial.model.mission import PlacedRobot
+from marsupial.model import UNKNOWN, Cell, CellArray, PlacedRobot
 from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.search import best_outline, fitted
+from marsupial.strategies.frontier.rule import FrontierRule
 from marsupial.strategies.frontier.view import FrontierView
 
-FIRST_SHARE = 4.0
-"""Effort of the first search, before anything is explored, as a multiple of that of later ones."""
-
-LATER_SHARE = 0.2
-"""Share of its sensor range that a robot drives before tours that are not blocked are planned again."""
+FIRST_SHARE = 4.0  # effort of the first search, before anything is explored, as a multiple of that of later ones
+LATER_SHARE = 0.2  # share of its sensor range that a robot drives before tours that are not blocked are planned again
 
 
 @dataclass(slots=True, kw_only=True)
 class _Tours:
-    """The tours that robots follow.
+    """The tours that robots follow."""
 
-    Parameters
-    ----------
-    guess
-        The map (height, width) that the tours were planned for.
-    routes
-        The remaining cells of each robot, its present one first.
-    begun
-        The robots' cells when the tours were planned.
-    """
-
-    guess: CellArray
+    guess: CellArray  # the map (height, width) that the tours were planned for
     outline: Outline
-    routes: dict[str, list[Cell]]
-    begun: dict[str, Cell]
+    routes: dict[str, list[Cell]]  # the remaining cells of each robot, its present one first
+    begun: dict[str, Cell]  # the robots' cells when the tours were planned
 
 
 @dataclass(slots=True, kw_only=True)
-class Covering:
-    """Follows tours that see everything.
-
-    Parameters
-    ----------
-    rounds, seconds
-        Limits of each search after the first; it ends at the first that is reached.
-    """
+class Covering(FrontierRule):
+    """Follows tours that see everything."""
 
     name: ClassVar[str] = "covering"
-    each_step: ClassVar[bool] = True
-    gives_up: ClassVar[bool] = True
-    most_robots: ClassVar[int | None] = None
 
+    # rounds, seconds: limits of each search after the first; it ends at the first that is reached
     rounds: float = 4.0
     seconds: float = math.inf
     _tours: _Tours | None = field(default=None, init=False)
     _searches: int = field(default=0, init=False)
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return the next cell of each robot's tour, or the nearest frontier cells if no robot has any left."""
+        # the next cell of each robot's tour, or the nearest frontier cells if no robot has any left
         guess = view.grid.cells.copy()
         # any terrain that a robot can drive on will do; the lowest code, to be reproducible
         guess[guess == UNKNOWN] = min(frozenset[int]().union(*(robot.kind.terrains for robot in view.robots)))
-        ways = self._tours = self._usable(guess)
+        ways = self._tours
+        if ways is not None and ways.guess.shape != guess.shape:  # the frame grew: cells have other indices now
+            ways = self._tours = None
         if ways is None or not _follow(ways, view) or self._is_overtaken(ways, view, guess):
             ways = self._tours = self._plan(view, guess)
         chosen = {}
@@ -94,10 +75,6 @@ class Covering:
             return chosen
         closest = {robot.name: view.closest(robot, view.ways(robot)) for robot in view.robots}
         return {name: goal for name, goal in closest.items() if goal is not None}
-
-    def _usable(self, guess: CellArray) -> _Tours | None:
-        """Return the last tours, unless the map's frame grew: their cells have other indices now."""
-        return None if self._tours is None or self._tours.guess.shape != guess.shape else self._tours
 
     def _is_overtaken(self, ways: _Tours, view: FrontierView, guess: CellArray) -> bool:
         """Return whether the map turned out differently, and a robot is blocked or has driven far since."""
@@ -120,7 +97,6 @@ class Covering:
         return lambda done: max(done / (share * self.rounds), (perf_counter() - began) / self.seconds)
 
     def _plan(self, view: FrontierView, guess: CellArray) -> _Tours:
-        """Plan tours for the present map."""
         placed = tuple(PlacedRobot(name=robot.name, type=robot.kind.name, cell=robot.cell) for robot in view.robots)
         kinds = {robot.kind.name: robot.kind for robot in view.robots}
         seen = np.flatnonzero(view.grid.cells != UNKNOWN)
@@ -169,17 +145,12 @@ def _feasible_part(outline: Outline, ground: Ground) -> Outline:
             ground.add_sites(kind, [cell])
     # Reach is that of a type. A single robot may be cut off from it, by a wall where free ground was assumed.
     viewpoints = {stop.name: stop.viewpoints for stop in stops}
-    errands = tuple(
-        errand
-        for errand in errands
-        if _reaches(ground, robots[errand.robot], viewpoints[errand.place][robots[errand.robot].type])
-    )
+
+    def reaches(robot: PlacedRobot, cell: Cell) -> bool:
+        return robot.cell is not None and math.isfinite(ground.apart(robot.type, robot.cell, [cell])[0])
+
+    errands = tuple(e for e in errands if reaches(robots[e.robot], viewpoints[e.place][robots[e.robot].type]))
     visited = {errand.place for errand in errands}
     return Outline(
         ground=ground, stops=tuple(stop for stop in stops if stop.name in visited), meetings=(), errands=errands
     )
-
-
-def _reaches(ground: Ground, robot: PlacedRobot, cell: Cell) -> bool:
-    """Return whether a robot has a route from its cell to a site of its type."""
-    return robot.cell is not None and math.isfinite(ground.apart(robot.type, robot.cell, [cell])[0])

@@ -17,64 +17,44 @@ from marsupial.arrays import Floats, Ints
 from marsupial.errors import ScenarioError
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Frontier, Target, cell_at
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell
-from marsupial.model.mission import MapMeeting, Triggers
-from marsupial.model.plan import Action, Plan
-from marsupial.model.robots import RobotType, Role, Routes
-from marsupial.model.scenario import Goal
+from marsupial.model import Action, Cell, FrameShift, Goal, MapMeeting, Plan, RobotType, Role, Routes, Triggers
 from marsupial.model.strategy import Briefing, Decision, PlanProgress
 from marsupial.model.world import News, RobotReport, World
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.strategies.frontier.arrival import OnArrival
 from marsupial.strategies.frontier.rule import FrontierRule
 from marsupial.strategies.frontier.view import TRAIL, Explorer, FrontierView
-from marsupial.strategies.rules import decide_by
+from marsupial.strategies.rules import RuleStrategy
 
 
-class FrontierStrategy:
-    """A strategy that sends robots to the cells chosen by a rule.
-
-    Parameters
-    ----------
-    name
-        Name in logs: that of the rule, with its parameters if any were given.
-    """
+class FrontierStrategy(RuleStrategy):
+    """A strategy that sends robots to the cells chosen by a rule; its name may have the rule's parameters."""
 
     def __init__(self, rule: FrontierRule, name: str = "") -> None:
         self.name = name or rule.name
         self._rule = rule
         self._pace: FrontierPace | None = None
 
-    def suits(self, team: Iterable[Role]) -> None:
-        """Refuse a team, given by its robots' roles, that the strategy can't lead.
-
-        Raises
-        ------
-        ScenarioError
-            If there are rovers, or more robots than the rule can lead.
-        """
-        roles = Counter(team)
-        rovers, most = roles[Role.ROVER], self._rule.most_robots
+    def suits(self, roles: Iterable[Role]) -> None:
+        team = Counter(roles)
+        rovers, most = team[Role.ROVER], self._rule.most_robots
         if rovers:
             raise ScenarioError(f"strategy {self.name} leads carriers without rovers, the team has {rovers}")
-        if most is not None and roles.total() > most:
-            raise ScenarioError(f"strategy {self.name} leads {most} at most, the team has {roles.total()} robots")
+        if most is not None and team.total() > most:
+            raise ScenarioError(f"strategy {self.name} leads {most} at most, the team has {team.total()} robots")
 
     def replanning(
         self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
     ) -> FrontierPace:
-        """Return the policy that decides when to ask the rule, and applies its choices."""
         self._pace = FrontierPace(self._rule, world, kinds, homes, goal)
         return self._pace
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the plan in which each robot drives to its frontier; the rule's time counts as planning time."""
-        decision = decide_by(self.name, self._explore, briefing)
+        decision = super().decide(briefing)
         wall_s = decision.report.wall_s + (0.0 if self._pace is None else self._pace.choosing_s)
         return replace(decision, report=replace(decision.report, wall_s=wall_s, first_plan_s=wall_s))
 
-    def _explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
+    def explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
         timeline = Timeline.of(briefing.situation)
         for robot, target in ({} if self._pace is None else self._pace.ways).items():
             timeline.explore(robot, target)
@@ -82,23 +62,10 @@ class FrontierStrategy:
 
 
 class FrontierPace(OnArrival):
-    """Asks the rule whenever a robot needs a new goal.
-
-    Attributes
-    ----------
-    ways
-        The target of each robot with a goal.
-    choosing_s
-        Wall-clock seconds that the rule took.
-    """
+    """Asks the rule whenever a robot needs a new goal."""
 
     def __init__(
-        self,
-        rule: FrontierRule,
-        world: World,
-        kinds: Mapping[str, RobotType],
-        homes: Mapping[str, Cell],
-        goal: Goal,
+        self, rule: FrontierRule, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
     ) -> None:
         super().__init__(world, kinds, homes, goal)
         self._rule = rule
@@ -108,25 +75,23 @@ class FrontierPace(OnArrival):
         self._goals: dict[str, int] = {}
         self._trails: dict[str, tuple[Cell, ...]] = {}
         self._steps: dict[str, Cell] = {}
-        self.ways: dict[str, str] = {}
-        self.choosing_s = 0.0
+        self.ways: dict[str, str] = {}  # the target of each robot with a goal
+        self.choosing_s = 0.0  # wall-clock seconds that the rule took
 
     def _move(self, shift: FrameShift) -> None:
         super()._move(shift)
-        self._goals = {name: int(shift.indices(np.array(goal))) for name, goal in self._goals.items()}
+        self._goals = {name: shift.index(goal) for name, goal in self._goals.items()}
         self._trails = {name: tuple(map(shift.cell, trail)) for name, trail in self._trails.items()}
         self._steps = shift.cells(self._steps)
         self.ways = {name: shift.place(target) for name, target in self.ways.items()}
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Drop goals that were reached, then return the triggers as `OnArrival` does."""
         if not self._rule.each_step:
             for action in done:
                 self._goals.pop(action.robot, None)
         return super().look(news, done, work)
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Ask the rule; return the survey whose targets are the frontier cells it chose."""
         self.choosing_s = 0.0
         return super().survey(work, keep, late=late)
 

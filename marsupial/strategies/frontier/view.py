@@ -10,40 +10,24 @@ import numpy as np
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.reach import groups
 from marsupial.maps.targets import Frontier, cell_at
-from marsupial.model.grid import Cell, Grid, Mask
-from marsupial.model.robots import RobotType
+from marsupial.model import Cell, Grid, Mask, RobotType
 from marsupial.paths.kernels import TOLERANCE
 from marsupial.paths.routes import STEPS
 
-TRAIL = 4
-"""Most cells of a trail."""
-
-SHORTEST_DETOUR = 2.0
-"""Length in cells of the shortest route to a neighbouring cell that is blocked from here."""
+TRAIL = 4  # most cells of a trail
+SHORTEST_DETOUR = 2.0  # length in cells of the shortest route to a neighbouring cell that is blocked from here
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Explorer:
-    """A robot that explores frontiers.
-
-    Parameters
-    ----------
-    cell
-        Its cell; while it drives the next one it passes.
-    heading
-        Step digit of its last move (`marsupial.paths.routes`), None before the first.
-    goal
-        The frontier cell (row-major index) that it drives to, or None.
-    trail
-        Its cells at the last decisions, at most `TRAIL`, the present one at the end.
-    """
+    """A robot that explores frontiers."""
 
     name: str
     kind: RobotType
-    cell: Cell
-    heading: int | None
-    goal: int | None
-    trail: tuple[Cell, ...] = ()
+    cell: Cell  # its cell; while it drives the next one it passes
+    heading: int | None  # step digit of its last move (`marsupial.paths.routes`), None before the first
+    goal: int | None  # the frontier cell (row-major index) that it drives to, or None
+    trail: tuple[Cell, ...] = ()  # its cells at the last decisions, at most `TRAIL`, the present one at the end
 
     @property
     def oscillates(self) -> bool:
@@ -53,30 +37,15 @@ class Explorer:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FrontierView:
-    """The moment of a decision; cells are row-major indices (y * width + x).
-
-    Parameters
-    ----------
-    grid
-        The known map.
-    robots
-        The robots that are not lost, in the order of the team.
-    frontiers
-        What each robot type can explore, by its name.
-    standable
-        Where each robot type may stand (height, width), by its name.
-    lengths
-        Returns the lengths (n,) in cells of a robot's routes to n cells, inf for none.
-    rng
-        Random numbers: the same in each mission with the same starts.
-    """
+    """The moment of a decision; cells are row-major indices (y * width + x)."""
 
     grid: Grid
-    robots: tuple[Explorer, ...]
-    frontiers: Mapping[str, Frontier]
-    standable: Mapping[str, Mask]
+    robots: tuple[Explorer, ...]  # those that are not lost, in the order of the team
+    frontiers: Mapping[str, Frontier]  # what each robot type can explore, by its name
+    standable: Mapping[str, Mask]  # where each robot type may stand (height, width), by its name
+    # returns the lengths (n,) in cells of a robot's routes to n cells, inf for none
     lengths: Callable[[Explorer, Ints], Floats]
-    rng: np.random.Generator
+    rng: np.random.Generator  # the same numbers in each mission with the same starts
 
     def frontier(self, robot: Explorer) -> Frontier:
         """Return what a robot can explore."""

@@ -23,8 +23,7 @@ from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.team import Whereabouts
 from marsupial.model.world import Manoeuvres, News, RobotReport
-from marsupial.paths.headings import Odometer
-from marsupial.paths.routes import passing_times_ms
+from marsupial.paths.routes import Odometer, passing_times_ms
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.reported import MapChange, ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotUpdate

@@ -29,7 +29,7 @@ from marsupial.planning.external.commands import External
 from marsupial.planning.external.output import Printed
 from marsupial.planning.external.process_engine import Events
 from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.planning.schedule import retime
+from marsupial.planning.list_scheduling.timeline import retime
 
 AMPLE = Budget(seconds=HANG_S)
 

@@ -3,10 +3,9 @@ from __future__ import annotations
 import pytest
 from situations import in_flight, one_room, relay
 
-from marsupial.planning.list_scheduling.arrivals import Arrivals
 from marsupial.planning.list_scheduling.costs import NEVER, Costs
-from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import Transport, follow, transport
+from marsupial.planning.list_scheduling.insertions import Arrivals
+from marsupial.planning.list_scheduling.timeline import Timeline, Transport, follow, transport
 
 
 def test_robots_on_the_ground_arrive_by_themselves() -> None:

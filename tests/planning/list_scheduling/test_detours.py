@@ -9,7 +9,7 @@ from situations import SOLVABLE, carrier, door, hall, many_rooms, one_room, situ
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import UNREACHABLE, Situation
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.detours import Detours
+from marsupial.planning.list_scheduling.costs import Detours
 from marsupial.planning.list_scheduling.greedy import Greedy
 
 

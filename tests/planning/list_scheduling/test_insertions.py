@@ -8,8 +8,7 @@ from situations import full_carrier, many_rooms, one_hall, one_room, relay, rove
 from marsupial.model.situation import Situation
 from marsupial.planning.list_scheduling.costs import NEVER, Costs
 from marsupial.planning.list_scheduling.insertions import Insertions
-from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import Transport, transport
+from marsupial.planning.list_scheduling.timeline import Timeline, Transport, transport
 
 
 def insertions_of(situation: Situation, timeline: Timeline | None = None) -> Insertions:

@@ -13,8 +13,7 @@ from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.local_search.encoding import ProblemData, encode, events_of, plan_of
-from marsupial.planning.local_search.engine import Anytime
-from marsupial.planning.local_search.parallel import ParallelSearches
+from marsupial.planning.local_search.engine import Anytime, ParallelSearches
 from marsupial.planning.local_search.search import Annealing, is_feasible
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
-from marsupial.maps.contact import Contact
+from marsupial.maps.footprint import Contact
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid
 from marsupial.model.robots import RobotType, Role
 from marsupial.sim.sensors import FieldOfView

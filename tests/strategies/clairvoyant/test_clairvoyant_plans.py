@@ -12,13 +12,12 @@ from marsupial.model.planning import Budget
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.sim.world import SimulatedWorld
-from marsupial.strategies.clairvoyant.cover import cover
-from marsupial.strategies.clairvoyant.doors import doors
+from marsupial.strategies.clairvoyant.cover import cover, doors
 from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.repair import repaired
 from marsupial.strategies.clairvoyant.search import annealed, best_outline, rate
-from marsupial.strategies.clairvoyant.shorten import shortened
+from marsupial.strategies.clairvoyant.tours import shortened
 
 
 @pytest.fixture(scope="module")
