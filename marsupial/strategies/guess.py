@@ -150,7 +150,7 @@ def guess(briefing: Briefing) -> Guess:
         squares.append(_Guessed(square=square, room=room, explorers=explorers))
     situation = _extended(begun, squares, driving, gates, metres[order], unseen.speed_mps)
     worth |= {one.target: WORTH * one.square.share for one in squares}
-    ways = {}
+    ways: dict[str, _Gate] = {}
     for one, row in zip(squares, metres[order].tolist(), strict=True):
         gate = _Gate(targets=gates, metres=tuple(row), speed_mps=unseen.speed_mps)
         ways |= {one.target: gate, one.entry: gate}
