@@ -119,7 +119,9 @@ class TargetFinder:
         for explorers, cells in self._by_explorers(frontiers):
             kinds = self._territory.kinds
             range_cells = min(kinds[name].sensor_range_m for name in explorers) / self._territory.grid.resolution_m
-            for seed, members in self._clusters(cells, range_cells):
+            # only known walls separate cells, unknown ones between them do not; long frontiers choose their seeds first
+            touching = sorted(groups(cells, self._territory.grid.cells.shape), key=lambda g: (-len(g), int(g[0])))
+            for seed, members in self._views.clusters(touching, range_cells):
                 targets.append(self._seen_by(explorers, frontiers, seed, members))
         return tuple(targets)
 
@@ -167,12 +169,6 @@ class TargetFinder:
         if not near.any():
             return Frontier(cells=viewpoints, viewpoints=viewpoints)
         return Frontier(cells=cells[near], viewpoints=nearest[near])
-
-    def _clusters(self, cells: Ints, range_cells: float) -> list[tuple[int, Ints]]:
-        """Split cells into clusters whose members all see the cluster's seed; return (seed, members) of each."""
-        touching = groups(cells, self._territory.grid.cells.shape)
-        # only known walls separate cells, unknown ones between them do not; long frontiers choose their seeds first
-        return self._views.clusters(sorted(touching, key=lambda g: (-len(g), int(g[0]))), range_cells)
 
     def _by_explorers(self, frontiers: Mapping[str, Frontier]) -> Iterator[tuple[list[str], Ints]]:
         """Yield each set of types with the cells, ascending, that just these can explore."""

@@ -126,7 +126,7 @@ class Rounds:
 
     def __init__(self) -> None:
         self._reporters: set[str] = set()
-        self._progresss_ms = self._planned_ms = -1
+        self._progress_ms = self._planned_ms = -1
         self._progress = False
         self._fruitless = 0
 
@@ -134,8 +134,8 @@ class Rounds:
         """Note which robots have news."""
         if not news.partial:
             return
-        if news.t_ms != self._progresss_ms:
-            self._progresss_ms, self._reporters = news.t_ms, set()
+        if news.t_ms != self._progress_ms:
+            self._progress_ms, self._reporters = news.t_ms, set()
         names = {*news.finished, *(name for name, _ in news.failed)}
         self._progress = self._progress or not names <= self._reporters
         self._reporters |= names

@@ -63,7 +63,10 @@ class Recall:
         self._known_out, self._next_ms = out, self._limit_ms
         if not out and not self._goal.return_home:
             return False
-        needed_ms = self._back_ms(homes)
+        # robots that can't get back don't count
+        territory = Territory(self._world.grid, tuple(self._kinds.values()))
+        survey = returning(Surveyor(territory, homes, self._goal), self._world)
+        needed_ms = serve(survey.situation)[0].makespan_ms
         reserve_ms = round(SPARE_SHARE * needed_ms) + self._spare_ms + planning_ms + self._sortie_ms(out)
         spare_ms = self._limit_ms - now_ms - needed_ms - reserve_ms
         self._next_ms = now_ms + max(STEP_MS, spare_ms // 3)
@@ -76,12 +79,6 @@ class Recall:
         planned = {action.robot for action in undocks if action.start_ms <= soon_ms}
         rovers = (r for r in self._world.robots() if self._kinds[r.type].role is Role.ROVER and not r.lost)
         return frozenset(rover.name for rover in rovers if rover.carrier is None or rover.name in planned)
-
-    def _back_ms(self, homes: Mapping[str, Cell]) -> int:
-        """Return how long the way back takes from now; robots that can't get back don't count."""
-        territory = Territory(self._world.grid, tuple(self._kinds.values()))
-        survey = returning(Surveyor(territory, homes, self._goal), self._world)
-        return serve(survey.situation)[0].makespan_ms
 
     def _sortie_ms(self, out: Set[str]) -> int:
         """Return the longest time to set down one of these rovers that is still aboard, and to pick it up again."""

@@ -110,17 +110,13 @@ class OnNews(Lookout):
         changes = {Cause.GONE: gone, Cause.NEW: new}
         triggers = tuple(Trigger(cause, tuple(names)) for cause, names in changes.items() if names)
         # at the moment of planning itself the plan has left targets out on purpose
-        if not triggers and self._world.now_ms > self._planned_ms and free and self._left_out(targets, wanted):
-            return (Trigger(Cause.ROBOT_FREE),)
-        return triggers
+        if triggers or not free or self._world.now_ms <= self._planned_ms:
+            return triggers
+        left_out = any(match is None for _, match in self._paired(targets, planned))
+        return (Trigger(Cause.ROBOT_FREE),) if left_out else ()
 
     def _targets(self) -> tuple[Target, ...]:
         return self._surveyor.targets(self._world.robots())
-
-    def _left_out(self, targets: tuple[Target, ...], wanted: set[str]) -> bool:
-        """Return whether a target is left that no robot is going to explore."""
-        served = [target for target in self._known if target.name in wanted]
-        return any(other is None for _, other in self._paired(targets, served))
 
     def _paired(self, targets: Sequence[Target], others: Sequence[Target]) -> Iterable[tuple[Target, Target | None]]:
         """Return each target with its match among `others`, or None."""

@@ -59,7 +59,9 @@ class Distances:
         if self._opened and np.count_nonzero(~np.isnan(table)) > cells.size:
             opened = openings(self._passable, np.concatenate(self._opened), self._diagonal)
         self._opened.clear()
-        _update(table, self._octile(cells, opened.cells), opened, cells, self._outward(cells), search)
+        y, x = np.divmod(cells, self._passable.shape[1])
+        outward = np.hypot(x - x.mean(), y - y.mean())  # from the middle of all cells
+        _update(table, self._octile(cells, opened.cells), opened, cells, outward, search)
         self._cells, self._table = cells, table.copy()
         return table
 
@@ -77,12 +79,6 @@ class Distances:
         dx = np.abs(cells[:, None] % width - others % width)
         dy = np.abs(cells[:, None] // width - others // width)
         away: Floats = np.maximum(dx, dy) + (self._diagonal - 1) * np.minimum(dx, dy)
-        return away
-
-    def _outward(self, cells: Ints) -> Floats:
-        """Return the distances (k,) of cells from the middle of all."""
-        y, x = np.divmod(cells, self._passable.shape[1])
-        away: Floats = np.hypot(x - x.mean(), y - y.mean())
         return away
 
 
