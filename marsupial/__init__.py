@@ -26,14 +26,9 @@ if TYPE_CHECKING:
     from marsupial.library.scenarios import scenario
     from marsupial.library.situations import situation_files
     from marsupial.library.up_engine import register_with_unified_planning
-    from marsupial.model.grid import Cell, Grid
-    from marsupial.model.plan import Action, ActionName, Plan
+    from marsupial.model import Action, ActionName, Cell, Grid, Plan, RobotType, Scenario, Situation, StrategyInfo
     from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
-    from marsupial.model.robots import RobotType
-    from marsupial.model.scenario import Scenario
-    from marsupial.model.situation import Situation
     from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
-    from marsupial.model.strategyinfo import StrategyInfo
     from marsupial.sim.sensors import FieldOfView, Sensor
 
 __all__ = [

@@ -14,9 +14,7 @@ from dataclasses import dataclass
 from marsupial.bench.suite.best import Best, with_bound, with_plan
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
 from marsupial.library.plans import engine_events
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, Finished, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import Budget, Engine, Finished, Outcome, Plan, Situation
 from marsupial.planning.engines import ENGINES, PART_SIZES, engine, mission_engine
 from marsupial.planning.incumbent import Incumbent
 

@@ -36,10 +36,7 @@ from marsupial.exports.ground import box, coarse, ground_image
 from marsupial.exports.trails import drives, handovers, trail
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import RobotView, Track
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
-from marsupial.model.mission import MissionEvent
-from marsupial.model.plan import ActionName
-from marsupial.model.robots import Role
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, ActionName, MissionEvent, Role
 from marsupial.replay.palette import LIGHT, Palette, robot_styles
 from marsupial.wording import clock
 

@@ -8,8 +8,7 @@ from enum import IntEnum
 import numpy as np
 
 from marsupial.maps.reach import parts, standable
-from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid, Mask
-from marsupial.model.robots import RobotType, Role
+from marsupial.model import OBSTACLE, UNKNOWN, CellArray, Grid, Mask, RobotType, Role
 from marsupial.replay.palette import LIGHT, REACH
 
 

@@ -63,9 +63,7 @@ from marsupial.exports.trails import drives, handovers
 from marsupial.formats.triggers import trigger_text
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import Leg, RobotView, Tracks, views
-from marsupial.model.grid import UNKNOWN, Grid
-from marsupial.model.mission import Changed, MissionEvent, Planned, Revealed
-from marsupial.model.plan import ActionName
+from marsupial.model import UNKNOWN, ActionName, Changed, Grid, MissionEvent, Planned, Revealed
 from marsupial.replay.palette import LIGHT, robot_styles
 
 POSE_EVERY_MS = 200

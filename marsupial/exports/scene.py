@@ -27,8 +27,7 @@ from foxglove_schemas_protobuf.Vector2_pb2 import Vector2
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from marsupial.model.grid import CellArray, Grid
-from marsupial.model.robots import Role
+from marsupial.model import CellArray, Grid, Role
 from marsupial.replay.palette import Palette
 
 MAP_FRAME = "map"

@@ -11,11 +11,9 @@ from typing import Any
 
 from marsupial.errors import Problem
 from marsupial.formats.mapfiles.images import MAX_CELLS
+from marsupial.model import UNKNOWN, Action, ActionName, Cell, RobotType, Role
 from marsupial.model import mission as m
 from marsupial.model.bounds import BOUNDS
-from marsupial.model.grid import UNKNOWN, Cell
-from marsupial.model.plan import Action, ActionName
-from marsupial.model.robots import RobotType, Role
 from marsupial.paths.routes import route_of
 
 

@@ -29,17 +29,9 @@ import numpy as np
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.fields import Fields, Notes, shown
+from marsupial.model import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo, TravelTable
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.robots import Role
-from marsupial.model.situation import (
-    UNREACHABLE,
-    PlanningType,
-    RobotState,
-    Situation,
-    SituationGoal,
-    TargetInfo,
-    TravelTable,
-)
 from marsupial.wording import suggestion
 
 FORMAT, VERSION = "marsupial situation", 1

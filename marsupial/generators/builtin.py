@@ -15,10 +15,9 @@ from dataclasses import dataclass, field, replace
 
 from marsupial.errors import Problem, ScenarioError
 from marsupial.generators import GENERATORS
+from marsupial.model import FLOOR, ROUGH, Goal, Grid, RobotType, Scenario, TeamMember
 from marsupial.model.bounds import BOUNDS, team_fault
-from marsupial.model.grid import FLOOR, ROUGH, Grid
-from marsupial.model.robots import RobotType, TeamMember, default_types, uniform_team
-from marsupial.model.scenario import Goal, Scenario
+from marsupial.model.robots import default_types, uniform_team
 from marsupial.model.sizes import MOST, Extent, ground_faults, radius_fault
 
 DEFAULT_CARRIERS, DEFAULT_ROVERS = 2, 2

@@ -19,13 +19,9 @@ from marsupial.library.recording import LogFile, Recorder
 from marsupial.library.scenarios import scenario as named_scenario
 from marsupial.mission.observer import Observers
 from marsupial.mission.rebuild import moment_at
+from marsupial.model import Decider, Engine, MissionEvent, Scenario, Situation
 from marsupial.model.arguments import number, target, whole
 from marsupial.model.bounds import BOUNDS
-from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Engine
-from marsupial.model.scenario import Scenario
-from marsupial.model.situation import Situation
-from marsupial.model.strategy import Decider
 from marsupial.sim.sensors import Sensor
 
 if TYPE_CHECKING:

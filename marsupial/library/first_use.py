@@ -36,12 +36,9 @@ from marsupial.arrays import Ints
 from marsupial.codecache import is_lasting
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
-from marsupial.model.objective import ObjectiveName
-from marsupial.model.planning import NO_PLANNER, Budget, Engine
-from marsupial.model.robots import Role
-from marsupial.model.scenario import Scenario
+from marsupial.model import Budget, Decider, Engine, ObjectiveName, Role, Scenario
+from marsupial.model.planning import NO_PLANNER
 from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
-from marsupial.model.strategy import Decider
 from marsupial.planning.engines import PRELOAD, PROCESSES, engine
 from marsupial.planning.external.commands import PREFIX
 from marsupial.processes.launcher import warm_up

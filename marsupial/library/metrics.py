@@ -16,10 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from marsupial.model.mission import MissionEnded, Remaining, Status
-from marsupial.model.robots import Role
-from marsupial.model.scenario import Scenario
-from marsupial.model.strategy import PlanningReport
+from marsupial.model import MissionEnded, PlanningReport, Remaining, Role, Scenario, Status
 from marsupial.wording import clock
 
 

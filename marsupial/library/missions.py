@@ -14,10 +14,7 @@ from marsupial.maps.explorable import explorable_area
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import Mask
-from marsupial.model.mission import MissionStarted, PlacedRobot
-from marsupial.model.planning import Budget, Engine
-from marsupial.model.scenario import PlanningTime, Scenario
+from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, PlanningTime, Scenario
 from marsupial.model.strategy import Decider, PlanningReport
 from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld

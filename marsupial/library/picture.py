@@ -21,9 +21,7 @@ from marsupial.exports.ground import frontier, ground_image
 from marsupial.exports.trails import Drive, Handover, drives, handovers, trail
 from marsupial.library.metrics import METRICS, Summary
 from marsupial.mission.playback import Playback
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray
-from marsupial.model.mission import MissionEvent, MissionStarted
-from marsupial.model.plan import ActionName
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, ActionName, CellArray, MissionEvent, MissionStarted
 from marsupial.replay.palette import LIGHT, robot_styles
 
 TITLE = (("exploration_time_s", "mission_time_s"), ("coverage", "distance_m", "quality"))

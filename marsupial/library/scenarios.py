@@ -20,10 +20,9 @@ from marsupial.generators.builtin import (
     bare_map_scenario,
     builtin_scenario,
 )
+from marsupial.model import MapReading, Scenario
 from marsupial.model.arguments import path as path_argument
 from marsupial.model.arguments import whole
-from marsupial.model.mapreading import MapReading
-from marsupial.model.scenario import Scenario
 
 
 def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rovers: int | None = None) -> Scenario:

@@ -31,9 +31,7 @@ from marsupial.formats.pddl.plansteps import Step, steps_of
 from marsupial.formats.pddl.text import domain_text, read_problem
 from marsupial.library.plans import Plans
 from marsupial.library.plans import plan as plans_for
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import Outcome, Plan, Situation
 
 NAME = "marsupial"
 """The engine's name in unified-planning."""

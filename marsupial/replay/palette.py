@@ -16,9 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
-from marsupial.model.mission import MissionStarted
-from marsupial.model.robots import Role
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, MissionStarted, Role
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

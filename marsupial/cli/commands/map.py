@@ -14,10 +14,7 @@ from marsupial.cli.options.shared import Json, Quiet
 
 if TYPE_CHECKING:
     from marsupial.maps.describe import MapDescription
-    from marsupial.model.grid import Cell, CellArray, Grid
-    from marsupial.model.mapreading import MapReading
-    from marsupial.model.robots import RobotType
-    from marsupial.model.scenario import Scenario
+    from marsupial.model import Cell, CellArray, Grid, MapReading, RobotType, Scenario
 
 
 def describe_map(

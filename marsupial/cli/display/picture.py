@@ -20,10 +20,7 @@ from rich.text import Text
 from marsupial.exports.ground import box, coarse
 from marsupial.formats.triggers import trigger_text
 from marsupial.mission.state import RobotView
-from marsupial.model.grid import UNKNOWN, CellArray, Mask
-from marsupial.model.mission import MissionStarted, Planned
-from marsupial.model.plan import ActionName
-from marsupial.model.robots import Role
+from marsupial.model import UNKNOWN, ActionName, CellArray, Mask, MissionStarted, Planned, Role
 from marsupial.replay.palette import LIGHT, robot_styles
 from marsupial.wording import counted
 

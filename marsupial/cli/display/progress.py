@@ -19,10 +19,7 @@ from marsupial.cli.display.messages import Volume, volume
 from marsupial.cli.display.picture import Picture, moves, plan_line, plan_text, printable
 from marsupial.cli.display.watch import MissionWatch
 from marsupial.mission.observer import Observer, Observers
-from marsupial.model.grid import Mask
-from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, Planned
-from marsupial.model.planning import Outcome
-from marsupial.model.strategy import PlanningReport
+from marsupial.model import Mask, MissionEnded, MissionEvent, MissionStarted, Outcome, Planned, PlanningReport
 from marsupial.wording import clock, counted
 
 LINE_EVERY_MS = ((3_600_000, 60_000), (36_000_000, 600_000), (math.inf, 3_600_000))

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from marsupial.cli.display.tables import print_facts, print_table, print_text
 from marsupial.library.metrics import METRICS, Summary
-from marsupial.model.grid import Cell, Grid
-from marsupial.model.mission import Remaining
+from marsupial.model import Cell, Grid, Remaining
 from marsupial.wording import counted
 
 SAVED = ("exploration_time_s", "mission_time_s", "distance_m", "energy_j")

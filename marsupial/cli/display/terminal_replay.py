@@ -13,8 +13,7 @@ from rich.text import Text
 
 from marsupial.cli.display.picture import Picture, moves, plan_line, plan_text, printable
 from marsupial.mission.playback import Playback
-from marsupial.model.grid import UNKNOWN
-from marsupial.model.mission import MissionEnded, MissionEvent
+from marsupial.model import UNKNOWN, MissionEnded, MissionEvent
 from marsupial.wording import clock, counted
 
 FRAME_S = 0.1

@@ -15,8 +15,7 @@ from marsupial.formats.missionlog import read_log
 from marsupial.generators.builtin import SCENARIOS
 from marsupial.library.recording import Recorder
 from marsupial.library.scenarios import load_scenario
-from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Budget
+from marsupial.model import Budget, MissionEvent
 
 if TYPE_CHECKING:
     from marsupial.mission.rebuild import Moment

@@ -19,8 +19,7 @@ from marsupial.errors import MapError, Problem
 from marsupial.formats.files import read_bytes
 from marsupial.formats.mapfiles.faults import raise_any
 from marsupial.formats.mapfiles.images import MAX_CELLS
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray, Grid
-from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, CellArray, Grid, LegendEntry, MapReading
 from marsupial.wording import counted
 
 SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T": OBSTACLE, "W": OBSTACLE}

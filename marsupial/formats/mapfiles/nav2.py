@@ -27,8 +27,7 @@ import yaml
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, read_header
 from marsupial.formats.mapfiles.occupancy import UNKNOWN_OCCUPANCY, Occupancy, OccupancyArray
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
-from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, LegendEntry, MapReading, Mask
 from marsupial.wording import counted
 
 SAVED_FREE, SAVED_OCCUPIED, SAVED_UNKNOWN = 254, 0, 205

@@ -24,8 +24,7 @@ from marsupial.formats.mapfiles.occupancy import (
     shortest_resolution,
     terrain_codes,
 )
-from marsupial.model.grid import Grid
-from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.model import Grid, LegendEntry, MapReading
 from marsupial.wording import counted
 
 if TYPE_CHECKING:

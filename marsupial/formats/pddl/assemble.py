@@ -13,16 +13,8 @@ import numpy as np
 from marsupial.formats.pddl.facts import duration_ms, seconds
 from marsupial.formats.pddl.names import decode_name, decode_type
 from marsupial.formats.pddl.table import FactTable, Key
+from marsupial.model import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo, TravelTable
 from marsupial.model.robots import Role
-from marsupial.model.situation import (
-    UNREACHABLE,
-    PlanningType,
-    RobotState,
-    Situation,
-    SituationGoal,
-    TargetInfo,
-    TravelTable,
-)
 from marsupial.wording import counted
 
 MOST_ENTRIES = 20_000_000

@@ -16,9 +16,8 @@ from math import isfinite
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.names import encode_name, encode_type
+from marsupial.model import PlanningType, RobotState, Role, Situation
 from marsupial.model.bounds import MOST
-from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, RobotState, Situation
 
 SUPERTYPES: Mapping[str, str | None] = {
     "robot": None,

@@ -25,10 +25,8 @@ from fractions import Fraction
 from marsupial.errors import InvalidPlanError, PlanTextError, Problem
 from marsupial.formats.pddl.facts import duration_ms, seconds
 from marsupial.formats.pddl.names import decode_name, decode_type, encode_name, encode_type
+from marsupial.model import EPSILON_MS, Action, ActionName, Plan, Role, Situation
 from marsupial.model.bounds import BOUNDS
-from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import Situation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,8 +15,7 @@ from fractions import Fraction
 from marsupial.errors import PlanTextError, Problem
 from marsupial.formats.pddl.facts import exact, seconds
 from marsupial.formats.pddl.plansteps import Reading, Step, reading_of, steps_of
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Plan, Situation
 from marsupial.wording import counted
 
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]{1,3})?"

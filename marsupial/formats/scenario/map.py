@@ -25,9 +25,8 @@ from marsupial.formats.mapfiles.terrain_mask import read_mask
 from marsupial.formats.scenario.filters import KEYS as FILTERS
 from marsupial.formats.scenario.filters import note_file, read_filters
 from marsupial.generators import GENERATORS
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, CellArray, Grid, MapReading, Terrain
 from marsupial.model.bounds import BOUNDS
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, CellArray, Grid, Terrain
-from marsupial.model.mapreading import MapReading
 
 SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}
 """Characters that need no legend."""

@@ -19,10 +19,8 @@ from marsupial.formats.scenario.map import read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
 from marsupial.formats.yamllines import with_lines
 from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml
+from marsupial.model import OBSTACLE, SQRT2, EnergyModel, Grid, MapReading, RobotType, Role, Routes, Terrain
 from marsupial.model.bounds import BOUNDS, MOST, Bound
-from marsupial.model.grid import OBSTACLE, Grid, Terrain
-from marsupial.model.mapreading import MapReading
-from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.sizes import MOST_TYPES, Extent, ground_faults, radius_fault
 

@@ -13,10 +13,9 @@ from dataclasses import dataclass, replace
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, unknown
 from marsupial.generators.builtin import check_team_size
+from marsupial.model import UNKNOWN, Cell, Grid, RobotType, Role, Scenario, TeamMember
 from marsupial.model.bounds import team_fault
-from marsupial.model.grid import UNKNOWN, Cell, Grid
-from marsupial.model.robots import RobotType, Role, TeamMember, uniform_team
-from marsupial.model.scenario import Scenario
+from marsupial.model.robots import uniform_team
 from marsupial.wording import counted
 
 DRAWN = "drawn"

@@ -17,9 +17,7 @@ from marsupial.formats.files import replace_file
 from marsupial.formats.scenario.map import SYMBOLS
 from marsupial.formats.scenario.read import FORMAT, VERSION
 from marsupial.formats.scenario.team import DRAWN, numbered_team
-from marsupial.model.grid import TERRAINS, Grid, Terrain
-from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes, TeamMember
-from marsupial.model.scenario import Scenario
+from marsupial.model import SQRT2, TERRAINS, EnergyModel, Grid, RobotType, Role, Routes, Scenario, TeamMember, Terrain
 
 _LETTERS = string.ascii_letters + string.digits + "".join(chr(code) for code in range(0xC0, 0x180))
 """Characters for a scenario's own terrains, one for each code from 3 to 254."""

@@ -18,9 +18,7 @@ from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Find
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
 from marsupial.generators.builtin import explorers
 from marsupial.generators.papers import scattered
-from marsupial.model.grid import FLOOR
-from marsupial.model.robots import RobotType, Role
-from marsupial.model.scenario import Scenario
+from marsupial.model import FLOOR, RobotType, Role, Scenario
 
 NAME, WEIGHTS = "alkhawaldah", "alkhawaldah-weights"
 """Names of the experiment and of its part."""

@@ -22,9 +22,7 @@ from marsupial.generators.builtin import explorers
 from marsupial.generators.canvas import close_border
 from marsupial.generators.papers import SIDE, WALLED, scattered
 from marsupial.maps.reach import largest_reach
-from marsupial.model.grid import FLOOR, Cell, Grid
-from marsupial.model.robots import EnergyModel, RobotType, Role, Routes
-from marsupial.model.scenario import Scenario
+from marsupial.model import FLOOR, Cell, EnergyModel, Grid, RobotType, Role, Routes, Scenario
 from marsupial.papers.mei2006 import paths
 from marsupial.papers.mei2006.paths import PRINTED_LONGER, PRINTED_SAVED, RoutePairs
 from marsupial.papers.mei2006.routes import routes_figure

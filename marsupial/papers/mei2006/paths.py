@@ -20,8 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.robots import SQRT2
+from marsupial.model import SQRT2, Cell, Mask
 from marsupial.paths.energy import EnergySearch, MotionCosts, route_energy
 from marsupial.paths.routes import STEPS, Route, route_length
 

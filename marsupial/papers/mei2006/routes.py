@@ -15,10 +15,7 @@ from marsupial.bench.compare.figures import COLOURS, INK, Figure, as_figure
 from marsupial.bench.compare.plan import Contender
 from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
-from marsupial.model.grid import OBSTACLE, Cell
-from marsupial.model.mission import DriveEnded, DriveStarted, MissionEvent
-from marsupial.model.planning import Budget
-from marsupial.model.scenario import Scenario
+from marsupial.model import OBSTACLE, Budget, Cell, DriveEnded, DriveStarted, MissionEvent, Scenario
 from marsupial.paths.routes import route_of
 
 

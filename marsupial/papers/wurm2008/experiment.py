@@ -19,9 +19,8 @@ from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Find
 from marsupial.bench.compare.tables import ReportTable, interval_text, percent
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.generators.builtin import builtin_scenario, explorers
-from marsupial.model.grid import Grid
-from marsupial.model.robots import RobotType, default_types
-from marsupial.model.scenario import Scenario
+from marsupial.model import Grid, RobotType, Scenario
+from marsupial.model.robots import default_types
 from marsupial.papers.wurm2008.figure import segments_figure
 
 NAME = "wurm2008"

@@ -22,10 +22,7 @@ from marsupial.maps.territory import Territory
 from marsupial.maps.window import Window
 from marsupial.mission.observer import Observer
 from marsupial.mission.playback import Playback
-from marsupial.model.grid import UNKNOWN, Cell, Grid
-from marsupial.model.mission import MissionEvent, PlacedRobot
-from marsupial.model.planning import Budget
-from marsupial.model.scenario import Scenario
+from marsupial.model import UNKNOWN, Budget, Cell, Grid, MissionEvent, PlacedRobot, Scenario
 from marsupial.papers.wurm2008.segmentation import Segmentation, segment
 
 if TYPE_CHECKING:

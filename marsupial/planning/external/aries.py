@@ -25,9 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 import psutil
 
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.planning import EngineInfo, Finished, Outcome
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model import Action, ActionName, EngineInfo, Finished, Outcome, Plan, RobotState, Situation
 from marsupial.planning.external.encodings import SearchRequest, Vocabulary
 from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
 from marsupial.planning.schedule import retime

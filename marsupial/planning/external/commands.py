@@ -22,9 +22,7 @@ from pathlib import Path
 
 from marsupial.errors import UsageError
 from marsupial.formats.pddl.text import domain_text, problem_text
-from marsupial.model.plan import Plan
-from marsupial.model.planning import EngineInfo, Finished, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import EngineInfo, Finished, Outcome, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.external.encodings import SearchRequest
 from marsupial.planning.external.output import (

@@ -17,9 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.model.plan import Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model import Plan, RobotState, Role, Situation
 from marsupial.planning.matching import least_assignment
 
 NEVER = 1 << 50

@@ -15,10 +15,7 @@ from contextlib import closing
 from dataclasses import replace
 
 from marsupial.errors import UsageError
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
-from marsupial.model.robots import Role
+from marsupial.model import MAKESPAN, Budget, Engine, EngineInfo, Finished, Improved, Objective, Outcome, Plan, Role
 from marsupial.model.situation import Situation
 from marsupial.planning.external.decompose import PartSize, decompose, merge
 from marsupial.planning.incumbent import Incumbent

@@ -12,9 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from marsupial.arrays import Flags
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model import Action, ActionName, Plan, RobotState, Role, Situation
 from marsupial.planning.reachability import reach
 
 

@@ -15,8 +15,7 @@ from pathlib import Path
 
 from marsupial.errors import PlanTextError
 from marsupial.formats.pddl.plantext import read_plan_text
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Plan, Situation
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.schedule import retime
 

@@ -14,10 +14,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from marsupial.errors import EngineUnavailable, UsageError
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Budget, EngineInfo, Finished, Improved, Objective, Outcome, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.external.encodings import SearchRequest
 from marsupial.planning.incumbent import Incumbent

@@ -15,9 +15,7 @@ from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.planning import EngineInfo, Finished, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import Action, ActionName, EngineInfo, Finished, Outcome, Plan, Situation
 from marsupial.planning.external.encodings import SearchRequest, Vocabulary
 from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
 from marsupial.planning.schedule import retime
