@@ -34,13 +34,7 @@ class Extension:
     fault: str | None
 
     def load(self) -> Any:
-        """Return the object of the entry point.
-
-        Raises
-        ------
-        EngineUnavailable
-            If it can't be loaded or has a fault.
-        """
+        """Return the object of the entry point. Raise `EngineUnavailable` if it can't be loaded or has a fault."""
         if self.fault is not None:
             raise EngineUnavailable(self.fault)
         try:

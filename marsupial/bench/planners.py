@@ -48,32 +48,20 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EngineRun:
-    """One engine on one instance.
-
-    Parameters
-    ----------
-    arrivals, plan
-        The incumbents that arrived in time, each better than the one before, and the last one.
-    served
-        Most targets explored by any plan, partial plans included.
-    refused, late
-        Numbers of plans that the checker refused, and that arrived too late.
-    finished
-        None if the engine had to be stopped.
-    wall_s
-        Time until the engine finished or was stopped.
-    """
+    """One engine on one instance."""
 
     instance: str
     engine: str
     budget_s: float
+    # arrivals, plan: the incumbents that arrived in time, each better than the one before, and the last one
     arrivals: tuple[Arrival, ...]
     plan: Plan | None
-    served: int
+    served: int  # most targets explored by any plan, partial plans included
+    # refused, late: numbers of plans that the checker refused, and that arrived too late
     refused: int
     late: int
-    finished: Finished | None
-    wall_s: float
+    finished: Finished | None  # None if the engine had to be stopped
+    wall_s: float  # time until the engine finished or was stopped
 
     @property
     def makespan_ms(self) -> int | None:
@@ -111,10 +99,7 @@ def deadline_s(budget_s: float) -> float:
 def contenders(names: Iterable[str] = ()) -> tuple[BenchEngine, ...]:
     """Return the named engines, or all: each alone, and in parts if missions use it so.
 
-    Raises
-    ------
-    UsageError
-        If a name is unknown.
+    Raise `UsageError` if a name is unknown.
     """
     everyone = [*ENGINES, *(name + IN_PARTS for name in PART_SIZES)]
     return tuple(_contender(name) for name in names or sorted(everyone))

@@ -73,10 +73,7 @@ Style = dict[str, Any]
 class MissionDrawing:
     """The drawing of one mission.
 
-    Parameters
-    ----------
-    dpi
-        Pixels per inch of a figure of `WIDTH_IN` x `HEIGHT_IN`; without effect on SVG.
+    `dpi`: pixels per inch of a figure of `WIDTH_IN` x `HEIGHT_IN`; without effect on SVG.
     """
 
     def __init__(self, playback: Playback, *, palette: Palette = LIGHT, dpi: float = 100.0) -> None:

@@ -42,12 +42,8 @@ def figure_file(figure: Figure, kind: str) -> bytes:
 class MapAxes:
     """The axes of one map.
 
-    Parameters
-    ----------
-    width, height
-        Size of the map in cells.
-    origin_m
-        (x, y, yaw) of its lower left corner in the map frame, in metres and radians.
+    `width`, `height`: size of the map in cells.
+    `origin_m`: (x, y, yaw) of its lower left corner in the map frame, in metres and radians.
     """
 
     def __init__(self, width: int, height: int, resolution_m: float, origin_m: tuple[float, float, float]) -> None:

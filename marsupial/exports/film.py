@@ -38,10 +38,8 @@ SAMPLES = 4
 def moments(playback: Playback, speed: float | None, fps: int) -> list[int]:
     """Return the moment (ms) of each frame of a film.
 
-    Parameters
-    ----------
-    speed
-        Seconds of the mission per second of the film; None makes it `FILM_S` long, but not slower than the mission.
+    `speed`: seconds of the mission per second of the film; None makes it `FILM_S` long, but not slower than the
+    mission.
     """
     speed = max(1.0, playback.duration_ms / 1000 / FILM_S) if speed is None else speed
     count = max(1, round(playback.duration_ms / 1000 / speed * fps))
@@ -71,13 +69,7 @@ def gif(events: Sequence[MissionEvent], *, speed: float | None = None, palette: 
 
 
 def mp4(events: Sequence[MissionEvent], *, speed: float | None = None, palette: Palette = LIGHT) -> bytes:
-    """Return a mission as H.264 in MP4, which browsers and slides play.
-
-    Raises
-    ------
-    UsageError
-        Without PyAV.
-    """
+    """Return a mission as H.264 in MP4, which browsers and slides play. Raise `UsageError` without PyAV."""
     try:
         import av
     except ModuleNotFoundError as error:

@@ -45,23 +45,12 @@ def map_figure(
 ) -> bytes:
     """Return the figure as a file.
 
-    Parameters
-    ----------
-    classes
-        `MapClass` of each cell, (height, width).
-    starts
-        Start cells by robot.
-    kind
-        One of `KINDS`.
-    start_text
-        Label of starts in the legend.
-    warnings
-        What looks wrong about the map; written below it.
-
-    Raises
-    ------
-    UsageError
-        For another kind of file.
+    `classes`: `MapClass` of each cell, (height, width).
+    `starts`: start cells by robot.
+    `kind`: one of `KINDS`.
+    `start_text`: label of starts in the legend.
+    `warnings`: what looks wrong about the map; written below it.
+    Raise `UsageError` for another kind of file.
     """
     if kind not in KINDS:
         raise UsageError(f"can't write .{kind}; there are {', '.join('.' + name for name in KINDS)}")

@@ -83,14 +83,9 @@ def best_place(
 ) -> NamedPlace:
     """Return the place of least cost for a name of this size (pixels) whose mark is at `spot`.
 
-    Parameters
-    ----------
-    scale
-        Pixels per point.
-    taken
-        Boxes that it must not hide.
-    inside
-        The box that it must not leave.
+    `scale`: pixels per point.
+    `taken`: boxes that it must not hide.
+    `inside`: the box that it must not leave.
     """
 
     def cost(place: NamedPlace) -> float:

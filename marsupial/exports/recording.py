@@ -17,9 +17,8 @@ Each topic is a generator of messages in order of time; `merge` joins them into 
 A viewer that jumps to a moment shows the last message of each topic before it. So messages are whole scenes and grids,
 never changes to the one before, and their number is bounded so that a viewer can hold them.
 
-References
-----------
-MCAP format specification, https://mcap.dev/spec; Foxglove message schemas, https://docs.foxglove.dev/docs/sdk/schemas
+References: MCAP format specification, https://mcap.dev/spec; Foxglove message schemas,
+https://docs.foxglove.dev/docs/sdk/schemas
 """
 
 from __future__ import annotations

@@ -61,14 +61,9 @@ def pose(x_m: float, y_m: float, yaw: float = 0.0, z_m: float = 0.0) -> Pose:
 def grid_message(grid: Grid, cells: CellArray, corner: tuple[int, int], palette: Palette, t_ms: int) -> GridMessage:
     """Return a part of a map as coloured cells.
 
-    Parameters
-    ----------
-    grid
-        The map that the part is of.
-    cells
-        The part, (height, width).
-    corner
-        Column and row of its lower left cell.
+    `grid`: the map that the part is of.
+    `cells`: the part, (height, width).
+    `corner`: column and row of its lower left cell.
     """
     # A table from terrain codes to colours: one look-up for the whole grid.
     table = np.zeros((256, 4), dtype=np.uint8)

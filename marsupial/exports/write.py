@@ -16,21 +16,11 @@ from marsupial.replay.palette import DARK, LIGHT, Palette
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportOptions:
-    """The options of an export.
+    """The options of an export."""
 
-    Attributes
-    ----------
-    at_ms
-        The moment that a figure shows; None for the end of the mission.
-    speed
-        Seconds of the mission per second of a film; None makes the film some 20 s long.
-    dark
-        Whether figures and films have a dark background.
-    """
-
-    at_ms: int | None = None
-    speed: float | None = None
-    dark: bool = False
+    at_ms: int | None = None  # the moment that a figure shows; None for the end of the mission
+    speed: float | None = None  # seconds of the mission per second of a film; None makes the film some 20 s long
+    dark: bool = False  # whether figures and films have a dark background
 
     @property
     def palette(self) -> Palette:
@@ -109,10 +99,8 @@ def check_export(suffix: str, options: ExportOptions) -> None:
 def export_mission(events: Events, suffix: str, options: ExportOptions) -> bytes:
     """Return the mission as a file of the kind with this suffix.
 
-    Raises
-    ------
-    UsageError
-        If there is no such kind of file, it does not take these options, or its library is not installed.
+    Raise `UsageError` if there is no such kind of file, it does not take these options, or its library is not
+    installed.
     """
     check_export(suffix, options)
     return EXPORTS[suffix.lower()].write(events, options)

@@ -39,12 +39,8 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
 class Notes:
     """The problems of one part of a file or request.
 
-    Parameters
-    ----------
-    path
-        Path of the part, empty for the whole.
-    problems
-        The problems so far, shared by all parts.
+    `path`: path of the part, empty for the whole.
+    `problems`: the problems so far, shared by all parts.
     """
 
     def __init__(self, path: str = "", problems: list[Problem] | None = None) -> None:
@@ -79,14 +75,9 @@ class Fields(Notes):
 
     A field with a default may be absent; without a default it is required.
 
-    Parameters
-    ----------
-    data
-        The parsed mapping.
-    path
-        Its path in the file, empty for the whole.
-    problems
-        The problems so far, shared by all parts of one file.
+    `data`: the parsed mapping.
+    `path`: its path in the file, empty for the whole.
+    `problems`: the problems so far, shared by all parts of one file.
     """
 
     def __init__(self, data: Mapping[Any, Any], path: str, problems: list[Problem]) -> None:

@@ -14,10 +14,8 @@ class JsonFault(ValueError):
 def parse_json(text: str) -> Any:
     """Return the value of a JSON text.
 
-    Raises
-    ------
-    JsonFault
-        If it is no JSON, is nested too deep, or has a number that is not finite or has thousands of digits.
+    Raise `JsonFault` if it is no JSON, is nested too deep, or has a number that is not finite or has thousands of
+    digits.
     """
     try:
         return json.loads(text, parse_constant=_no_number, parse_float=_finite)

@@ -159,10 +159,7 @@ class LogDecoder:
     def events(self, line: str) -> tuple[m.MissionEvent, ...]:
         """Return the events of the next line; `LogChecker` checks whether they are consistent.
 
-        Raises
-        ------
-        LogError
-            If it is no line of a log.
+        Raise `LogError` if it is no line of a log.
         """
         problems: list[Problem] = []
         events = self.read(line.encode(), problems)

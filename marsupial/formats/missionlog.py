@@ -26,16 +26,10 @@ _MOST_PROBLEMS = 50  # a file of another kind has a problem on every line
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionLog:
-    """The content of a log file.
-
-    Parameters
-    ----------
-    truncated
-        Whether its last line was cut off; that line is not among the events.
-    """
+    """The content of a log file."""
 
     events: tuple[m.MissionEvent, ...]
-    truncated: bool = False
+    truncated: bool = False  # whether its last line was cut off; that line is not among the events
 
     @property
     def mission(self) -> m.MissionStarted:
@@ -93,10 +87,7 @@ class LogWriter:
 def read_log(path: str | PathLike[str]) -> MissionLog:
     """Read a log file; `-` is standard input.
 
-    Raises
-    ------
-    LogError
-        With every problem found (the first 50), each with its line and field.
+    Raise `LogError` with every problem found (the first 50), each with its line and field.
     """
     try:
         data = sys.stdin.buffer.read() if str(path) == "-" else Path(path).read_bytes()

@@ -42,10 +42,7 @@ _DURATION = BOUNDS["duration_ms"]
 def situation_to_json(situation: Situation) -> str:
     """Return `situation` as JSON text, with one row of a travel table per line.
 
-    Raises
-    ------
-    SituationError
-        If a target's reveal is no finite number.
+    Raise `SituationError` if a target's reveal is no finite number.
     """
     try:
         head = json.dumps(_head(situation), indent=2, ensure_ascii=False, allow_nan=False, default=_plain)
@@ -58,10 +55,7 @@ def situation_to_json(situation: Situation) -> str:
 def situation_from_json(text: str) -> Situation:
     """Return the situation that JSON text describes.
 
-    Raises
-    ------
-    SituationError
-        With every problem found and its path, or the line where the text is no JSON.
+    Raise `SituationError` with every problem found and its path, or the line where the text is no JSON.
     """
     if not text.strip():
         raise SituationError("is empty")
@@ -79,10 +73,7 @@ def situation_from_json(text: str) -> Situation:
 def situation_from_fields(data: Mapping[str, Any]) -> Situation:
     """Return the situation that a parsed JSON object describes.
 
-    Raises
-    ------
-    SituationError
-        With every problem found and its path.
+    Raise `SituationError` with every problem found and its path.
     """
     problems: list[Problem] = []
     situation = _read(Fields(data, "", problems))

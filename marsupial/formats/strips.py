@@ -55,10 +55,7 @@ def text_of(runs: Sequence[int], width: int) -> str:
 def runs_in(text: str, width: int, height: int) -> tuple[int, ...]:
     """Return the runs that a text holds, in ascending order and as long as can be.
 
-    Raises
-    ------
-    ValueError
-        If it holds none, or cells that are not on the map.
+    Raise `ValueError` if it holds none, or cells that are not on the map.
     """
     numbers = _numbers(text)
     rows: list[tuple[int, int, int]] = []
@@ -238,9 +235,7 @@ def _strip(
 def _pair(number: int) -> tuple[int, int]:
     """Return the two numbers that make this one: b * b + a where a < b, else a * a + a + b.
 
-    References
-    ----------
-    Szudzik, An elegant pairing function, NKS 2006.
+    References: Szudzik, An elegant pairing function, NKS 2006.
     """
     root = isqrt(number)
     rest = number - root * root

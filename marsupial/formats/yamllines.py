@@ -21,10 +21,7 @@ _INDEX = re.compile(r"\[(\d+)\]")
 def with_lines(problems: Iterable[Problem], text: str | bytes) -> list[Problem]:
     """Return the problems with the line of their field, or of the part that it is missing from.
 
-    Parameters
-    ----------
-    text
-        Valid YAML. A text of a single line, as JSON may be, gets no line numbers.
+    `text`: valid YAML. A text of a single line, as JSON may be, gets no line numbers.
     """
     problems = list(problems)
     root = compose_yaml(text) if problems else None

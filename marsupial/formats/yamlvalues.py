@@ -75,15 +75,8 @@ StrictLoader.add_implicit_resolver(
 def parse_yaml(text: str | bytes, loader: type[PlainLoader] = StrictLoader, *, aliases: bool = True) -> Any:
     """Return the value of a YAML text.
 
-    Parameters
-    ----------
-    aliases
-        Whether aliases and tags are allowed.
-
-    Raises
-    ------
-    YamlFault
-        If it can't be read, for whatever reason.
+    `aliases`: whether aliases and tags are allowed.
+    Raise `YamlFault` if it can't be read, for whatever reason.
     """
     return _guarded(text, loader, aliases, "get_single_data")
 

@@ -22,34 +22,21 @@ from marsupial.model.grid import Grid
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Generator:
-    """A map generator.
+    """A map generator."""
 
-    Parameters
-    ----------
-    carve
-        Carves a map out of cells (height, width) that are all obstacle; takes them, a random generator, a `CanvasSize`,
-        and the `options` by keyword.
-    least_m
-        Smallest width and height that it can fill.
-    options
-        Further parameters, numbers from 0 on, with their defaults.
-    most
-        Highest value of each option.
-    """
-
+    # carves a map out of cells (height, width) that are all obstacle; takes them, a random generator, a `CanvasSize`,
+    # and the `options` by keyword
     carve: Callable[..., None]
-    least_m: tuple[float, float]
+    least_m: tuple[float, float]  # smallest width and height that it can fill
     summary: str
+    # further parameters, numbers from 0 on, with their defaults
     options: Mapping[str, float] = field(default_factory=dict)
-    most: Mapping[str, float] = field(default_factory=dict)
+    most: Mapping[str, float] = field(default_factory=dict)  # highest value of each option
 
     def make(self, *, width_m: float, height_m: float, resolution_m: float, seed: int, **options: float) -> Grid:
         """Generate a map with its lower left corner at the origin.
 
-        Raises
-        ------
-        MapError
-            With every parameter that is out of range.
+        Raise `MapError` with every parameter that is out of range.
         """
         wrong = {key: value for key, value in options.items() if not 0 <= value <= self.most[key]}
         if wrong:

@@ -3,9 +3,8 @@
 A built-in map never changes: its generator, size and seed are constants here; the mission's seed draws only the starts.
 Carriers are twice as fast as rovers and see twice as far, as in the paper's section IV-C.
 
-References
-----------
-Wurm et al., Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning, section IV-C.
+References: Wurm et al., Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning,
+section IV-C.
 """
 
 from __future__ import annotations
@@ -29,23 +28,15 @@ EVERYWHERE = frozenset({FLOOR, ROUGH})
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BuiltIn:
-    """A built-in scenario: a generated map and the terrains that its rovers can drive on.
-
-    Parameters
-    ----------
-    generator
-        Name in `GENERATORS`.
-    options
-        The generator's options.
-    """
+    """A built-in scenario: a generated map and the terrains that its rovers can drive on."""
 
     summary: str
-    generator: str
+    generator: str  # name in `GENERATORS`
     width_m: float
     height_m: float
     seed: int
     rover_terrains: frozenset[int]
-    options: Mapping[str, float] = field(default_factory=dict)
+    options: Mapping[str, float] = field(default_factory=dict)  # the generator's options
 
     def grid(self) -> Grid:
         """Generate the map."""
@@ -109,10 +100,7 @@ SCENARIOS: dict[str, BuiltIn] = {
 def builtin_scenario(name: str, carriers: int = DEFAULT_CARRIERS, rovers: int = DEFAULT_ROVERS) -> Scenario:
     """Return the built-in scenario `name` with a team of `carriers`, each with `rovers`.
 
-    Raises
-    ------
-    ScenarioError
-        If there is no such scenario, or the team is too large or has no carrier.
+    Raise `ScenarioError` if there is no such scenario, or the team is too large or has no carrier.
     """
     if name not in SCENARIOS:
         raise ScenarioError(f"unknown scenario {name!r}; built in: {', '.join(SCENARIOS)}")
@@ -131,10 +119,7 @@ def bare_map_scenario(
 ) -> Scenario:
     """Return the scenario of a map without a scenario file: the default types and team on `grid`, within limits `most`.
 
-    Raises
-    ------
-    ScenarioError
-        If the team is too large or has no carrier, or a robot covers too many cells.
+    Raise `ScenarioError` if the team is too large or has no carrier, or a robot covers too many cells.
     """
     check_team_size(carriers, rovers)
     kinds = default_types(max(1, rovers))

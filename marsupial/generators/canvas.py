@@ -49,10 +49,7 @@ class Box(NamedTuple):
 def solid(size: CanvasSize, seed: int, least_m: tuple[float, float]) -> CellArray:
     """Return an array (height, width) of obstacles to carve; its size must be at least `least_m`.
 
-    Raises
-    ------
-    MapError
-        With every parameter that is out of range.
+    Raise `MapError` with every parameter that is out of range.
     """
     width_m, height_m, resolution_m = size
     problems = []

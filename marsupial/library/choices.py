@@ -19,10 +19,7 @@ DEFAULT_BUDGET_S = 1.0
 def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DEFAULT_BUDGET_S) -> Budget:
     """Return the budget of a planning call; `default_s` seconds if neither is given.
 
-    Raises
-    ------
-    UsageError
-        If both are given, or one that is no number, or not positive and finite.
+    Raise `UsageError` if both are given, or one that is no number, or not positive and finite.
     """
     if seconds is None and steps is None:
         return Budget(seconds=default_s)
@@ -37,9 +34,6 @@ def takes_budget(strategy: str) -> bool:
 def planner_for(strategy: str | Decider, planner: str | Engine) -> str | Engine:
     """Return `planner`, or `NO_PLANNER` if the strategy is an object or asks no planner.
 
-    Raises
-    ------
-    EngineUnavailable
-        If the strategy comes from an installed package and can't be loaded.
+    Raise `EngineUnavailable` if the strategy comes from an installed package and can't be loaded.
     """
     return planner if isinstance(strategy, str) and asks_planner(strategy) else NO_PLANNER

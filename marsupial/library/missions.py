@@ -46,19 +46,10 @@ def simulate(
 
     The strategy may also be the clairvoyant (`marsupial.strategies.clairvoyant`), which knows the true map.
 
-    Parameters
-    ----------
-    strategy, planner
-        Names or objects. A name gets a new object for this mission.
-    sensor
-        The robots' sensor; None for the exact field of view.
-
-    Raises
-    ------
-    ScenarioError
-        If the team can't be placed, or does not suit the strategy.
-    EngineUnavailable, UsageError
-        If the strategy or planner can't be used.
+    `strategy`, `planner`: names or objects. A name gets a new object for this mission.
+    `sensor`: the robots' sensor; None for the exact field of view.
+    Raise `ScenarioError` if the team can't be placed, or does not suit the strategy.
+    Raise `EngineUnavailable` or `UsageError` if the strategy or planner can't be used.
     """
     began = perf_counter()
     decider: Decider | None = None

@@ -54,21 +54,11 @@ def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rov
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadedScenario:
-    """A scenario that was loaded.
+    """A scenario that was loaded."""
 
-    Parameters
-    ----------
-    source
-        Its built-in name or path.
-    scenario
-        The scenario, with the team asked for.
-    reading
-        How its map file was interpreted, None if there is none.
-    """
-
-    source: str
-    scenario: Scenario
-    reading: MapReading | None = None
+    source: str  # its built-in name or path
+    scenario: Scenario  # the scenario, with the team asked for
+    reading: MapReading | None = None  # how its map file was interpreted, None if there is none
 
     def warnings(self) -> list[str]:
         """Return what looks wrong about map and starts, each with the name of the file; this analyses the whole map."""

@@ -19,10 +19,7 @@ from marsupial.model.situation import Situation
 def situation_of(source: Situation | Mapping[str, Any] | str | PathLike[str]) -> Situation:
     """Return a situation unchanged, from its JSON as a dict, or from a file (PDDL if its name ends in ``.pddl``).
 
-    Raises
-    ------
-    SituationError
-        With every problem found.
+    Raise `SituationError` with every problem found.
     """
     if isinstance(source, Situation):
         return source

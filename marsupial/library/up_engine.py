@@ -72,12 +72,8 @@ def register_with_unified_planning(environment: object | None = None) -> None:
 class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
     """An engine for problems of marsupial's domain.
 
-    Parameters
-    ----------
-    planner
-        One of marsupial's planners (``marsupial planners`` lists them).
-    steps
-        Number of counted steps to plan for, which is reproducible; None plans until the timeout.
+    `planner`: one of marsupial's planners (``marsupial planners`` lists them).
+    `steps`: number of counted steps to plan for, which is reproducible; None plans until the timeout.
     """
 
     def __init__(self, planner: str = "auto", steps: int | None = None) -> None:
@@ -148,10 +144,7 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
 def situation_of_problem(problem: Any) -> Situation:
     """Return the situation that a problem of unified-planning describes.
 
-    Raises
-    ------
-    UPUsageError
-        If it is not of marsupial's domain, with every problem found.
+    Raise `UPUsageError` if it is not of marsupial's domain, with every problem found.
     """
     # Compare whole actions, with conditions and effects: a domain may share only names with ours.
     domain = PDDLReader(problem.environment).parse_problem_string(domain_text())
@@ -190,11 +183,8 @@ def _atom(fact: Any) -> str:
 def to_up_plan(plan: Plan, problem: Any, situation: Situation) -> TimeTriggeredPlan:
     """Return a plan for `situation` as a time-triggered plan of its `problem`.
 
-    Raises
-    ------
-    InvalidPlanError
-        If PDDL can't express it: a name that the situation doesn't have or of the wrong type, or a start before the
-        robot is free.
+    Raise `InvalidPlanError` if PDDL can't express it: a name that the situation doesn't have or of the wrong type, or a
+    start before the robot is free.
     """
     timed = []
     for step in steps_of(plan, situation):

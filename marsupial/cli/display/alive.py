@@ -16,10 +16,7 @@ class Alive:
 
     The first comes soon, to show that the program works; the intervals grow, so that hours of work print few lines.
 
-    Parameters
-    ----------
-    what
-        Returns the message; called in another thread.
+    `what`: returns the message; called in another thread.
     """
 
     def __init__(self, what: Callable[[], str], first_s: float = FIRST_S, last_s: float = LAST_S) -> None:

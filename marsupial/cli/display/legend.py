@@ -20,10 +20,7 @@ HEADS = ("symbol in the file", "means", "cells", "most of them")
 def legend_rows(legend: Sequence[LegendEntry], names: Mapping[int, str]) -> list[tuple[str, str, str, str]]:
     """Return rows for `HEADS`; a sequence of many numbered symbols with the same meaning shares a row.
 
-    Parameters
-    ----------
-    names
-        The name of each terrain code.
+    `names`: the name of each terrain code.
     """
     runs: list[list[LegendEntry]] = []
     for _, alike in groupby(legend, key=_kind):

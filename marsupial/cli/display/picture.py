@@ -30,10 +30,7 @@ _LINES_BESIDE_MAP = 4  # up to two lines about the mission, and room for the pro
 class Picture:
     """Draws the moments of one mission for one console.
 
-    Parameters
-    ----------
-    shown
-        Mask (height, width) of the cells that must be in the picture; all if it is empty.
+    `shown`: mask (height, width) of the cells that must be in the picture; all if it is empty.
     """
 
     def __init__(self, mission: MissionStarted, shown: Mask, console: Console) -> None:

@@ -94,15 +94,9 @@ class _EachPlan(Observer):
 
 
 class _Lines(Observer):
-    """Prints the start with the first plan, a line a minute of simulated time, and the end.
+    """Prints the start with the first plan, a line a minute of simulated time, and the end."""
 
-    Attributes
-    ----------
-    alive
-        Prints its lines, and `now` if none was printed for a while.
-    """
-
-    alive: Alive
+    alive: Alive  # prints its lines, and `now` if none was printed for a while
 
     def __init__(self, watch: MissionWatch) -> None:
         self._watch = watch

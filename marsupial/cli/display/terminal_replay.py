@@ -28,10 +28,7 @@ def play(
 ) -> None:
     """Play a mission at `speed` times its own pace.
 
-    Parameters
-    ----------
-    clock, sleep
-        Functions that return the wall-clock seconds, and that wait for some.
+    `clock`, `sleep`: functions that return the wall-clock seconds, and that wait for some.
     """
     playback = Playback(events)
     if moves(console):

@@ -9,13 +9,7 @@ from marsupial.model.grid import UNKNOWN, Mask
 
 
 class MissionWatch(MissionTracker):
-    """The state of a running mission.
-
-    Attributes
-    ----------
-    area
-        Mask (height, width) of the cells to explore.
-    """
+    """The state of a running mission. `area`: mask (height, width) of the cells to explore."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -47,10 +47,7 @@ def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contende
 
     `planner` is for those that name none.
 
-    Raises
-    ------
-    UsageError, EngineUnavailable
-        If a strategy or planner is unknown or can't be used here.
+    Raise `UsageError` or `EngineUnavailable` if a strategy or planner is unknown or can't be used here.
     """
     found = [_contender(part.strip(), planner or DEFAULT_PLANNER, budget) for part in text.split(",")]
     twice = [str(contender) for contender in found if found.count(contender) > 1]

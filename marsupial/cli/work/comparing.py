@@ -54,10 +54,7 @@ def check_teams(comparison: Comparison) -> None:
 def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: str | None, retry_failed: bool) -> None:
     """Run the remaining missions of a comparison, with progress on stderr, and write its documents.
 
-    Raises
-    ------
-    UsageError
-        If the folder or the Ray cluster can't be used, or `workers` and `ray` are both given.
+    Raise `UsageError` if the folder or the Ray cluster can't be used, or `workers` and `ray` are both given.
     """
     check_teams(comparison)
     runner = _runner(comparison, workers, ray)

@@ -62,10 +62,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
 
     The first Ctrl-C ends it with a stop report.
 
-    Parameters
-    ----------
-    again
-        Whether another mission on this map was run before, so that its warnings need no repetition.
+    `again`: whether another mission on this map was run before, so that its warnings need no repetition.
     """
     check_strategy(request.strategy)
     budget = budget_of(request.budget_s, request.steps)

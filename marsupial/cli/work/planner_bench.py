@@ -33,10 +33,7 @@ class Selection:
     def of(cls, engines: Iterable[str], patterns: Iterable[str], budgets_s: Iterable[float]) -> Selection:
         """Return the selection of these options; all engines, instances or budgets if none are named.
 
-        Raises
-        ------
-        UsageError
-            If an engine or instance is unknown, a budget is not positive, or no engine can be used.
+        Raise `UsageError` if an engine or instance is unknown, a budget is not positive, or no engine can be used.
         """
         patterns, budgets_s = tuple(patterns), tuple(budgets_s) or BUDGETS_S
         asked = contenders(tuple(engines))
@@ -57,18 +54,10 @@ class Selection:
 def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) -> tuple[RunRow, ...]:
     """Run all rounds and return their rows.
 
-    Parameters
-    ----------
-    json, update
-        File for the rows, and file of best plans to improve; both are written after every round. Changes that others
-        make to the latter meanwhile are merged.
-
-    Raises
-    ------
-    InputError
-        If `update` is not a file of best plans.
-    InvalidPlanError
-        If a plan in it is wrong.
+    `json`, `update`: file for the rows, and file of best plans to improve; both are written after every round. Changes
+    that others make to the latter meanwhile are merged.
+    Raise `InputError` if `update` is not a file of best plans.
+    Raise `InvalidPlanError` if a plan in it is wrong.
     """
     best = known_best()
     _merge(best, update)

@@ -38,18 +38,12 @@ class KeepoutMask:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SpeedMask:
-    """The areas with speed limits.
-
-    Parameters
-    ----------
-    percents
-        By terrain code the highest limit, in percent of the full speed, of cells that become this terrain.
-    base, multiplier
-        The fields of nav2's `CostmapFilterInfo`.
-    """
+    """The areas with speed limits."""
 
     occupancy: Occupancy
+    # by terrain code the highest limit, in percent of the full speed, of cells that become this terrain
     percents: Mapping[int, float]
+    # base, multiplier: the fields of nav2's `CostmapFilterInfo`
     base: float = BASE
     multiplier: float = MULTIPLIER
 

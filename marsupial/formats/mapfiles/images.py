@@ -52,41 +52,22 @@ _BROKEN = (OSError, ValueError, SyntaxError, EOFError, IndexError, OverflowError
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GreyImage:
-    """An image as grey values.
+    """An image as grey values."""
 
-    Parameters
-    ----------
-    grey
-        uint8 (height, width), the top row first.
-    opaque
-        Mask (height, width) of the pixels whose alpha is 255; None if the image has no alpha.
-    format, mode
-        File format and pixel format by Pillow's names (``PNG``, ``RGB``).
-    coloured
-        Number of pixels whose red, green and blue differ.
-    """
-
-    grey: CellArray
-    opaque: Mask | None
+    grey: CellArray  # uint8 (height, width), the top row first
+    opaque: Mask | None  # mask (height, width) of the pixels whose alpha is 255; None if the image has no alpha
+    # format, mode: file format and pixel format by Pillow's names (``PNG``, ``RGB``)
     format: str
     mode: str
-    coloured: int
+    coloured: int  # number of pixels whose red, green and blue differ
 
 
 def read_grey(path: Path, *, field: str = "image", source: str = "", max_cells: int = MAX_CELLS) -> GreyImage:
     """Read an image file as grey.
 
-    Parameters
-    ----------
-    field, source
-        The field that names the image, and its file, for the error.
-    max_cells
-        Most pixels of the image.
-
-    Raises
-    ------
-    MapError
-        If the file is missing, no image, broken or too big.
+    `field`, `source`: the field that names the image, and its file, for the error.
+    `max_cells`: most pixels of the image.
+    Raise `MapError` if the file is missing, no image, broken or too big.
     """
     fault = file_fault(path)
     if fault is None:
@@ -98,13 +79,7 @@ def read_grey(path: Path, *, field: str = "image", source: str = "", max_cells: 
 
 
 def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) -> GreyImage:
-    """Return the image in `data`; see `read_grey`.
-
-    Raises
-    ------
-    MapError
-        If it is no image, broken or too big.
-    """
+    """Return the image in `data`; see `read_grey`. Raise `MapError` if it is no image, broken or too big."""
     try:
         return _decode(io.BytesIO(data), max_cells)
     except _Undecodable as undecodable:
@@ -114,10 +89,7 @@ def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) ->
 def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
     """Return width and height of the PNG or PGM image in `data`; only the header is read.
 
-    Raises
-    ------
-    MapError
-        If it is no such image.
+    Raise `MapError` if it is no such image.
     """
     size = _header_size(io.BytesIO(data), (PngImageFile, PpmImageFile))
     if size is None:

@@ -35,15 +35,8 @@ UNIT_M = 1.0
 def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapReading:
     """Read a `.map` file; return the map and how its characters were interpreted.
 
-    Parameters
-    ----------
-    resolution_m
-        Size of a cell; None for the default, with a warning.
-
-    Raises
-    ------
-    MapError
-        With every fault and its line.
+    `resolution_m`: size of a cell; None for the default, with a warning.
+    Raise `MapError` with every fault and its line.
     """
     lines = _lines(read_bytes(Path(path), MapError, 2 * MAX_CELLS))
     if not lines:

@@ -50,10 +50,7 @@ _BECAME = {FLOOR: "free", OBSTACLE: "obstacle", UNKNOWN: "unknown"}
 def read_nav2(path: Path | str) -> MapReading:
     """Read a nav2 map; return the map and how its greys were interpreted.
 
-    Raises
-    ------
-    MapError
-        With every wrong field of the yaml, or the fault of the image.
+    Raise `MapError` with every wrong field of the yaml, or the fault of the image.
     """
     header = read_header(Path(path))
     return understand_image(header, read_grey(header.image, source=str(path)))
@@ -62,10 +59,7 @@ def read_nav2(path: Path | str) -> MapReading:
 def read_occupancy(path: Path | str) -> Occupancy:
     """Read a nav2 map as the occupancies that nav2's map server publishes; transparent pixels are unknown.
 
-    Raises
-    ------
-    MapError
-        See `read_nav2`.
+    Raise `MapError`: see `read_nav2`.
     """
     header = read_header(Path(path))
     image = read_grey(header.image, source=str(path))

@@ -60,13 +60,7 @@ class Nav2Header:
 
 
 def read_header(path: Path) -> Nav2Header:
-    """Read a map's yaml file, and check that its image exists.
-
-    Raises
-    ------
-    MapError
-        With every wrong field.
-    """
+    """Read a map's yaml file, and check that its image exists. Raise `MapError` with every wrong field."""
     text = read_bytes(path, MapError, MAX_YAML_BYTES)
     data = _load(text, str(path))
     fields = Fields(data, "", [])
@@ -81,10 +75,7 @@ def read_header(path: Path) -> Nav2Header:
 def header_of(data: bytes) -> Nav2Header:
     """Return the header in the bytes of a yaml file, without a look at its image.
 
-    Raises
-    ------
-    MapError
-        With every wrong field.
+    Raise `MapError` with every wrong field.
     """
     if len(data) > MAX_YAML_BYTES:
         raise MapError(f"has {len(data)} bytes, more than the limit of {MAX_YAML_BYTES}")

@@ -25,17 +25,10 @@ FREE_THRESH, OCCUPIED_THRESH = 0.25, 0.65
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Occupancy:
-    """A grid of occupancies.
+    """A grid of occupancies."""
 
-    Parameters
-    ----------
-    values
-        int8, shape (height, width), row 0 the lowest: -1 unknown, 0 to 100.
-    resolution_m, origin_m
-        As of a `Grid`.
-    """
-
-    values: OccupancyArray
+    values: OccupancyArray  # int8, shape (height, width), row 0 the lowest: -1 unknown, 0 to 100
+    # resolution_m, origin_m: as of a `Grid`
     resolution_m: float
     origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -58,10 +51,7 @@ def terrain_codes(
 ) -> CellArray:
     """Return floor, obstacle or unknown for each occupancy; between the thresholds it is unknown.
 
-    Parameters
-    ----------
-    free_thresh, occupied_thresh
-        Highest occupancy, from 0 to 1, of a free cell, and lowest of an occupied one.
+    `free_thresh`, `occupied_thresh`: highest occupancy, from 0 to 1, of a free cell, and lowest of an occupied one.
     """
     occupancy = np.arange(256, dtype=np.uint8).view(np.int8)
     known = (occupancy >= 0) & (occupancy <= OCCUPIED)

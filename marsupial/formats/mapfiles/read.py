@@ -39,15 +39,8 @@ def has_scale(path: Path) -> bool:
 def read_map(path: Path | str, resolution_m: float | None = None) -> MapReading:
     """Read a map file; return the map and how it was interpreted.
 
-    Parameters
-    ----------
-    resolution_m
-        Size of a cell for a map without one (`has_scale`); other maps ignore it.
-
-    Raises
-    ------
-    MapError
-        If the file is missing, of an unknown kind, or has faults.
+    `resolution_m`: size of a cell for a map without one (`has_scale`); other maps ignore it.
+    Raise `MapError` if the file is missing, of an unknown kind, or has faults.
     """
     path = Path(path)
     if names_recording(path):

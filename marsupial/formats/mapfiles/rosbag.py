@@ -57,10 +57,7 @@ def split_topic(path: Path) -> tuple[Path, str | None]:
 def read_rosbag(path: Path | str) -> MapReading:
     """Read the last map of a recording; return the map and how it was interpreted.
 
-    Raises
-    ------
-    MapError
-        If it can't be read, has no map, or has several topics with maps and none is named.
+    Raise `MapError` if it can't be read, has no map, or has several topics with maps and none is named.
     """
     recording, topic = split_topic(Path(path))
     if not recording.is_dir() and (fault := file_fault(recording)) is not None:
@@ -80,10 +77,7 @@ def read_rosbag(path: Path | str) -> MapReading:
 def occupancy_of(message: Any, source: str = "") -> Occupancy:
     """Return the occupancies of a `nav_msgs/OccupancyGrid` of `rosbags`.
 
-    Raises
-    ------
-    MapError
-        If its numbers contradict each other, or it is too large.
+    Raise `MapError` if its numbers contradict each other, or it is too large.
     """
     info, data = message.info, np.asarray(message.data, dtype=np.int8)
     size = info.width * info.height

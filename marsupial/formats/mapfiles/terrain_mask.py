@@ -22,10 +22,7 @@ from marsupial.wording import counted
 def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Grid:
     """Return the grid with the terrain classes of a mask image in a file.
 
-    Raises
-    ------
-    MapError
-        See `apply_mask`; also if there is no such image.
+    Raise `MapError`: see `apply_mask`; also if there is no such image.
     """
     source = str(mask_path)
     _check_codes(codes, grid, source)
@@ -35,15 +32,8 @@ def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Gr
 def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source: str = "") -> Grid:
     """Return the grid with the terrain classes of a mask image.
 
-    Parameters
-    ----------
-    codes
-        Terrain codes of the grid by grey (0 to 255); every grey on a known cell without obstacle needs one.
-
-    Raises
-    ------
-    MapError
-        With unusable entries of `codes`, the other size of the mask, or the greys without an entry.
+    `codes`: terrain codes of the grid by grey (0 to 255); every grey on a known cell without obstacle needs one.
+    Raise `MapError` with unusable entries of `codes`, the other size of the mask, or the greys without an entry.
     """
     _check_codes(codes, grid, source)
     if mask.grey.shape != grid.cells.shape:

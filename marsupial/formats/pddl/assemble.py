@@ -25,13 +25,7 @@ Members = Mapping[str, str]
 
 
 def assemble(table: FactTable) -> Situation:
-    """Return the situation that the facts describe.
-
-    Raises
-    ------
-    SituationError
-        With every contradiction and its line.
-    """
+    """Return the situation that the facts describe. Raise `SituationError` with every contradiction and its line."""
     members = {robot: _type_word(table, robot) for robot in table.of_kind("carrier", "rover")}
     _check_starts(table)
     _check_loads(table)

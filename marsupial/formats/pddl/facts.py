@@ -101,10 +101,8 @@ def seconds(ms: int) -> str:
 def exact(text: str) -> Fraction:
     """Return the number in a text exactly: decimal, with an exponent, or a fraction (``1/3``).
 
-    Raises
-    ------
-    ValueError
-        If it is no number, has more than 1100 digits, or is beyond `MOST`: ``1e1000000`` would fill the memory.
+    Raise `ValueError` if it is no number, has more than 1100 digits, or is beyond `MOST`: ``1e1000000`` would fill the
+    memory.
     """
     if _NUMBER.fullmatch(text) is None:
         raise ValueError(f"{text[:40]!r} is no number of at most 1100 digits")
@@ -130,15 +128,8 @@ def start_of(situation: Situation) -> dict[str, RobotState]:
 def problem_facts(situation: Situation, *, records: bool = True) -> ProblemFacts:
     """Return the objects, facts and goals of `situation`.
 
-    Parameters
-    ----------
-    records
-        Whether to include the facts that no action reads.
-
-    Raises
-    ------
-    SituationError
-        If a target's reveal is no finite number, which PDDL can't express.
+    `records`: whether to include the facts that no action reads.
+    Raise `SituationError` if a target's reveal is no finite number, which PDDL can't express.
     """
     sections = [
         ("Where everybody is", tuple(_whereabouts(situation))),

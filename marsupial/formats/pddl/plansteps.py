@@ -31,21 +31,14 @@ from marsupial.model.bounds import BOUNDS
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """One line of a PDDL plan, with PDDL names and the printed seconds.
-
-    Attributes
-    ----------
-    where
-        The line's name in messages.
-    start_off, duration_off
-        The most seconds by which the true time may differ from the printed one, which is rounded.
-    """
+    """One line of a PDDL plan, with PDDL names and the printed seconds."""
 
     start: Fraction
     name: str
     args: tuple[str, ...]
     duration: Fraction | None
-    where: str = ""
+    where: str = ""  # the line's name in messages
+    # start_off, duration_off: the most seconds by which the true time may differ from the printed one, which is rounded
     start_off: Fraction = Fraction(0)
     duration_off: Fraction = Fraction(0)
 
@@ -61,10 +54,8 @@ class Reading:
 def steps_of(plan: Plan, situation: Situation) -> tuple[Step, ...]:
     """Return the steps of a plan, in its order.
 
-    Raises
-    ------
-    InvalidPlanError
-        If an action has an unknown name, or starts before its robot is free, which PDDL can't express.
+    Raise `InvalidPlanError` if an action has an unknown name, or starts before its robot is free, which PDDL can't
+    express.
     """
     return tuple(_step(action, situation) for action in plan.actions)
 
@@ -77,10 +68,7 @@ def plan_of(steps: Iterable[Step], situation: Situation) -> Plan:
 def reading_of(steps: Iterable[Step], situation: Situation) -> Reading:
     """Return the plan of the steps for `situation`, and the actions whose rounded times were corrected.
 
-    Raises
-    ------
-    PlanTextError
-        With every step that has an unknown name, a name of the wrong kind, or no usable time.
+    Raise `PlanTextError` with every step that has an unknown name, a name of the wrong kind, or no usable time.
     """
     problems: list[Problem] = []
     timed: list[_Timed] = []

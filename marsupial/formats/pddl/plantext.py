@@ -32,10 +32,7 @@ def write_plan_text(plan: Plan, situation: Situation) -> str:
 
     The first drive of a busy robot starts at 0 and takes longer by the rest of its running action, like `path_cost`.
 
-    Raises
-    ------
-    InvalidPlanError
-        If an action has an unknown robot, or starts before its robot is free.
+    Raise `InvalidPlanError` if an action has an unknown robot, or starts before its robot is free.
     """
     lines = [f"; {counted(len(plan.actions), 'action')}, makespan {seconds(plan.makespan_ms)} s"]
     lines += [_line(step) for step in steps_of(plan, situation)]
@@ -52,10 +49,7 @@ def read_plan(text: str, situation: Situation) -> Reading:
 
     The plan may be invalid: the checker finds out.
 
-    Raises
-    ------
-    PlanTextError
-        With every line that can't be read.
+    Raise `PlanTextError` with every line that can't be read.
     """
     problems: list[Problem] = []
     steps = list(_steps(text, problems))

@@ -29,10 +29,7 @@ _SECTIONS = (":domain", ":objects", ":init", ":goal", ":metric", ":requirements"
 def read_problem(text: str) -> Situation:
     """Return the situation that a problem of the canonical domain describes.
 
-    Raises
-    ------
-    SituationError
-        With every problem and its line; for another domain's problem, with what it lacks.
+    Raise `SituationError` with every problem and its line; for another domain's problem, with what it lacks.
     """
     form = parse_form(text)
     if strange := foreign_problem(form):

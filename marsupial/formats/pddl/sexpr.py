@@ -53,10 +53,7 @@ def at_line(line: int, message: str) -> Problem:
 def parse_form(text: str) -> Form:
     """Return the single form of a text.
 
-    Raises
-    ------
-    SituationError
-        With the line of a missing or extra bracket, or of a word outside of the form.
+    Raise `SituationError` with the line of a missing or extra bracket, or of a word outside of the form.
     """
     # The stack of open forms: their items so far, and the lines of their opening brackets.
     root: list[Word | Form] = []

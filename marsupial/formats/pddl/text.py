@@ -27,10 +27,7 @@ def pddl_folder() -> Traversable:
 
     In a checkout it is at the top, where people find it; a wheel has it as ``marsupial/data/pddl``.
 
-    Raises
-    ------
-    InternalError
-        If marsupial was installed without it.
+    Raise `InternalError` if marsupial was installed without it.
     """
     checkout = Path(__file__).resolve().parents[3] / "pddl"
     for folder in (files("marsupial") / "data" / "pddl", checkout):
@@ -48,19 +45,11 @@ def domain_text() -> str:
 def problem_text(situation: Situation, *, name: str = "exploration", records: bool = True) -> str:
     """Return `situation` as a problem of the canonical domain; durations in seconds with three decimals.
 
-    Parameters
-    ----------
-    name
-        Name of the problem.
-    records
-        Whether to write the facts that no action reads. Without them the problem is shorter and has the same plans, but
-        the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and the
-        times until robots are free are part of their first drives.
-
-    Raises
-    ------
-    SituationError
-        If a target's reveal is no finite number.
+    `name`: name of the problem.
+    `records`: whether to write the facts that no action reads. Without them the problem is shorter and has the same
+    plans, but the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and
+    the times until robots are free are part of their first drives.
+    Raise `SituationError` if a target's reveal is no finite number.
     """
     facts = problem_facts(situation, records=records)
     lines = [f"(define (problem {encode_name(name)})", "  (:domain marsupial)", "", "  (:objects"]
@@ -76,11 +65,8 @@ def problem_text(situation: Situation, *, name: str = "exploration", records: bo
 def check_domain(text: str) -> None:
     """Check that `text` is the canonical domain; comments, layout, order and requirements may differ.
 
-    Raises
-    ------
-    SituationError
-        With each predicate, function, type or action that is missing, unknown or different, and its line; if most are
-        missing, with their names by kind.
+    Raise `SituationError` with each predicate, function, type or action that is missing, unknown or different, and its
+    line; if most are missing, with their names by kind.
     """
     form = parse_form(text)
     given, wanted = _declarations(form), _declarations(parse_form(domain_text()))

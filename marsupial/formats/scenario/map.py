@@ -160,10 +160,7 @@ def drawn_cells(
 ) -> CellArray:
     """Return the map drawn in rows of characters; it is valid only if no problem was noted.
 
-    Parameters
-    ----------
-    legend
-        Terrain names by further characters.
+    `legend`: terrain names by further characters.
     """
     before = len(notes.problems)
     symbols = SYMBOLS | _legend_codes(legend, terrains, notes.below("legend"))

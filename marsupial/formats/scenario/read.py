@@ -29,13 +29,7 @@ MOST_BYTES = 64 * 1024 * 1024
 
 
 def read_scenario(path: Path | str) -> Scenario:
-    """Read a scenario file.
-
-    Raises
-    ------
-    ScenarioError
-        With every wrong field by its path and line.
-    """
+    """Read a scenario file. Raise `ScenarioError` with every wrong field by its path and line."""
     return read_scenario_and_map(path)[0]
 
 

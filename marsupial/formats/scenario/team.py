@@ -78,10 +78,7 @@ def with_team(scenario: Scenario, carriers: int | None, rovers: int | None) -> S
     The new team has the types of the first carrier and the first rover, and its starts are drawn. The number of rovers
     to keep is that of the first carrier.
 
-    Raises
-    ------
-    ScenarioError
-        If the numbers are out of bounds, or a carrier of this scenario doesn't hold so many rovers.
+    Raise `ScenarioError` if the numbers are out of bounds, or a carrier of this scenario doesn't hold so many rovers.
     """
     if carriers is None and rovers is None:
         return scenario

@@ -39,10 +39,7 @@ _Dumper.add_representer(
 def write_scenario(scenario: Scenario, path: Path | str) -> None:
     """Write a scenario file; if that fails, an older file at `path` is unchanged.
 
-    Raises
-    ------
-    ScenarioError
-        If the file can't be written.
+    Raise `ScenarioError` if the file can't be written.
     """
     path = Path(path)
     try:

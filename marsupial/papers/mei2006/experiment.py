@@ -1,8 +1,6 @@
 """The experiments of Mei et al.: energy-efficient exploration by one robot, and energy-efficient routes.
 
-References
-----------
-Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V, Figs. 8 to 13.
+References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V, Figs. 8 to 13.
 """
 
 from __future__ import annotations

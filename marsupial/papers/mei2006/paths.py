@@ -5,9 +5,7 @@ those of the textbook version of Dijkstra's algorithm: of equal ones it keeps th
 Robots move to any free neighbour, past corners too: "if both cells are free" (section IV-A). With the movement rule of
 marsupial's robots, which cuts no corners, the same pairs save less and have longer routes.
 
-References
-----------
-Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V-B.
+References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V-B.
 """
 
 from __future__ import annotations
@@ -36,18 +34,10 @@ PRINTED_SAVED, PRINTED_LONGER = 0.084, 0.007
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RoutePairs:
-    """The shortest path and the route of least energy between pairs of cells.
+    """The shortest path and the route of least energy between pairs of cells."""
 
-    Parameters
-    ----------
-    shortest
-        (n, 2): length and energy of the shortest path.
-    cheapest
-        (n, 2): those of the route of least energy.
-    """
-
-    shortest: Floats
-    cheapest: Floats
+    shortest: Floats  # (n, 2): length and energy of the shortest path
+    cheapest: Floats  # (n, 2): those of the route of least energy
 
     @property
     def saved(self) -> float:

@@ -1,8 +1,6 @@
 """The routes of two strategies through the same area, side by side.
 
-References
-----------
-Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, Figs. 8 to 10.
+References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, Figs. 8 to 10.
 """
 
 from __future__ import annotations

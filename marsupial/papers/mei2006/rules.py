@@ -5,9 +5,7 @@ Both consider the frontier cells of the sensing region, those in line of sight w
 the closest one outside. The robot senses at every cell, and chooses again as soon as its goal is no frontier cell any
 more, which happens long before it arrives.
 
-References
-----------
-Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections IV-B and V-C.
+References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections IV-B and V-C.
 """
 
 from __future__ import annotations
@@ -64,16 +62,11 @@ class Orientation(_SensingRule):
 
     The robot goes as far along the list as cells are neighbours and less than a share of the sensor range d_s away from
     the first: so it sees what is to the left, without following walls closely.
-
-    Parameters
-    ----------
-    share
-        Share of d_s.
     """
 
     name: ClassVar[str] = "orientation"
 
-    share: float = 0.7
+    share: float = 0.7  # share of d_s
 
     def pick(self, view: FrontierView, robot: Explorer, cells: Ints) -> int:
         """Return the last cell of the list that is near enough to its head."""

@@ -7,11 +7,9 @@ segment share its frontiers in the same way. A frontier is a group of touching f
 The closest frontier is the baseline. Its distance is that of its nearest cell. Robots without a frontier choose one
 after the other, in the order of the team; once every frontier has a robot they choose among all.
 
-References
-----------
-Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
-sections III, V and VI-A, Algorithm 1, Eq. 4. In their simulations the segmentation was given; ours is computed from the
-known map, as in section IV and on their robots.
+References: Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS
+2008, sections III, V and VI-A, Algorithm 1, Eq. 4. In their simulations the segmentation was given; ours is computed
+from the known map, as in section IV and on their robots.
 """
 
 from __future__ import annotations
@@ -31,20 +29,14 @@ from marsupial.strategies.frontier.view import FrontierView
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Segments:
-    """Algorithm 1.
-
-    Parameters
-    ----------
-    discount
-        Factor on the cost of a robot's own segment, a constant that the paper does not give.
-    """
+    """Algorithm 1."""
 
     name: ClassVar[str] = "segmentation"
     each_step: ClassVar[bool] = False
     gives_up: ClassVar[bool] = True
     most_robots: ClassVar[int | None] = None
 
-    discount: float = 0.5
+    discount: float = 0.5  # factor on the cost of a robot's own segment, a constant that the paper does not give
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
         """Return for each robot the nearest cell of a frontier in its segment, if it can reach one."""
@@ -98,10 +90,7 @@ def assignment(costs: Floats) -> Ints:
     If there are more rows than columns, columns are duplicated, so that they are used equally often as far as costs are
     finite. The sum of the costs is minimal under these conditions.
 
-    Parameters
-    ----------
-    costs
-        (rows, columns): 0 or more, inf for forbidden assignments.
+    `costs`: (rows, columns): 0 or more, inf for forbidden assignments.
     """
     rows, columns = costs.shape
     if not costs.size:

@@ -16,10 +16,8 @@ if
 
 Without critical points, connected ground is one segment.
 
-References
-----------
-Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
-section IV, Eq. 3, Fig. 3.
+References: Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS
+2008, section IV, Eq. 3, Fig. 3.
 """
 
 from __future__ import annotations
@@ -43,43 +41,25 @@ RISE = 1.3
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Segmentation:
-    """The segments of a map, with the intermediate results.
+    """The segments of a map, with the intermediate results."""
 
-    Attributes
-    ----------
-    labels
-        (height, width): the segment of each known drivable cell, from 1; 0 for other cells.
-    count
-        Number of segments.
-    blocks, graph
-        The map in blocks and its Voronoi graph.
-    critical, dismissed
-        Blocks (row-major) of the critical points, and of those dismissed since they lead to nothing unknown.
-    """
-
-    labels: Ints32
-    count: int
+    labels: Ints32  # (height, width): the segment of each known drivable cell, from 1; 0 for other cells
+    count: int  # number of segments
+    # blocks, graph: the map in blocks and its Voronoi graph
     blocks: Blocks
     graph: VoronoiGraph
+    # critical, dismissed: blocks (row-major) of the critical points, and of those dismissed since they lead to nothing
+    # unknown
     critical: Ints
     dismissed: Ints
 
 
 class _Cuts(NamedTuple):
-    """Candidates for critical points, ascending.
+    """Candidates for critical points, ascending."""
 
-    Attributes
-    ----------
-    place
-        (c,) Position in the graph's `inner`.
-    edge
-        (c,) Edge of each.
-    from_start, from_end
-        (c,) Whether it is next to a junction at the first, or second, end of its edge.
-    """
-
-    place: Ints
-    edge: Ints
+    place: Ints  # (c,): position in the graph's `inner`
+    edge: Ints  # (c,): its edge
+    # from_start, from_end: (c,): whether it is next to a junction at the first, or second, end of its edge
     from_start: Flags
     from_end: Flags
 
@@ -87,13 +67,9 @@ class _Cuts(NamedTuple):
 def segment(grid: Grid, terrains: frozenset[int], frontier: Ints | None = None) -> Segmentation:
     """Return the segments of a map.
 
-    Parameters
-    ----------
-    terrains
-        Terrain codes that robots drive on; other known cells are obstacles.
-    frontier
-        The cells (row-major indices) with something left to explore. If None, critical points need not lead into the
-        unknown, so that all rooms are segments.
+    `terrains`: terrain codes that robots drive on; other known cells are obstacles.
+    `frontier`: the cells (row-major indices) with something left to explore. If None, critical points need not lead
+    into the unknown, so that all rooms are segments.
     """
     space = Blocks.of(grid, terrains)
     drivable = code_table(terrains)[grid.cells[space.window.cut]]
@@ -271,12 +247,8 @@ def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> 
 def _borders(piece: Ints, room: Ints, whole: Ints, width: int) -> Ints:
     """Return a pair (n, 2) of rooms, lower first, for each pair of adjacent cells in different wholes.
 
-    Parameters
-    ----------
-    piece
-        Piece of each cell, row-major on a map of `width`; -1 for none.
-    room, whole
-        Room of each piece, whole of each room.
+    `piece`: piece of each cell, row-major on a map of `width`; -1 for none.
+    `room`, `whole`: room of each piece, whole of each room.
     """
     found = np.empty((2 * len(piece), 2), dtype=np.int64)
     count = 0

@@ -5,9 +5,7 @@ per meeting to drive to, and per rover and meeting to dock or undock: nearly eve
 schema at most. What a robot does stands in one state variable per robot, its place. Times are integers; rounded up to
 about 500 units for the longest drive they are searched much faster than in ms; the plan is timed exactly afterwards.
 
-References
-----------
-Bit-Monnot: Enhancing hybrid CP-SAT search for disjunctive scheduling. ECAI 2023.
+References: Bit-Monnot: Enhancing hybrid CP-SAT search for disjunctive scheduling. ECAI 2023.
 """
 
 from __future__ import annotations
@@ -160,15 +158,10 @@ def _serve() -> tuple[subprocess.Popen[bytes], Any]:
 
 @dataclass(kw_only=True)
 class Encoding:
-    """Aries' problem and the meaning of its schemas and objects.
-
-    Attributes
-    ----------
-    meaning
-        Per schema the function that makes an action of its parameters' names.
-    """
+    """Aries' problem and the meaning of its schemas and objects."""
 
     problem: Problem
+    # per schema the function that makes an action of its parameters' names
     meaning: dict[str, Callable[[list[str]], Action]] = field(default_factory=dict)
 
     def actions(self, plan: Any) -> list[Action]:

@@ -52,10 +52,7 @@ class External(ProcessEngine):
 
     A place may be part of an argument. {plan}, where it is given, becomes the beginning of the names of plan files.
 
-    Raises
-    ------
-    UsageError
-        If the command line can't be split, or a place is missing.
+    Raise `UsageError` if the command line can't be split, or a place is missing.
     """
 
     def __init__(self, name: str, *, memory_bytes: int = 2 * GIB) -> None:
@@ -81,10 +78,7 @@ class External(ProcessEngine):
 def split_command(command: str) -> tuple[str, ...]:
     """Return the words of a command line, split as a shell does.
 
-    Raises
-    ------
-    UsageError
-        If that can't be done, or {domain} or {problem} is missing.
+    Raise `UsageError` if that can't be done, or {domain} or {problem} is missing.
     """
     try:
         words = shlex.split(command)

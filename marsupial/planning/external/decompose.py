@@ -5,9 +5,7 @@ by itself that has targets in reach. Robots of parts are disjoint. Targets go, t
 that can be there soonest, as long as that part has room: what no part has room for is left to a later replanning. Of
 the meeting points a part keeps the best two for each thing it may need one for. Merged, the parts' plans are one plan.
 
-References
-----------
-Wurm et al. 2010, section III-C: the planner is asked about what is near, since time to plan grows fast.
+References: Wurm et al. 2010, section III-C: the planner is asked about what is near, since time to plan grows fast.
 """
 
 from __future__ import annotations
@@ -26,30 +24,15 @@ NEVER = 1 << 50
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartSize:
-    """The largest size of a part.
+    """The largest size of a part."""
 
-    Parameters
-    ----------
-    carriers
-        Whole situations with more are split.
-    rovers
-        Rovers beside the carrier; more are kept only where a rover has no other to bring it back.
-    targets
-        Targets per part.
-    meetings
-        Whole situations with more are split.
-    choices
-        Meetings a part keeps for each need: a rover to a target, a rover to its carrier, a target back to the carrier.
-    seconds
-        What an engine needs to find a first plan for such a part, measured.
-    """
-
-    carriers: int = 1
-    rovers: int = 2
-    targets: int = 3
-    meetings: int = 4
+    carriers: int = 1  # whole situations with more are split
+    rovers: int = 2  # rovers beside the carrier; more are kept only where a rover has no other to bring it back
+    targets: int = 3  # targets per part
+    meetings: int = 4  # whole situations with more are split
+    # meetings a part keeps for each need: a rover to a target, a rover to its carrier, a target back to the carrier
     choices: int = 2
-    seconds: float = 0.0
+    seconds: float = 0.0  # what an engine needs to find a first plan for such a part, measured
 
     def fits(self, situation: Situation) -> bool:
         """Return whether the whole situation fits in one part."""

@@ -28,11 +28,8 @@ AT_A_TIME = 2
 class Decomposed:
     """An engine around `engine` that splits what is too big for it; budgets are in seconds.
 
-    Parameters
-    ----------
-    limits
-        Sizes of parts, the biggest first; the first is taken for which a part's share of the budget suffices. With
-        less than the last one needs, the parts that can begin soonest get that much and the others nothing.
+    `limits`: sizes of parts, the biggest first; the first is taken for which a part's share of the budget suffices.
+    With less than the last one needs, the parts that can begin soonest get that much and the others nothing.
     """
 
     def __init__(self, engine: Engine, *limits: PartSize) -> None:

@@ -42,14 +42,9 @@ class Requirement:
 class ProcessEngine:
     """An engine that searches in a child process.
 
-    Parameters
-    ----------
-    info
-        What it is; `missing` is found out here.
-    search
-        Takes a `SearchRequest`, yields every `Plan` it finds and may say at last how it `Finished`.
-    preload
-        What loads the libraries of the search, once for all of them.
+    `info`: what it is; `missing` is found out here.
+    `search`: takes a `SearchRequest`, yields every `Plan` it finds and may say at last how it `Finished`.
+    `preload`: what loads the libraries of the search, once for all of them.
     """
 
     def __init__(

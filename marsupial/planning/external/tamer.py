@@ -4,9 +4,7 @@ It knows flat types only and is slow with numbers, so its problem is written out
 propositions: no parameters, no static tables. The load of a carrier that could be overfull is counted by propositions,
 one per level. Since Tamer takes no metric, each plan found is followed by a search for one that is done a tenth sooner.
 
-References
-----------
-Valentini, Micheli, Cimatti: Temporal planning with intermediate conditions and effects. AAAI 2020.
+References: Valentini, Micheli, Cimatti: Temporal planning with intermediate conditions and effects. AAAI 2020.
 """
 
 from __future__ import annotations
@@ -88,10 +86,7 @@ def _ask(problem: Problem) -> list[str] | None:
 def encode(situation: Situation, within_ms: int | None = None) -> tuple[Problem, Mapping[str, Action]]:
     """Return Tamer's problem and the meaning of each of its actions.
 
-    Parameters
-    ----------
-    within_ms
-        When the goal has to be reached at the latest.
+    `within_ms`: when the goal has to be reached at the latest.
     """
     writer = _TamerWriter(situation)
     for robot in situation.robots:
