@@ -267,10 +267,7 @@ def _local_cache(function: Callable[..., object]) -> Any:
 
 @cache
 def _temporary_folder() -> str | None:
-    """Return a folder for compiled code that nobody else can write to: the user's, or one for this process alone.
-
-    None where no folder for temporary files can be written to.
-    """
+    """Return a folder for compiled code that only this user or process can write to; None if there is none."""
     try:
         folder = _made_temporary_folder()
     except OSError:

@@ -64,10 +64,7 @@ class _Listener(event.Listener):
 
 
 def watched(tell: Compiling) -> AbstractContextManager[object]:
-    """Return a context that calls `tell` before a native function is compiled, in the thread that needs it.
-
-    Loading kept code calls nothing.
-    """
+    """Return a context that calls `tell` before a native function is compiled, not when its kept code is loaded."""
     watch: AbstractContextManager[object] = event.install_listener("numba:compile", _Listener(tell))
     return watch
 

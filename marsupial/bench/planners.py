@@ -97,10 +97,7 @@ def deadline_s(budget_s: float) -> float:
 
 
 def contenders(names: Iterable[str] = ()) -> tuple[BenchEngine, ...]:
-    """Return the named engines, or all: each alone, and in parts if missions use it so.
-
-    Raise `UsageError` if a name is unknown.
-    """
+    """Return the named engines, or all: each alone, and in parts if missions use it so."""
     everyone = [*ENGINES, *(name + IN_PARTS for name in PART_SIZES)]
     return tuple(_contender(name) for name in names or sorted(everyone))
 
@@ -129,10 +126,8 @@ def play(
     known: Best | None,
     tell: Callable[[EngineRun], None],
 ) -> Round:
-    """Run every engine with every budget, calling `tell` after each run.
-
-    The best known plan only improves: by shorter plans and by higher bounds.
-    """
+    """Run every engine with every budget, calling `tell` after each run."""
+    # The best known plan only improves: by shorter plans and by higher bounds.
     runs = []
     for budget_s in budgets_s:
         for contender in engines:

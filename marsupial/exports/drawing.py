@@ -71,10 +71,7 @@ Style = dict[str, Any]
 
 
 class MissionDrawing:
-    """The drawing of one mission.
-
-    `dpi`: pixels per inch of a figure of `WIDTH_IN` x `HEIGHT_IN`; without effect on SVG.
-    """
+    """The drawing of one mission; `dpi` is pixels per inch of a figure of `WIDTH_IN` x `HEIGHT_IN`, ignored by SVG."""
 
     def __init__(self, playback: Playback, *, palette: Palette = LIGHT, dpi: float = 100.0) -> None:
         self.playback, self.palette = playback, palette

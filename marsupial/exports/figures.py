@@ -40,11 +40,7 @@ def figure_file(figure: Figure, kind: str) -> bytes:
 
 
 class MapAxes:
-    """The axes of one map.
-
-    `width`, `height`: size of the map in cells.
-    `origin_m`: (x, y, yaw) of its lower left corner in the map frame, in metres and radians.
-    """
+    """The axes of a map of `width` x `height` cells with its lower left corner at `origin_m`: x, y and yaw."""
 
     def __init__(self, width: int, height: int, resolution_m: float, origin_m: tuple[float, float, float]) -> None:
         x, y, self._yaw = origin_m

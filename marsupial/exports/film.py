@@ -36,11 +36,8 @@ SAMPLES = 4
 
 
 def moments(playback: Playback, speed: float | None, fps: int) -> list[int]:
-    """Return the moment (ms) of each frame of a film.
-
-    `speed`: seconds of the mission per second of the film; None makes it `FILM_S` long, but not slower than the
-    mission.
-    """
+    """Return the moment (ms) of each frame of a film with `speed` seconds of the mission per second of the film."""
+    # Without a speed the film is `FILM_S` long, but never slower than the mission.
     speed = max(1.0, playback.duration_ms / 1000 / FILM_S) if speed is None else speed
     count = max(1, round(playback.duration_ms / 1000 / speed * fps))
     times = np.linspace(playback.start_ms, playback.end_ms, count + 1).round().astype(int).tolist()

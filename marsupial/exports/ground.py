@@ -13,11 +13,9 @@ Image = npt.NDArray[np.uint8]
 
 
 def coarse(cells: CellArray, block: int) -> CellArray:
-    """Return a map with one cell for each `block` x `block` of `cells`.
-
-    A block becomes an obstacle if its obstacles can cross it from side to side, unknown if nothing in it is known, and
-    else the most common of its known terrains.
-    """
+    """Return a map with one cell for each `block` x `block` of `cells`."""
+    # A block becomes an obstacle if its obstacles can cross it from side to side, unknown if nothing in it is known,
+    # and else the most common of its known terrains.
     height, width = cells.shape
     padded = np.pad(cells, ((0, -height % block), (0, -width % block)), constant_values=UNKNOWN)
     squares = padded.reshape(padded.shape[0] // block, block, padded.shape[1] // block, block)

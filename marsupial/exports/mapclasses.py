@@ -43,11 +43,9 @@ LEAST_ISLANDS_M2 = 0.05
 
 
 def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:
-    """Return the `MapClass` of every cell, uint8 (height, width).
-
-    A robot can stand on an island, but no robot gets from there to the largest connected area. A leak is free ground
-    at the border that is connected to that area.
-    """
+    """Return the `MapClass` of every cell, uint8 (height, width)."""
+    # A robot can stand on an island, but no robot gets from there to the largest connected area. A leak is free ground
+    # at the border that is connected to that area.
     free = (grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)
     carriers, rovers = (_standable(grid, [kind for kind in kinds if kind.role is role]) for role in Role)
     anybody = carriers | rovers

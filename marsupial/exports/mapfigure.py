@@ -43,14 +43,9 @@ def map_figure(
     start_text: str = "start",
     warnings: Sequence[str] = (),
 ) -> bytes:
-    """Return the figure as a file.
+    """Return the figure of `MapClass` codes (height, width) and start cells as a file of one of `KINDS`.
 
-    `classes`: `MapClass` of each cell, (height, width).
-    `starts`: start cells by robot.
-    `kind`: one of `KINDS`.
-    `start_text`: label of starts in the legend.
-    `warnings`: what looks wrong about the map; written below it.
-    Raise `UsageError` for another kind of file.
+    `start_text` labels starts in the legend; `warnings`, what looks wrong about the map, are written below it.
     """
     if kind not in KINDS:
         raise UsageError(f"can't write .{kind}; there are {', '.join('.' + name for name in KINDS)}")

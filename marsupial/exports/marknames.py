@@ -83,9 +83,7 @@ def best_place(
 ) -> NamedPlace:
     """Return the place of least cost for a name of this size (pixels) whose mark is at `spot`.
 
-    `scale`: pixels per point.
-    `taken`: boxes that it must not hide.
-    `inside`: the box that it must not leave.
+    `scale`: pixels per point; `taken`: boxes that it must not hide; `inside`: the box that it must not leave.
     """
 
     def cost(place: NamedPlace) -> float:

@@ -59,12 +59,7 @@ def pose(x_m: float, y_m: float, yaw: float = 0.0, z_m: float = 0.0) -> Pose:
 
 
 def grid_message(grid: Grid, cells: CellArray, corner: tuple[int, int], palette: Palette, t_ms: int) -> GridMessage:
-    """Return a part of a map as coloured cells.
-
-    `grid`: the map that the part is of.
-    `cells`: the part, (height, width).
-    `corner`: column and row of its lower left cell.
-    """
+    """Return the part `cells` (height, width) of a map, whose lower left cell is at `corner`, as coloured cells."""
     # A table from terrain codes to colours: one look-up for the whole grid.
     table = np.zeros((256, 4), dtype=np.uint8)
     for code in np.unique(cells):
@@ -96,10 +91,8 @@ def scene(t_ms: int, entities: Iterable[SceneEntity]) -> SceneUpdate:
 def robot_entity(
     t_ms: int, name: str, role: Role, radius_m: float, ink: str, label: str, *, height_m: float = 0.0
 ) -> SceneEntity:
-    """Return a robot that moves with the frame `name`: a disc for a carrier, a square on its corner for a rover.
-
-    `height_m` is the height of its underside: a rover aboard stands on its carrier.
-    """
+    """Return a robot that moves with the frame `name`: a disc for a carrier, a square on its corner for a rover."""
+    # `height_m` is the height of its underside: a rover aboard stands on its carrier.
     thick = radius_m
     size = Vector3(x=2 * radius_m, y=2 * radius_m, z=thick)
     middle = height_m + thick / 2

@@ -97,10 +97,6 @@ def check_export(suffix: str, options: ExportOptions) -> None:
 
 
 def export_mission(events: Events, suffix: str, options: ExportOptions) -> bytes:
-    """Return the mission as a file of the kind with this suffix.
-
-    Raise `UsageError` if there is no such kind of file, it does not take these options, or its library is not
-    installed.
-    """
+    """Return the mission as a file of the kind with this suffix; raise a `UsageError` if that can't be made here."""
     check_export(suffix, options)
     return EXPORTS[suffix.lower()].write(events, options)

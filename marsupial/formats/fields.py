@@ -37,11 +37,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
 
 
 class Notes:
-    """The problems of one part of a file or request.
-
-    `path`: path of the part, empty for the whole.
-    `problems`: the problems so far, shared by all parts.
-    """
+    """The problems of one part, at `path`, of a file or request; all parts share the list `problems`."""
 
     def __init__(self, path: str = "", problems: list[Problem] | None = None) -> None:
         self.path = path
@@ -71,14 +67,7 @@ class Notes:
 
 
 class Fields(Notes):
-    """One mapping of a file, read field by field.
-
-    A field with a default may be absent; without a default it is required.
-
-    `data`: the parsed mapping.
-    `path`: its path in the file, empty for the whole.
-    `problems`: the problems so far, shared by all parts of one file.
-    """
+    """The mapping `data` at `path` of a file, read field by field. A field without a default is required."""
 
     def __init__(self, data: Mapping[Any, Any], path: str, problems: list[Problem]) -> None:
         super().__init__(path, problems)

@@ -39,11 +39,7 @@ def file_fault(path: Path, limit_bytes: int | None = None) -> str | None:
 
 
 def read_bytes(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTES) -> bytes:
-    """Return the content of a file.
-
-    Raise `InputError` of kind `error`, where the file is missing, no regular file, unreadable or longer than
-    `limit_bytes`.
-    """
+    """Return the content of a file; raise `error` if it is missing, no regular file, unreadable or too long."""
     fault = file_fault(path, limit_bytes)
     if fault is None:
         try:

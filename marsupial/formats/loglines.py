@@ -157,10 +157,7 @@ class LogDecoder:
         self._before: dict[str, dict[str, object]] = {}
 
     def events(self, line: str) -> tuple[m.MissionEvent, ...]:
-        """Return the events of the next line; `LogChecker` checks whether they are consistent.
-
-        Raise `LogError` if it is no line of a log.
-        """
+        """Return the events of the next line, for `LogChecker` to check; raise a `LogError` if it is invalid."""
         problems: list[Problem] = []
         events = self.read(line.encode(), problems)
         if problems:

@@ -46,10 +46,7 @@ class MissionLog:
 
 
 class LogWriter:
-    """Writes events to a file or a text stream, each at once; `Revealed` events wait for another kind of event.
-
-    A file is closed on exit; a stream is left open.
-    """
+    """Writes events to a file or a text stream, each at once; `Revealed` events wait for another kind of event."""
 
     def __init__(self, target: str | PathLike[str] | TextIO) -> None:
         self._target = target
@@ -85,10 +82,7 @@ class LogWriter:
 
 
 def read_log(path: str | PathLike[str]) -> MissionLog:
-    """Read a log file; `-` is standard input.
-
-    Raise `LogError` with every problem found (the first 50), each with its line and field.
-    """
+    """Read a log file, `-` for standard input; a `LogError` has the first 50 problems with their lines and fields."""
     try:
         data = sys.stdin.buffer.read() if str(path) == "-" else Path(path).read_bytes()
     except OSError as error:

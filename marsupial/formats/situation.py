@@ -40,10 +40,7 @@ _DURATION = BOUNDS["duration_ms"]
 
 
 def situation_to_json(situation: Situation) -> str:
-    """Return `situation` as JSON text, with one row of a travel table per line.
-
-    Raise `SituationError` if a target's reveal is no finite number.
-    """
+    """Return `situation` as JSON text, with one row of a travel table per line."""
     try:
         head = json.dumps(_head(situation), indent=2, ensure_ascii=False, allow_nan=False, default=_plain)
     except ValueError as error:
@@ -53,10 +50,7 @@ def situation_to_json(situation: Situation) -> str:
 
 
 def situation_from_json(text: str) -> Situation:
-    """Return the situation that JSON text describes.
-
-    Raise `SituationError` with every problem found and its path, or the line where the text is no JSON.
-    """
+    """Return the situation that JSON text describes; a `SituationError` has every problem with its path."""
     if not text.strip():
         raise SituationError("is empty")
     try:
@@ -71,10 +65,7 @@ def situation_from_json(text: str) -> Situation:
 
 
 def situation_from_fields(data: Mapping[str, Any]) -> Situation:
-    """Return the situation that a parsed JSON object describes.
-
-    Raise `SituationError` with every problem found and its path.
-    """
+    """Return the situation that a parsed JSON object describes; a `SituationError` has every problem with its path."""
     problems: list[Problem] = []
     situation = _read(Fields(data, "", problems))
     if situation is None:
@@ -256,10 +247,7 @@ def check_places(given: object, places: Sequence[str], notes: Notes) -> None:
 def travel_tables(
     travel: Mapping[str, Sequence[Sequence[int | None]]], types: Sequence[PlanningType], size: int, notes: Notes
 ) -> dict[str, TravelTable]:
-    """Return the travel tables of `size` places from rows of times, in which None means no path.
-
-    Note a problem for a table that is missing, of another size or of an unknown robot type.
-    """
+    """Return the travel tables of `size` places from rows of times, in which None means no path, and note problems."""
     names = [kind.name for kind in types]
     for kind in travel:
         if kind not in names:

@@ -53,10 +53,7 @@ def text_of(runs: Sequence[int], width: int) -> str:
 
 
 def runs_in(text: str, width: int, height: int) -> tuple[int, ...]:
-    """Return the runs that a text holds, in ascending order and as long as can be.
-
-    Raise `ValueError` if it holds none, or cells that are not on the map.
-    """
+    """Return the runs in a text, ascending and as long as possible; raise a `ValueError` if it is invalid."""
     numbers = _numbers(text)
     rows: list[tuple[int, int, int]] = []
     cells_left = width * height
@@ -233,10 +230,8 @@ def _strip(
 
 
 def _pair(number: int) -> tuple[int, int]:
-    """Return the two numbers that make this one: b * b + a where a < b, else a * a + a + b.
-
-    References: Szudzik, An elegant pairing function, NKS 2006.
-    """
+    """Return the two numbers that make this one: b * b + a where a < b, else a * a + a + b."""
+    # Szudzik, An elegant pairing function, NKS 2006.
     root = isqrt(number)
     rest = number - root * root
     return (rest, root) if rest < root else (root, rest - root)

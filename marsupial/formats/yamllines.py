@@ -19,10 +19,8 @@ _INDEX = re.compile(r"\[(\d+)\]")
 
 
 def with_lines(problems: Iterable[Problem], text: str | bytes) -> list[Problem]:
-    """Return the problems with the line of their field, or of the part that it is missing from.
-
-    `text`: valid YAML. A text of a single line, as JSON may be, gets no line numbers.
-    """
+    """Return the problems with the line of their field, or of the part that it is missing from."""
+    # A text of a single line, as JSON may be, gets no line numbers.
     problems = list(problems)
     root = compose_yaml(text) if problems else None
     if root is None or root.start_mark.line == root.end_mark.line:

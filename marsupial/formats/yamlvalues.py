@@ -73,11 +73,7 @@ StrictLoader.add_implicit_resolver(
 
 
 def parse_yaml(text: str | bytes, loader: type[PlainLoader] = StrictLoader, *, aliases: bool = True) -> Any:
-    """Return the value of a YAML text.
-
-    `aliases`: whether aliases and tags are allowed.
-    Raise `YamlFault` if it can't be read, for whatever reason.
-    """
+    """Return the value of a YAML text, with or without aliases and tags; raise a `YamlFault` if that fails."""
     return _guarded(text, loader, aliases, "get_single_data")
 
 

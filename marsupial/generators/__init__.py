@@ -34,10 +34,7 @@ class Generator:
     most: Mapping[str, float] = field(default_factory=dict)  # highest value of each option
 
     def make(self, *, width_m: float, height_m: float, resolution_m: float, seed: int, **options: float) -> Grid:
-        """Generate a map with its lower left corner at the origin.
-
-        Raise `MapError` with every parameter that is out of range.
-        """
+        """Generate a map with its lower left corner at the origin; raise a `MapError` with every wrong parameter."""
         wrong = {key: value for key, value in options.items() if not 0 <= value <= self.most[key]}
         if wrong:
             raise MapError([Problem(key, f"must be 0 to {self.most[key]}, got {wrong[key]}") for key in wrong])

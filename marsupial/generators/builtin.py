@@ -98,10 +98,7 @@ SCENARIOS: dict[str, BuiltIn] = {
 
 
 def builtin_scenario(name: str, carriers: int = DEFAULT_CARRIERS, rovers: int = DEFAULT_ROVERS) -> Scenario:
-    """Return the built-in scenario `name` with a team of `carriers`, each with `rovers`.
-
-    Raise `ScenarioError` if there is no such scenario, or the team is too large or has no carrier.
-    """
+    """Return the built-in scenario `name` with a team of `carriers`, each with `rovers`."""
     if name not in SCENARIOS:
         raise ScenarioError(f"unknown scenario {name!r}; built in: {', '.join(SCENARIOS)}")
     check_team_size(carriers, rovers)
@@ -117,10 +114,7 @@ def bare_map_scenario(
     rovers: int = DEFAULT_ROVERS,
     most: Mapping[str, float] = MOST,
 ) -> Scenario:
-    """Return the scenario of a map without a scenario file: the default types and team on `grid`, within limits `most`.
-
-    Raise `ScenarioError` if the team is too large or has no carrier, or a robot covers too many cells.
-    """
+    """Return the default robot types and team on a map without a scenario file, within the limits `most`."""
     check_team_size(carriers, rovers)
     kinds = default_types(max(1, rovers))
     extent = Extent(grid.cells.size, grid.resolution_m)

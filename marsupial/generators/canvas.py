@@ -47,10 +47,7 @@ class Box(NamedTuple):
 
 
 def solid(size: CanvasSize, seed: int, least_m: tuple[float, float]) -> CellArray:
-    """Return an array (height, width) of obstacles to carve; its size must be at least `least_m`.
-
-    Raise `MapError` with every parameter that is out of range.
-    """
+    """Return obstacles (height, width) to carve, at least `least_m`; raise a `MapError` with every wrong parameter."""
     width_m, height_m, resolution_m = size
     problems = []
     if not LEAST_RESOLUTION_M <= resolution_m <= MOST_RESOLUTION_M:

@@ -73,10 +73,7 @@ def prepare_planner(planner: str, say: Say = lambda text: None) -> Callable[[], 
 def prepare_mission(
     scenario: Scenario, strategy: str | Decider, planner: str | Engine, say: Say = lambda text: None
 ) -> Callable[[], None]:
-    """Start to load or compile what a mission needs; return a function that waits for it.
-
-    `say` gets the progress of compiling.
-    """
+    """Start to load or compile what a mission needs, reporting to `say`; return a function that waits for it."""
     is_ours = isinstance(strategy, str) and (strategy == CLAIRVOYANT or strategy.split("/")[0] in STRATEGIES)
     tried = strategy if isinstance(strategy, str) and is_ours else STAND_IN
     rovers = any(scenario.type_of(member).role is Role.ROVER for member in scenario.team)
@@ -155,11 +152,9 @@ def try_mission(strategy: str, planner: str, rovers: bool) -> None:
 
 
 def trial_situation() -> Situation:
-    """Return a situation with all kinds of actions: undock, explore, dock, drive home.
-
-    It is about the smallest whose optimal plan takes a search to prove: a smaller one would end before the search's
-    code is called.
-    """
+    """Return a situation with all kinds of actions: undock, explore, dock, drive home."""
+    # It is about the smallest whose optimal plan takes a search to prove: a smaller one would end before the search's
+    # code is called.
     carriers, rovers = _named("carrier", CARRIERS), _named("rover", CARRIERS)
     starts, homes = _named("start", CARRIERS), _named("home", CARRIERS)
     targets, meetings = _named("target", TARGETS), _named("meeting", MEETINGS)

@@ -23,11 +23,9 @@ from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 
 def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
-    """Return the mask (height, width) of cells that some robot of the team can reach.
-
-    Carriers drive from their starts; rovers from their own, and from wherever a carrier can set them down on ground
-    that the team can see.
-    """
+    """Return the mask (height, width) of cells that some robot of the team can reach."""
+    # Carriers drive from their starts; rovers from their own, and from wherever a carrier can set them down on ground
+    # that the team can see.
     return explorable_area(scenario.grid, scenario.robot_types, robots)
 
 
@@ -44,10 +42,8 @@ def simulate(
 ) -> Summary:
     """Run one mission in the simulator and return its summary.
 
-    The strategy may also be the clairvoyant (`marsupial.strategies.clairvoyant`), which knows the true map.
-
-    `strategy`, `planner`: names or objects. A name gets a new object for this mission.
-    `sensor`: the robots' sensor; None for the exact field of view.
+    `strategy` and `planner` are names, which get new objects for this mission, or objects. The strategy may also be the
+    clairvoyant, which knows the true map. `sensor`: the robots' sensor; None for the exact field of view.
     Raise `ScenarioError` if the team can't be placed, or does not suit the strategy.
     Raise `EngineUnavailable` or `UsageError` if the strategy or planner can't be used.
     """

@@ -29,10 +29,7 @@ JOBS = 2
 
 
 def precompile(folder: Path) -> int:
-    """Replace a folder's precompiled code; return the number of its files.
-
-    0 on an architecture without a shared processor.
-    """
+    """Replace a folder's precompiled code; return the number of files, 0 without a shared processor to compile for."""
     for file in folder.glob("*.code"):
         file.unlink()
     folder.mkdir(parents=True, exist_ok=True)
@@ -50,10 +47,8 @@ def precompile(folder: Path) -> int:
 
 
 def compile_here(job: int, folder: Path) -> None:
-    """Run one process's share of trials, and write what they compile into a folder.
-
-    The searches of `anytime` and `exact` take longest to compile, so each process gets one of them.
-    """
+    """Run one process's share of trials, and write what they compile into a folder."""
+    # The searches of `anytime` and `exact` take longest to compile, so each process gets one of them.
     precompile_into(folder)
     if job == 0:
         try_planner("anytime")

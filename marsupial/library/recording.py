@@ -23,10 +23,7 @@ class Recorder(Observer):
 
 
 class LogFile(Observer):
-    """Writes the log during the mission; the file is not touched before the first event.
-
-    A file that can't be written raises a `UsageError`.
-    """
+    """Writes the log; creates the file at the first event, and raises a `UsageError` if it can't be written."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -17,10 +17,7 @@ from marsupial.model.situation import Situation
 
 
 def situation_of(source: Situation | Mapping[str, Any] | str | PathLike[str]) -> Situation:
-    """Return a situation unchanged, from its JSON as a dict, or from a file (PDDL if its name ends in ``.pddl``).
-
-    Raise `SituationError` with every problem found.
-    """
+    """Return a situation unchanged, from its JSON as a dict, or from a file (PDDL if its name ends in ``.pddl``)."""
     if isinstance(source, Situation):
         return source
     if isinstance(source, Mapping):

@@ -70,11 +70,7 @@ def register_with_unified_planning(environment: object | None = None) -> None:
 
 
 class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
-    """An engine for problems of marsupial's domain.
-
-    `planner`: one of marsupial's planners (``marsupial planners`` lists them).
-    `steps`: number of counted steps to plan for, which is reproducible; None plans until the timeout.
-    """
+    """An engine for problems of marsupial's domain; it plans for a number of `steps`, or until the timeout if None."""
 
     def __init__(self, planner: str = "auto", steps: int | None = None) -> None:
         Engine.__init__(self)
@@ -142,10 +138,7 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
 
 
 def situation_of_problem(problem: Any) -> Situation:
-    """Return the situation that a problem of unified-planning describes.
-
-    Raise `UPUsageError` if it is not of marsupial's domain, with every problem found.
-    """
+    """Return the situation of a unified-planning problem; raise a `UPUsageError` if it is not of marsupial's domain."""
     # Compare whole actions, with conditions and effects: a domain may share only names with ours.
     domain = PDDLReader(problem.environment).parse_problem_string(domain_text())
     if set(problem.actions) != set(domain.actions):
@@ -181,11 +174,7 @@ def _atom(fact: Any) -> str:
 
 
 def to_up_plan(plan: Plan, problem: Any, situation: Situation) -> TimeTriggeredPlan:
-    """Return a plan for `situation` as a time-triggered plan of its `problem`.
-
-    Raise `InvalidPlanError` if PDDL can't express it: a name that the situation doesn't have or of the wrong type, or a
-    start before the robot is free.
-    """
+    """Return a plan as a time-triggered plan of `problem`; raise an `InvalidPlanError` if PDDL can't express it."""
     timed = []
     for step in steps_of(plan, situation):
         action, objects = problem.action(step.name), [_object(problem, word, step) for word in step.args]

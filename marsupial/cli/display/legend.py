@@ -18,10 +18,7 @@ HEADS = ("symbol in the file", "means", "cells", "most of them")
 
 
 def legend_rows(legend: Sequence[LegendEntry], names: Mapping[int, str]) -> list[tuple[str, str, str, str]]:
-    """Return rows for `HEADS`; a sequence of many numbered symbols with the same meaning shares a row.
-
-    `names`: the name of each terrain code.
-    """
+    """Return rows for `HEADS` with terrain `names` by code; many numbered symbols with the same meaning share a row."""
     runs: list[list[LegendEntry]] = []
     for _, alike in groupby(legend, key=_kind):
         run = list(alike)

@@ -28,10 +28,7 @@ _LINES_BESIDE_MAP = 4  # up to two lines about the mission, and room for the pro
 
 
 class Picture:
-    """Draws the moments of one mission for one console.
-
-    `shown`: mask (height, width) of the cells that must be in the picture; all if it is empty.
-    """
+    """Draws the moments of a mission; cells of the mask `shown` (height, width) must be visible, all if it is empty."""
 
     def __init__(self, mission: MissionStarted, shown: Mask, console: Console) -> None:
         self._console = console

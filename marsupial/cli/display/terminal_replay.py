@@ -26,10 +26,7 @@ def play(
     clock: Callable[[], float],
     sleep: Callable[[float], None],
 ) -> None:
-    """Play a mission at `speed` times its own pace.
-
-    `clock`, `sleep`: functions that return the wall-clock seconds, and that wait for some.
-    """
+    """Play a mission at `speed` times its own pace; `clock` returns wall-clock seconds and `sleep` waits for some."""
     playback = Playback(events)
     if moves(console):
         _animate(playback, console, speed, clock, sleep)

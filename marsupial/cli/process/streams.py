@@ -12,10 +12,8 @@ from marsupial.formats.files import reason
 
 
 def open_closed() -> None:
-    """Reopen closed standard streams, so that the next opened file does not take their place.
-
-    Writing to stdout fails then, as on a full disk; messages on stderr are dropped.
-    """
+    """Reopen closed standard streams, so that the next opened file does not take their place."""
+    # Writing to stdout fails then, as on a full disk; messages on stderr are dropped.
     for number, flags in enumerate((os.O_RDONLY, os.O_RDONLY, os.O_WRONLY)):
         try:
             os.fstat(number)

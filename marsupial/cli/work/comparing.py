@@ -52,10 +52,7 @@ def check_teams(comparison: Comparison) -> None:
 
 
 def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: str | None, retry_failed: bool) -> None:
-    """Run the remaining missions of a comparison, with progress on stderr, and write its documents.
-
-    Raise `UsageError` if the folder or the Ray cluster can't be used, or `workers` and `ray` are both given.
-    """
+    """Run the remaining missions of a comparison, with progress on stderr, and write its documents."""
     check_teams(comparison)
     runner = _runner(comparison, workers, ray)
     make_folder(out)

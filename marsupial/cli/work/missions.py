@@ -60,8 +60,6 @@ class MissionRequest:
 def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary, Scenario]:
     """Run the mission with progress on stderr; return its summary and its scenario.
 
-    The first Ctrl-C ends it with a stop report.
-
     `again`: whether another mission on this map was run before, so that its warnings need no repetition.
     """
     check_strategy(request.strategy)

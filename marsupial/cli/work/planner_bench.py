@@ -31,10 +31,7 @@ class Selection:
 
     @classmethod
     def of(cls, engines: Iterable[str], patterns: Iterable[str], budgets_s: Iterable[float]) -> Selection:
-        """Return the selection of these options; all engines, instances or budgets if none are named.
-
-        Raise `UsageError` if an engine or instance is unknown, a budget is not positive, or no engine can be used.
-        """
+        """Return the selection of these options; all engines, instances or budgets if none are named."""
         patterns, budgets_s = tuple(patterns), tuple(budgets_s) or BUDGETS_S
         asked = contenders(tuple(engines))
         present = tuple(contender for contender in asked if contender.missing is None)
@@ -52,13 +49,7 @@ class Selection:
 
 
 def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) -> tuple[RunRow, ...]:
-    """Run all rounds and return their rows.
-
-    `json`, `update`: file for the rows, and file of best plans to improve; both are written after every round. Changes
-    that others make to the latter meanwhile are merged.
-    Raise `InputError` if `update` is not a file of best plans.
-    Raise `InvalidPlanError` if a plan in it is wrong.
-    """
+    """Run all rounds and return their rows; write them to `json`, and better plans to `update`, after every round."""
     best = known_best()
     _merge(best, update)
     for contender in chosen.engines:

@@ -63,12 +63,7 @@ class GreyImage:
 
 
 def read_grey(path: Path, *, field: str = "image", source: str = "", max_cells: int = MAX_CELLS) -> GreyImage:
-    """Read an image file as grey.
-
-    `field`, `source`: the field that names the image, and its file, for the error.
-    `max_cells`: most pixels of the image.
-    Raise `MapError` if the file is missing, no image, broken or too big.
-    """
+    """Read an image of at most `max_cells` pixels as grey; a `MapError` names the `field` of the file `source`."""
     fault = file_fault(path)
     if fault is None:
         try:
@@ -87,10 +82,7 @@ def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) ->
 
 
 def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
-    """Return width and height of the PNG or PGM image in `data`; only the header is read.
-
-    Raise `MapError` if it is no such image.
-    """
+    """Return width and height from the header of a PNG or PGM image; raise a `MapError` if it is none."""
     size = _header_size(io.BytesIO(data), (PngImageFile, PpmImageFile))
     if size is None:
         raise MapError([Problem(field, "is not a PNG or PGM image")])
@@ -108,10 +100,8 @@ def _header_size(file: Path | io.BytesIO, kinds: Sequence[type[ImageFile]]) -> t
 
 
 def size_fault(width: int, height: int, size_bytes: int, max_cells: int = MAX_CELLS) -> str | None:
-    """Return what is wrong with the size of a map in a file of `size_bytes`, which may be compressed, or None.
-
-    A blank map of any size fits in a few compressed bytes, but a mission on it takes gigabytes.
-    """
+    """Return what is wrong with the size of a map in a file of `size_bytes`, which may be compressed, or None."""
+    # A blank map of any size fits in a few compressed bytes, but a mission on it takes gigabytes.
     cells = width * height
     if cells > max_cells:
         return f"{width} x {height} cells are more than the limit of {max_cells}: {_SMALLER}"

@@ -33,11 +33,7 @@ UNIT_M = 1.0
 
 
 def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapReading:
-    """Read a `.map` file; return the map and how its characters were interpreted.
-
-    `resolution_m`: size of a cell; None for the default, with a warning.
-    Raise `MapError` with every fault and its line.
-    """
+    """Read a `.map` file and how it was interpreted; cells have `resolution_m`, by default `UNIT_M` with a warning."""
     lines = _lines(read_bytes(Path(path), MapError, 2 * MAX_CELLS))
     if not lines:
         raise MapError("is empty", source=str(path))

@@ -48,19 +48,13 @@ _BECAME = {FLOOR: "free", OBSTACLE: "obstacle", UNKNOWN: "unknown"}
 
 
 def read_nav2(path: Path | str) -> MapReading:
-    """Read a nav2 map; return the map and how its greys were interpreted.
-
-    Raise `MapError` with every wrong field of the yaml, or the fault of the image.
-    """
+    """Read a nav2 map; return it and how its greys were interpreted."""
     header = read_header(Path(path))
     return understand_image(header, read_grey(header.image, source=str(path)))
 
 
 def read_occupancy(path: Path | str) -> Occupancy:
-    """Read a nav2 map as the occupancies that nav2's map server publishes; transparent pixels are unknown.
-
-    Raise `MapError`: see `read_nav2`.
-    """
+    """Read a nav2 map as the occupancies that nav2's map server publishes; transparent pixels are unknown."""
     header = read_header(Path(path))
     image = read_grey(header.image, source=str(path))
     values = occupancy_table(header)[image.grey]
@@ -228,10 +222,8 @@ def _between_warnings(counts: npt.NDArray[np.int64], table: OccupancyArray) -> l
 def _alpha_warnings(
     header: Nav2Header, image: GreyImage, counts: npt.NDArray[np.int64], table: OccupancyArray
 ) -> list[str]:
-    """Warn if releases of nav2 up to Jazzy read an image with alpha differently.
-
-    In mode trinary they take the mean of red, green, blue and alpha, so opaque pixels are brighter to them.
-    """
+    """Warn if releases of nav2 up to Jazzy read an image with alpha differently."""
+    # In mode trinary they take the mean of red, green, blue and alpha, so opaque pixels are brighter to them.
     if image.opaque is None or header.mode is not Mode.TRINARY:
         return []
     shade = (3 * np.arange(256) + 255) / (4 * 255)

@@ -43,11 +43,7 @@ class Mode(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Nav2Header:
-    """The content of a map's yaml file.
-
-    `image` is the resolved path, thresholds are occupancies from 0 to 1, `warnings` name ignored fields that are
-    probably typos.
-    """
+    """The content of a map's yaml file; thresholds are occupancies from 0 to 1, `warnings` name probable typos."""
 
     image: Path
     resolution_m: float
@@ -73,10 +69,7 @@ def read_header(path: Path) -> Nav2Header:
 
 
 def header_of(data: bytes) -> Nav2Header:
-    """Return the header in the bytes of a yaml file, without a look at its image.
-
-    Raise `MapError` with every wrong field.
-    """
+    """Return the header in the bytes of a yaml file, without a look at its image."""
     if len(data) > MAX_YAML_BYTES:
         raise MapError(f"has {len(data)} bytes, more than the limit of {MAX_YAML_BYTES}")
     fields = Fields(_load(data, ""), "", [])

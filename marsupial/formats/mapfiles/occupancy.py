@@ -49,10 +49,7 @@ def shortest_resolution(resolution_m: float) -> float:
 def terrain_codes(
     values: OccupancyArray, free_thresh: float = FREE_THRESH, occupied_thresh: float = OCCUPIED_THRESH
 ) -> CellArray:
-    """Return floor, obstacle or unknown for each occupancy; between the thresholds it is unknown.
-
-    `free_thresh`, `occupied_thresh`: highest occupancy, from 0 to 1, of a free cell, and lowest of an occupied one.
-    """
+    """Return floor up to `free_thresh` (0 to 1), obstacle from `occupied_thresh` on, unknown between the two."""
     occupancy = np.arange(256, dtype=np.uint8).view(np.int8)
     known = (occupancy >= 0) & (occupancy <= OCCUPIED)
     free, occupied = known & (occupancy <= 100 * free_thresh), known & (occupancy >= 100 * occupied_thresh)

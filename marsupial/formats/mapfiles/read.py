@@ -37,11 +37,7 @@ def has_scale(path: Path) -> bool:
 
 
 def read_map(path: Path | str, resolution_m: float | None = None) -> MapReading:
-    """Read a map file; return the map and how it was interpreted.
-
-    `resolution_m`: size of a cell for a map without one (`has_scale`); other maps ignore it.
-    Raise `MapError` if the file is missing, of an unknown kind, or has faults.
-    """
+    """Read a map file and how it was interpreted; cells have `resolution_m` if the file does not say."""
     path = Path(path)
     if names_recording(path):
         return read_rosbag(path)

@@ -55,10 +55,7 @@ def split_topic(path: Path) -> tuple[Path, str | None]:
 
 
 def read_rosbag(path: Path | str) -> MapReading:
-    """Read the last map of a recording; return the map and how it was interpreted.
-
-    Raise `MapError` if it can't be read, has no map, or has several topics with maps and none is named.
-    """
+    """Read the last map of a recording; return the map and how it was interpreted."""
     recording, topic = split_topic(Path(path))
     if not recording.is_dir() and (fault := file_fault(recording)) is not None:
         raise MapError(fault, source=str(recording))
@@ -75,10 +72,7 @@ def read_rosbag(path: Path | str) -> MapReading:
 
 
 def occupancy_of(message: Any, source: str = "") -> Occupancy:
-    """Return the occupancies of a `nav_msgs/OccupancyGrid` of `rosbags`.
-
-    Raise `MapError` if its numbers contradict each other, or it is too large.
-    """
+    """Convert a `nav_msgs/OccupancyGrid` of `rosbags`; raise a `MapError` if its sizes disagree or are too large."""
     info, data = message.info, np.asarray(message.data, dtype=np.int8)
     size = info.width * info.height
     if size > MAX_CELLS:

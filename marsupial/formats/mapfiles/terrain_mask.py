@@ -20,10 +20,7 @@ from marsupial.wording import counted
 
 
 def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Grid:
-    """Return the grid with the terrain classes of a mask image in a file.
-
-    Raise `MapError`: see `apply_mask`; also if there is no such image.
-    """
+    """Return the grid with the terrain classes of a mask image in a file; see `apply_mask`."""
     source = str(mask_path)
     _check_codes(codes, grid, source)
     return apply_mask(grid, read_grey(Path(mask_path), field="mask", source=source), codes, source=source)
@@ -33,7 +30,6 @@ def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source:
     """Return the grid with the terrain classes of a mask image.
 
     `codes`: terrain codes of the grid by grey (0 to 255); every grey on a known cell without obstacle needs one.
-    Raise `MapError` with unusable entries of `codes`, the other size of the mask, or the greys without an entry.
     """
     _check_codes(codes, grid, source)
     if mask.grey.shape != grid.cells.shape:

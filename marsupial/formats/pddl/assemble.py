@@ -197,10 +197,7 @@ def _wanted(table: FactTable, recovers: bool, returns: bool) -> Iterator[Key]:
 
 
 def _travel(table: FactTable, members: Members) -> dict[str, TravelTable]:
-    """Return the travel tables.
-
-    The `path_cost` of drives out of a robot's start includes the rest of its running action, which is subtracted here.
-    """
+    """Return the travel tables, without the rest of a running action that `path_cost` of a first drive includes."""
     owners = {key[2]: key[1] for key in table.facts if key[0] == "at"}
     starts = [place for robot in members for place in table.args("at", robot)]
     places = [*starts, *table.of_kind("target"), *table.of_kind("meeting"), *table.of_kind("home")]

@@ -99,11 +99,8 @@ def seconds(ms: int) -> str:
 
 
 def exact(text: str) -> Fraction:
-    """Return the number in a text exactly: decimal, with an exponent, or a fraction (``1/3``).
-
-    Raise `ValueError` if it is no number, has more than 1100 digits, or is beyond `MOST`: ``1e1000000`` would fill the
-    memory.
-    """
+    """Return the exact number in a text: decimal, with an exponent, or a fraction; else raise a `ValueError`."""
+    # Digits and size are limited: ``1e1000000`` would fill the memory.
     if _NUMBER.fullmatch(text) is None:
         raise ValueError(f"{text[:40]!r} is no number of at most 1100 digits")
     try:
@@ -126,11 +123,7 @@ def start_of(situation: Situation) -> dict[str, RobotState]:
 
 
 def problem_facts(situation: Situation, *, records: bool = True) -> ProblemFacts:
-    """Return the objects, facts and goals of `situation`.
-
-    `records`: whether to include the facts that no action reads.
-    Raise `SituationError` if a target's reveal is no finite number, which PDDL can't express.
-    """
+    """Return the objects, facts and goals of `situation`; `records` are facts that no action reads."""
     sections = [
         ("Where everybody is", tuple(_whereabouts(situation))),
         ("What everybody can do", tuple(_abilities(situation))),
@@ -157,10 +150,9 @@ def goal_facts(situation: Situation) -> tuple[Fact, ...]:
 
 
 def _drive_ms(situation: Situation, kind: str, origin: str, place: str, owners: Mapping[str, RobotState]) -> int | None:
-    """Return the `path_cost` of a drive in ms, or None if no action can use it.
-
-    Only one robot leaves a start, so the cost of each drive out of it includes the rest of that robot's running action.
-    """
+    """Return the `path_cost` of a drive in ms, or None if no action can use it."""
+    # Only one robot leaves a start, so the cost of each drive out of it includes the rest of that robot's running
+    # action.
     owner = owners.get(origin)
     if origin == place or place in owners or (owner is not None and owner.type != kind):
         return None

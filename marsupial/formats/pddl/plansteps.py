@@ -52,11 +52,7 @@ class Reading:
 
 
 def steps_of(plan: Plan, situation: Situation) -> tuple[Step, ...]:
-    """Return the steps of a plan, in its order.
-
-    Raise `InvalidPlanError` if an action has an unknown name, or starts before its robot is free, which PDDL can't
-    express.
-    """
+    """Return the steps of a plan, in its order; raise an `InvalidPlanError` for an action that PDDL can't express."""
     return tuple(_step(action, situation) for action in plan.actions)
 
 
@@ -66,10 +62,7 @@ def plan_of(steps: Iterable[Step], situation: Situation) -> Plan:
 
 
 def reading_of(steps: Iterable[Step], situation: Situation) -> Reading:
-    """Return the plan of the steps for `situation`, and the actions whose rounded times were corrected.
-
-    Raise `PlanTextError` with every step that has an unknown name, a name of the wrong kind, or no usable time.
-    """
+    """Return the plan of the steps, and the corrected actions; raise a `PlanTextError` with every unusable step."""
     problems: list[Problem] = []
     timed: list[_Timed] = []
     names = _names(situation)

@@ -28,12 +28,8 @@ a person wrote a plan with fewer digits, which is exact too."""
 
 
 def write_plan_text(plan: Plan, situation: Situation) -> str:
-    """Return a plan for `situation` in IPC format, after a header of comments.
-
-    The first drive of a busy robot starts at 0 and takes longer by the rest of its running action, like `path_cost`.
-
-    Raise `InvalidPlanError` if an action has an unknown robot, or starts before its robot is free.
-    """
+    """Return a plan for `situation` in IPC format, after a header of comments."""
+    # The first drive of a busy robot starts at 0 and takes longer by the rest of its running action, like `path_cost`.
     lines = [f"; {counted(len(plan.actions), 'action')}, makespan {seconds(plan.makespan_ms)} s"]
     lines += [_line(step) for step in steps_of(plan, situation)]
     return "\n".join([*lines, ""])
@@ -45,12 +41,7 @@ def read_plan_text(text: str, situation: Situation) -> Plan:
 
 
 def read_plan(text: str, situation: Situation) -> Reading:
-    """Return the plan for `situation` in a text in IPC format, and the actions whose rounded times were corrected.
-
-    The plan may be invalid: the checker finds out.
-
-    Raise `PlanTextError` with every line that can't be read.
-    """
+    """Return the plan in a text in IPC format, valid or not, and the actions whose rounded times were corrected."""
     problems: list[Problem] = []
     steps = list(_steps(text, problems))
     reading: Reading | None = None

@@ -27,10 +27,7 @@ _SECTIONS = (":domain", ":objects", ":init", ":goal", ":metric", ":requirements"
 
 
 def read_problem(text: str) -> Situation:
-    """Return the situation that a problem of the canonical domain describes.
-
-    Raise `SituationError` with every problem and its line; for another domain's problem, with what it lacks.
-    """
+    """Return the situation of a problem of the canonical domain; a `SituationError` has every problem with its line."""
     form = parse_form(text)
     if strange := foreign_problem(form):
         raise SituationError(strange)

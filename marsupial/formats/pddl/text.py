@@ -23,12 +23,8 @@ __all__ = ["check_domain", "domain_text", "pddl_folder", "problem_text", "read_p
 
 
 def pddl_folder() -> Traversable:
-    """Return the folder with ``domain.pddl``, its documentation and ``examples``.
-
-    In a checkout it is at the top, where people find it; a wheel has it as ``marsupial/data/pddl``.
-
-    Raise `InternalError` if marsupial was installed without it.
-    """
+    """Return the folder with ``domain.pddl``, its documentation and ``examples``."""
+    # In a checkout it is at the top, where people find it; a wheel has it as ``marsupial/data/pddl``.
     checkout = Path(__file__).resolve().parents[3] / "pddl"
     for folder in (files("marsupial") / "data" / "pddl", checkout):
         if (folder / "domain.pddl").is_file():
@@ -45,11 +41,9 @@ def domain_text() -> str:
 def problem_text(situation: Situation, *, name: str = "exploration", records: bool = True) -> str:
     """Return `situation` as a problem of the canonical domain; durations in seconds with three decimals.
 
-    `name`: name of the problem.
     `records`: whether to write the facts that no action reads. Without them the problem is shorter and has the same
     plans, but the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and
     the times until robots are free are part of their first drives.
-    Raise `SituationError` if a target's reveal is no finite number.
     """
     facts = problem_facts(situation, records=records)
     lines = [f"(define (problem {encode_name(name)})", "  (:domain marsupial)", "", "  (:objects"]

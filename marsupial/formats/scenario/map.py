@@ -158,10 +158,7 @@ def _from_rows(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> M
 def drawn_cells(
     rows: Sequence[str], legend: Mapping[str, str], terrains: tuple[Terrain, ...], notes: Notes
 ) -> CellArray:
-    """Return the map drawn in rows of characters; it is valid only if no problem was noted.
-
-    `legend`: terrain names by further characters.
-    """
+    """Return the map drawn in rows of characters, which `legend` extends; valid only if no problem was noted."""
     before = len(notes.problems)
     symbols = SYMBOLS | _legend_codes(legend, terrains, notes.below("legend"))
     if rows and not rows[0]:

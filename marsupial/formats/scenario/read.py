@@ -47,10 +47,7 @@ def read_scenario_and_map(path: Path | str) -> tuple[Scenario, MapReading | None
 
 
 def is_scenario_file(path: Path | str) -> bool:
-    """Return whether a file is meant as a scenario file, valid or not: it is JSON, or names a format, team or types.
-
-    nav2 maps are YAML too, but never JSON.
-    """
+    """Return whether a file is meant as a scenario file, valid or not: it is JSON, or names a format, team or types."""
     path = Path(path)
     if path.suffix.lower() not in (".yaml", ".yml"):
         return path.suffix.lower() == ".json"

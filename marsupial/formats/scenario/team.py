@@ -77,8 +77,6 @@ def with_team(scenario: Scenario, carriers: int | None, rovers: int | None) -> S
 
     The new team has the types of the first carrier and the first rover, and its starts are drawn. The number of rovers
     to keep is that of the first carrier.
-
-    Raise `ScenarioError` if the numbers are out of bounds, or a carrier of this scenario doesn't hold so many rovers.
     """
     if carriers is None and rovers is None:
         return scenario

@@ -37,10 +37,7 @@ _Dumper.add_representer(
 
 
 def write_scenario(scenario: Scenario, path: Path | str) -> None:
-    """Write a scenario file; if that fails, an older file at `path` is unchanged.
-
-    Raise `ScenarioError` if the file can't be written.
-    """
+    """Write a scenario file; if that fails with a `ScenarioError`, an older file at `path` is unchanged."""
     path = Path(path)
     try:
         replace_file(path, scenario_text(scenario).encode())

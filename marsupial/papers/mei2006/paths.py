@@ -68,10 +68,7 @@ def blocked_at_random(side: int, share: float, seed: int) -> Mask:
 def route_pairs(
     passable: Mask, ends: int, seed: int, *, costs: MotionCosts | None = None, cuts_corners: bool = True
 ) -> RoutePairs:
-    """Plan both routes from each of `ends` random cells to each of as many others.
-
-    Pairs without a path are left out.
-    """
+    """Plan both routes from each of `ends` random cells to each of as many others; leave out pairs without a path."""
     motion = MotionCosts() if costs is None else costs
     sources, goals = _drawn(passable, ends, seed)
     width = passable.shape[1]
@@ -105,10 +102,7 @@ def together(pairs: Sequence[RoutePairs]) -> RoutePairs:
 
 
 def shortest_paths(passable: Mask, source: Cell, *, cuts_corners: bool) -> dict[int, int]:
-    """Return the cell before each one reached on a shortest path from `source`, row-major; its own for `source`.
-
-    Dijkstra's algorithm: a path replaces another only if it is shorter.
-    """
+    """Return the cell before each one reached on a shortest path from `source`, row-major; its own for `source`."""
     row = passable.shape[1] + 2
     free = np.pad(passable, 1).ravel().tolist()
     steps = [(dx + dy * row, dx, dy * row, SQRT2 if dx and dy else 1.0) for dx, dy in STEPS]

@@ -96,10 +96,7 @@ class WidestFrontier(_SensingRule):
 
 
 def clockwise(view: FrontierView, robot: Explorer, cells: Ints) -> Ints:
-    """Return cells in clockwise order from a robot's left, the farthest first in each direction.
-
-    A robot that has not moved yet faces along x.
-    """
+    """Return cells clockwise from a robot's left (at first it faces along x), the farthest first in each direction."""
     x, y = view.xy(cells)
     dx, dy = x - robot.cell.x, y - robot.cell.y
     left = np.pi / 2 + (robot.heading or 0) * FULL_TURN / 8

@@ -85,12 +85,10 @@ class ClosestFrontier:
 
 
 def assignment(costs: Floats) -> Ints:
-    """Return the column assigned to each row, -1 for rows with no finite cost left.
+    """Return the column assigned to each row of costs, of which inf forbids; -1 for rows with no finite cost left.
 
     If there are more rows than columns, columns are duplicated, so that they are used equally often as far as costs are
     finite. The sum of the costs is minimal under these conditions.
-
-    `costs`: (rows, columns): 0 or more, inf for forbidden assignments.
     """
     rows, columns = costs.shape
     if not costs.size:
@@ -129,10 +127,7 @@ def _cheapest(ways: Floats, of: Ints) -> tuple[Floats, Ints]:
 
 
 def _share(ways: Floats, cells: Ints, shape: tuple[int, int]) -> list[int]:
-    """Return the goal of each robot (row of `ways`) in a segment: the nearest cell of the frontier assigned to it.
-
-    `cells` are the columns of `ways`, on a map of shape (height, width).
-    """
+    """Return the goal of each robot (row of `ways`) in a segment: the nearest cell of the frontier assigned to it."""
     frontier = np.empty(len(cells), dtype=np.int64)
     for k, group in enumerate(groups(cells, shape)):
         frontier[np.searchsorted(cells, group)] = k

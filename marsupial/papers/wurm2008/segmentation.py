@@ -115,10 +115,8 @@ def _narrow(graph: VoronoiGraph, clearance: Floats) -> _Cuts:
 
 
 def _sources(graph: VoronoiGraph, cuts: _Cuts, space: Blocks, drivable: Mask) -> tuple[Ints, Ints]:
-    """Return a drivable cell of each block of the graph that has one, and its piece of the graph.
-
-    Pieces are the nodes, then for each edge its parts between cuts, in order.
-    """
+    """Return a drivable cell of each block of the graph that has one, and its piece of the graph."""
+    # Pieces are the nodes, then for each edge its parts between cuts, in order.
     nodes, inner = len(graph.nodes), np.arange(len(graph.inner))
     edge = np.repeat(np.arange(len(graph.ends)), np.diff(graph.bounds))
     pieces = np.concatenate([np.arange(nodes), nodes + edge + np.searchsorted(cuts.place, inner, side="right")])
@@ -150,10 +148,8 @@ def _components(graph: VoronoiGraph, cuts: _Cuts, links: Ints) -> Ints:
 
 
 def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
-    """Return the pairs (n, 2) of pieces that join parts which no narrow point separates.
-
-    Parts of the graph that are linked only through the unknown are joined where their ground has the longest border.
-    """
+    """Return the pairs (n, 2) of pieces that join parts which no narrow point separates."""
+    # Parts of the graph that are linked only through the unknown are joined where their ground has the longest border.
     links = _links(graph, cuts)
     room = _components(graph, cuts, links)
     _, member = np.unique(room, return_index=True)
@@ -170,11 +166,9 @@ def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
 
 
 def _labels(drivable: Mask, sources: Ints, source: Ints32, component: Ints) -> tuple[Ints32, int]:
-    """Return the segment of each cell (height, width), and the number of segments.
-
-    Segments are the components of the graph, by source, and connected ground without a part of the graph; none spans
-    two separate parts of the ground.
-    """
+    """Return the segment of each cell (height, width), and the number of segments."""
+    # Segments are the components of the graph, by source, and connected ground without a part of the graph; none spans
+    # two separate parts of the ground.
     part, most = parts(drivable)
     keys, label = np.unique(component * (most + 1) + part.ravel()[sources], return_inverse=True)
     labels: Ints32 = np.append(label + 1, 0).astype(np.int32)[source].reshape(drivable.shape)
@@ -184,10 +178,7 @@ def _labels(drivable: Mask, sources: Ints, source: Ints32, component: Ints) -> t
 
 @native
 def _nearest(drivable: Flags, width: int, sources: Ints) -> Ints32:
-    """Return for each cell the position in `sources` of the nearest one in straight steps, -1 for none.
-
-    Cells are row-major in rows of `width`.
-    """
+    """Return for each cell, row-major, the position in `sources` of the nearest one in straight steps, -1 for none."""
     found = np.full(drivable.size, -1, dtype=np.int32)
     queue = np.empty(drivable.size, dtype=np.int64)
     tail = 0
@@ -213,10 +204,8 @@ def _nearest(drivable: Flags, width: int, sources: Ints) -> Ints32:
 
 @native
 def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> tuple[Ints, Ints]:
-    """Return the first and the last narrow point of each edge as positions in `inner`, -1 for none.
-
-    Of adjacent equally narrow positions the middle one counts. `at_nodes` and `at_inner` are clearances.
-    """
+    """Return the first and the last narrow point of each edge as positions in `inner`, -1 for none."""
+    # Of adjacent equally narrow positions the middle one counts. `at_nodes` and `at_inner` are clearances.
     first = np.full(len(ends), -1, dtype=np.int64)
     last = first.copy()
     for edge in range(len(ends)):
@@ -245,11 +234,8 @@ def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> 
 
 @native
 def _borders(piece: Ints, room: Ints, whole: Ints, width: int) -> Ints:
-    """Return a pair (n, 2) of rooms, lower first, for each pair of adjacent cells in different wholes.
-
-    `piece`: piece of each cell, row-major on a map of `width`; -1 for none.
-    `room`, `whole`: room of each piece, whole of each room.
-    """
+    """Return a pair (n, 2) of rooms, lower first, for each pair of adjacent cells in different wholes."""
+    # `piece` is the piece of each cell, -1 for none; `room` the room of each piece, `whole` the whole of each room.
     found = np.empty((2 * len(piece), 2), dtype=np.int64)
     count = 0
     for cell in range(len(piece)):

@@ -286,12 +286,8 @@ def _trace(blocks: Ints, work: _Tracing) -> tuple[int, int]:
 def _insignificant(
     nodes: Ints, degrees: Ints, ends: Ints, bounds: Ints, inner: Ints, clearance: Floats, width: int
 ) -> Ints:
-    """Return the blocks to prune: the part of each branch beyond its widest point, if it stands out little from there.
-
-    `nodes`, `degrees`, `ends`, `bounds`, `inner`: those of `VoronoiGraph`; a branch is an edge from a junction to an
-    end.
-    `clearance`: clearance of each block, row-major in rows of this width.
-    """
+    """Return the blocks to prune: the part of each branch beyond its widest point, if it hardly stands out."""
+    # A branch is an edge from a junction to an end. The clearances of blocks are row-major in rows of `width`.
     found = np.empty(len(nodes) + len(inner), dtype=np.int64)
     count = 0
     for edge in range(len(ends)):

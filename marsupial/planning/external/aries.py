@@ -136,11 +136,9 @@ def _answers(text: Any, until: float, *, anytime: bool) -> Iterator[Any]:
 
 
 def _serve() -> tuple[subprocess.Popen[bytes], Any]:
-    """Start an Aries server and connect to it.
-
-    up-aries looks for a free port before it starts the server, and another process may take that port in between. So
-    the system gives the server a port as it starts, which is read from its socket.
-    """
+    """Start an Aries server and connect to it."""
+    # up-aries looks for a free port before it starts the server, and another process may take that port in between. So
+    # the system gives the server a port as it starts, which is read from its socket.
     import grpc
     from unified_planning.grpc.generated.unified_planning_pb2_grpc import UnifiedPlanningStub
     from up_aries import solver

@@ -76,10 +76,7 @@ class External(ProcessEngine):
 
 
 def split_command(command: str) -> tuple[str, ...]:
-    """Return the words of a command line, split as a shell does.
-
-    Raise `UsageError` if that can't be done, or {domain} or {problem} is missing.
-    """
+    """Return the words of a command line, split as a shell does; raise a `UsageError` without {domain} or {problem}."""
     try:
         words = shlex.split(command)
     except ValueError as error:

@@ -45,10 +45,8 @@ class PartSize:
 
 
 def decompose(situation: Situation, limit: PartSize) -> tuple[Situation, ...]:
-    """Return the parts of a situation, those that can explore something soonest first; itself if it fits.
-
-    Parts without a target are left out, unless the goal asks for rovers aboard or carriers at home.
-    """
+    """Return the parts of a situation, those that can explore something soonest first; itself if it fits."""
+    # Parts without a target are left out, unless the goal asks for rovers aboard or carriers at home.
     if limit.fits(situation):
         return (situation,)
     times = _Times(situation)

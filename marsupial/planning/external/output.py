@@ -52,10 +52,7 @@ _UNSOLVABLE = re.compile(
 
 
 def last_words(errors: bytes, printed: bytes) -> str:
-    """Return the end of stderr and stdout, to be put behind how the planner ended.
-
-    Of each the last lines, after the first that sounds like a complaint.
-    """
+    """Return the last lines of stderr and stdout, after the first that sounds like a complaint, as text."""
     parts = [" | ".join(_last_lines(text.decode(errors="replace"))) for text in (errors, printed) if text.strip()]
     return f", saying: {' || '.join(parts)}" if parts else ""
 
@@ -167,10 +164,8 @@ class PlanReader:
         self.faults: list[str] = []
 
     def better(self, texts: Iterable[str], *, complete: bool) -> Iterator[Plan]:
-        """Yield the plans that are better than all before; what is wrong counts only where texts are `complete`.
-
-        A text without steps is none: planners write such a file where they have found nothing.
-        """
+        """Yield the plans that are better than all before; what is wrong counts only where texts are `complete`."""
+        # A text without steps is none: planners write such a file where they have found nothing.
         for text in filter(None, texts):
             fault = ""
             try:

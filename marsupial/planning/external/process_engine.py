@@ -40,12 +40,7 @@ class Requirement:
 
 
 class ProcessEngine:
-    """An engine that searches in a child process.
-
-    `info`: what it is; `missing` is found out here.
-    `search`: takes a `SearchRequest`, yields every `Plan` it finds and may say at last how it `Finished`.
-    `preload`: what loads the libraries of the search, once for all of them.
-    """
+    """An engine whose generator `search` runs in a child process; `preload` loads its libraries once for all."""
 
     def __init__(
         self,
@@ -77,10 +72,7 @@ class ProcessEngine:
         return Events(run, _follow(request, run))
 
     def solve_here(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Events:
-        """Search in this process instead, which has to be limited and cleaned up already.
-
-        What the engine is missing shows as its search ends.
-        """
+        """Search in this process instead, which has to be limited and cleaned up already."""
         request = self._request(situation, budget, MAKESPAN, start)
         return _settled(request) or Events(None, _follow(request, _run_here(self.job(request))))
 

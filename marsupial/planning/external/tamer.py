@@ -84,10 +84,7 @@ def _ask(problem: Problem) -> list[str] | None:
 
 
 def encode(situation: Situation, within_ms: int | None = None) -> tuple[Problem, Mapping[str, Action]]:
-    """Return Tamer's problem and the meaning of each of its actions.
-
-    `within_ms`: when the goal has to be reached at the latest.
-    """
+    """Return Tamer's problem, to be solved within `within_ms`, and the meaning of each of its actions."""
     writer = _TamerWriter(situation)
     for robot in situation.robots:
         for action in writer.words.drives(robot):
