@@ -24,20 +24,18 @@ from marsupial.cli.commands.bench import bench
 from marsupial.cli.commands.compare import compare
 from marsupial.cli.commands.demo import demo
 from marsupial.cli.commands.export import export
+from marsupial.cli.commands.lists import planners, scenarios, strategies
 from marsupial.cli.commands.map import describe_map
 from marsupial.cli.commands.plan import plan
-from marsupial.cli.commands.planners import planners
 from marsupial.cli.commands.replay import replay
 from marsupial.cli.commands.reproduce import reproduce
 from marsupial.cli.commands.ros import ros
 from marsupial.cli.commands.run import run
-from marsupial.cli.commands.scenarios import scenarios
 from marsupial.cli.commands.serve import serve
 from marsupial.cli.commands.store import store
-from marsupial.cli.commands.strategies import strategies
 from marsupial.cli.commands.validate import validate
 from marsupial.cli.display.messages import Volume, complain, set_volume
-from marsupial.cli.options.late_help import LateHelp
+from marsupial.cli.options.shared import LateHelp
 from marsupial.cli.process.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT
 from marsupial.cli.process.interrupt import Interrupted, interruptible
 from marsupial.cli.process.streams import fault_of, open_closed, settled

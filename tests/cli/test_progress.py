@@ -11,8 +11,7 @@ from synthetic_mission import RESOLUTION_M, synthetic_mission, truth
 
 from marsupial.cli.display import progress as module
 from marsupial.cli.display.alive import Alive
-from marsupial.cli.display.progress import progress
-from marsupial.cli.display.watch import MissionWatch
+from marsupial.cli.display.progress import MissionWatch, progress
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from marsupial.cli.options import completing
-from marsupial.cli.options.shared import Json, Quiet
+from marsupial.cli.options.shared import Json, Quiet, scenario_argument
 
 if TYPE_CHECKING:
     from marsupial.maps.describe import MapDescription
@@ -18,18 +17,13 @@ if TYPE_CHECKING:
 
 
 def describe_map(
-    file: Annotated[
-        str,
-        typer.Argument(
-            autocompletion=completing.scenario_or_file, help="A map, a scenario file or a built-in scenario."
-        ),
-    ],
+    file: Annotated[str, scenario_argument("A map, a scenario file or a built-in scenario.")],
     json: Json = False,
     out: Annotated[Path | None, typer.Option(help="Write a picture to this file: .png, .svg or .pdf.")] = None,
     picture: Annotated[bool, typer.Option(help="Draw the map as text.")] = True,
     clean: Annotated[
         Path | None,
-        typer.Option(metavar="OUT", help="Write the map with obstacle specks smaller than a robot removed."),
+        typer.Option(metavar="OUT", help="Write the map without obstacle specks smaller than a robot."),
     ] = None,
     boundary: Annotated[
         Path | None, typer.Option(metavar="OUT", help="Write the map with a wall along the hull of its obstacles.")
@@ -174,8 +168,7 @@ def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None
 
 
 def _print(description: MapDescription) -> None:
-    from marsupial.cli.display.legend import HEADS as LEGEND_HEADS
-    from marsupial.cli.display.legend import legend_rows
+    from marsupial.cli.display.map_picture import LEGEND_HEADS, legend_rows
     from marsupial.cli.display.tables import print_facts, print_table
 
     size = f"{description.width} x {description.height} cells"

@@ -1,4 +1,4 @@
-"""A map as interpreted, as text: walls as quarters of characters or ``#``, ground in colours or letters.
+"""A map as interpreted, as text: walls as quarters of characters or ``#``, ground in colours or letters; its legend.
 
 A character stands for 2 x 4 small squares of the map. Each of its quarters is a wall if there is one in either of its
 two squares; its background is what most of the ground in it is. Where there are no colours a letter says that, and
@@ -8,6 +8,8 @@ where there are no quarters (ASCII) a character is a wall if a wall crosses it.
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 
 import numpy as np
@@ -16,7 +18,7 @@ from rich.text import Text
 
 from marsupial.exports.ground import box, coarse
 from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass
-from marsupial.model.grid import CellArray
+from marsupial.model import CellArray, LegendEntry
 from marsupial.replay.palette import LIGHT
 
 LETTERS = {
@@ -108,10 +110,47 @@ def _key(classes: CellArray, wide: int, *, coloured: bool) -> list[Text]:
     lines = [Text(no_wrap=True)]
     for kind, text in TEXTS.items():
         if kind in there and (kind is not MapClass.WALL or not coloured):
-            entry = Text("  " if coloured else LETTERS[kind], _style(kind) if coloured else "").append(
-                f" {text}   ", ""
-            )
+            mark = Text("  " if coloured else LETTERS[kind], _style(kind) if coloured else "")
+            entry = mark.append(f" {text}   ", "")
             if len(lines[-1]) + len(entry) > wide + 2:
                 lines.append(Text(no_wrap=True))
             lines[-1] = Text.assemble(lines[-1], entry, no_wrap=True)
     return lines
+
+
+_NUMBERED = re.compile(r"(\w+) (\d+)")
+"""A numbered symbol such as ``grey 205``."""
+
+MOST_SYMBOLS, LEAST_SHARE = 3, 0.05
+"""More symbols than this become a range; at most this many are named, those with at least this share of its cells."""
+
+LEGEND_HEADS = ("symbol in the file", "means", "cells", "most of them")
+
+
+def legend_rows(legend: Sequence[LegendEntry], names: Mapping[int, str]) -> list[tuple[str, str, str, str]]:
+    """Return rows for `LEGEND_HEADS`; many numbered symbols of the same meaning, such as greys, share a row."""
+    runs: list[list[LegendEntry]] = []
+    for _, alike in groupby(legend, key=_kind):
+        run = list(alike)
+        runs += [run] if len(run) > MOST_SYMBOLS else [[entry] for entry in run]
+    rows = []
+    for run in runs:
+        symbols = run[0].symbol if len(run) == 1 else f"{run[0].symbol} to {run[-1].symbol.rsplit(' ', 1)[1]}"
+        rows.append((symbols, names[run[0].code], str(sum(entry.cells for entry in run)), _commonest(run)))
+    return rows
+
+
+def _kind(entry: LegendEntry) -> tuple[str, int]:
+    """Return the key of an entry's range: the word before its number, and its terrain code."""
+    numbered = _NUMBERED.fullmatch(entry.symbol)
+    return numbered[1] if numbered else entry.symbol, entry.code
+
+
+def _commonest(run: Sequence[LegendEntry]) -> str:
+    """Return the most frequent symbols of a range as text."""
+    if len(run) == 1:
+        return ""
+    cells = sum(entry.cells for entry in run)
+    ranked = sorted(run, key=lambda entry: -entry.cells)[:MOST_SYMBOLS]
+    named = [f"{entry.symbol} ({entry.cells / cells:.1%})" for entry in ranked if entry.cells >= LEAST_SHARE * cells]
+    return ", ".join(named) or f"spread over {len(run)}"

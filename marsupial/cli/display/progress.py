@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+import numpy as np
 from rich.console import Console, Group
 from rich.live import Live
 from rich.progress_bar import ProgressBar
@@ -17,9 +18,9 @@ from rich.text import Text
 from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.messages import Volume, volume
 from marsupial.cli.display.picture import Picture, moves, plan_line, plan_text, printable
-from marsupial.cli.display.watch import MissionWatch
 from marsupial.mission.observer import Observer, Observers
-from marsupial.model import Mask, MissionEnded, MissionEvent, MissionStarted, Outcome, Planned, PlanningReport
+from marsupial.mission.state import MissionTracker, RobotView, views
+from marsupial.model import UNKNOWN, Mask, MissionEnded, MissionEvent, MissionStarted, Outcome, Planned, PlanningReport
 from marsupial.wording import clock, counted
 
 LINE_EVERY_MS = ((3_600_000, 60_000), (36_000_000, 600_000), (math.inf, 3_600_000))
@@ -36,6 +37,28 @@ PREPARING = "preparing the mission ..."
 
 _WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)
 """Outcomes that are no failure of a planner, even without a plan: there was nothing to do."""
+
+
+class MissionWatch(MissionTracker):
+    """The state of a running mission. `area`: mask (height, width) of the cells to explore."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.area: Mask = np.zeros((0, 0), dtype=np.bool_)
+
+    def reachable(self, area: Mask) -> None:
+        """Set the cells to explore."""
+        self.area = area
+
+    @property
+    def coverage(self) -> float:
+        """Known share of the reachable cells, 0 to 1."""
+        wanted = int(np.count_nonzero(self.area))
+        return int(np.count_nonzero(self.cells[self.area] != UNKNOWN)) / wanted if wanted else 1.0
+
+    def views(self) -> tuple[RobotView, ...]:
+        """Return the present state of every robot, in the order of the team."""
+        return views(self.tracks, self.t_ms, whole_cells=True)
 
 
 @contextmanager
