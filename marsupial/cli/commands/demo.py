@@ -51,8 +51,7 @@ def demo(
     baseline = replace(request, strategy="heuristic", budget_s=None, steps=None)  # asks no planner
     for asked in (request, baseline):
         log = out / f"{asked.strategy}.jsonl"
-        summary, _ = carry_out(replace(asked, log=log), again=bool(summaries))
-        summaries.append(summary)
+        summaries.append(carry_out(replace(asked, log=log), again=bool(summaries))[0])
         logs.append(log)
         if summaries[-1].status == "cancelled":
             break

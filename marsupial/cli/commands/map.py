@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.options.shared import Json, Quiet, scenario_argument
+from marsupial.wording import counted
 
 if TYPE_CHECKING:
     from marsupial.maps.describe import MapDescription
@@ -55,8 +56,8 @@ def describe_map(
         print_json(asdict(description))
     else:
         _print(description)
-    for text in () if json else description.warnings:
-        warn(text)
+        for text in description.warnings:
+            warn(text)
     if clean is not None:
         _write_clean(clean, grid, kinds)
     if boundary is not None:
@@ -68,7 +69,6 @@ def describe_map(
 def _write_clean(out: Path, grid: Grid, kinds: Sequence[RobotType]) -> None:
     from marsupial.maps.describe import cells_below
     from marsupial.maps.specks import without_specks
-    from marsupial.wording import counted
 
     smallest = min(kinds, key=lambda kind: kind.radius_m)
     cleaned, number = without_specks(grid, cells_below(smallest, grid))
@@ -135,11 +135,11 @@ def _starts(scenario: Scenario | None, seed: int = 1) -> tuple[dict[str, Cell], 
     from marsupial.errors import ScenarioError
     from marsupial.mission.placement import place_team
 
-    if scenario is None:
-        return {}, ""
     try:
-        placed = place_team(scenario, seed)
-    except ScenarioError:
+        placed = None if scenario is None else place_team(scenario, seed)
+    except ScenarioError:  # no room for the team
+        placed = None
+    if scenario is None or placed is None:
         return {}, ""
     given = [member.start is not None for member in scenario.team if member.carrier is None]
     by_seed = f"drawn by seed {seed if scenario.start_seed is None else scenario.start_seed}"
@@ -192,14 +192,14 @@ def _print(description: MapDescription) -> None:
     print_table(("robot type", "radius m", "largest reach m2", "gets to the border", "parts"), reach, right=(1, 2, 4))
     legend = legend_rows(description.legend, {share.code: share.name for share in shares})
     if legend:
-        wide = any(commonest for *_, commonest in legend)
-        columns = len(LEGEND_HEADS) if wide else len(LEGEND_HEADS) - 1
+        # The last column is only of use where symbols were joined.
+        columns = len(LEGEND_HEADS) - (not any(commonest for *_, commonest in legend))
         print_table(LEGEND_HEADS[:columns], [row[:columns] for row in legend], right=(2,))
 
 
 def _border(description: MapDescription) -> str:
     if not description.border_cells:
         return "no free cell"
-    cells = "1 free cell" if description.border_cells == 1 else f"{description.border_cells} free cells"
     them = "it" if description.border_cells == 1 else "them"
+    cells = counted(description.border_cells, "free cell")
     return f"{cells}, {description.border_area_m2:.4g} m2 connected to {them}"

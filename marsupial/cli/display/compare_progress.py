@@ -45,7 +45,7 @@ class Lines:
         self._before = 0
 
     def watch(self, row: MissionRow | None, done: int, total: int) -> None:
-        """Print what a finished mission (None: the start) requires."""
+        """Print what a finished mission requires, or the start (None)."""
         if row is None:
             self._began_s = self._printed_s = self._now()
             self._before = done
