@@ -19,7 +19,8 @@ from functools import cache
 from typing import Any
 
 from marsupial.errors import InvalidPlanError
-from marsupial.formats.pddl.facts import FUNCTIONS, PREDICATES, SUPERTYPES, Fact, problem_facts
+from marsupial.formats.pddl.domain import FUNCTIONS, PREDICATES, SUPERTYPES
+from marsupial.formats.pddl.facts import Fact, problem_facts
 from marsupial.formats.pddl.names import encode_name
 from marsupial.formats.pddl.plansteps import Step, plan_of
 from marsupial.model.plan import Plan

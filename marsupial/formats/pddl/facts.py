@@ -19,55 +19,6 @@ from marsupial.formats.pddl.names import encode_name, encode_type
 from marsupial.model import PlanningType, RobotState, Role, Situation
 from marsupial.model.bounds import MOST
 
-SUPERTYPES: Mapping[str, str | None] = {
-    "robot": None,
-    "location": None,
-    "robot_type": None,
-    "carrier": "robot",
-    "rover": "robot",
-    "target": "location",
-    "waypoint": "location",
-    "start": "location",
-    "meeting": "waypoint",
-    "home": "waypoint",
-}
-"""The domain's types, each with its supertype."""
-
-LEAF_TYPES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())
-"""The types that objects may have."""
-
-PREDICATES: Mapping[str, tuple[str, ...]] = {
-    "at": ("robot", "location"),
-    "on": ("rover", "carrier"),
-    "aboard": ("rover",),
-    "explored": ("target",),
-    "can_explore": ("robot", "target"),
-    "is_a": ("robot", "robot_type"),
-    "path": ("robot_type", "location", "location"),
-    "role_carrier": ("robot_type",),
-    "role_rover": ("robot_type",),
-    "explores": ("robot_type", "target"),
-    "home_of": ("robot", "home"),
-    "recover_rovers": (),
-    "return_home": (),
-}
-"""The domain's predicates with the types of their parameters."""
-
-FUNCTIONS: Mapping[str, tuple[str, ...]] = {
-    "num_docked": ("carrier",),
-    "capacity": ("carrier",),
-    "path_cost": ("robot_type", "location", "location"),
-    "dock_time": ("rover",),
-    "undock_time": ("rover",),
-    "free_at": ("robot",),
-    "reveal": ("target",),
-    "type_capacity": ("robot_type",),
-    "type_dock_time": ("robot_type",),
-    "type_undock_time": ("robot_type",),
-    "travel": ("robot_type", "location", "location"),
-}
-"""The domain's functions with the types of their parameters."""
-
 _NUMBER = re.compile(r"[-+]?[0-9./]{1,1100}(?:[eE][-+]?[0-9]{1,3})?")
 
 

@@ -31,7 +31,9 @@ def write_plan_text(plan: Plan, situation: Situation) -> str:
     """Return a plan for `situation` in IPC format, after a header of comments."""
     # The first drive of a busy robot starts at 0 and takes longer by the rest of its running action, like `path_cost`.
     lines = [f"; {counted(len(plan.actions), 'action')}, makespan {seconds(plan.makespan_ms)} s"]
-    lines += [_line(step) for step in steps_of(plan, situation)]
+    for step in steps_of(plan, situation):
+        start, duration = (seconds(int(time * 1000)) for time in (step.start, step.duration or Fraction(0)))
+        lines.append(f"{start}: ({' '.join((step.name, *step.args))}) [{duration}]")
     return "\n".join([*lines, ""])
 
 
@@ -52,11 +54,6 @@ def read_plan(text: str, situation: Situation) -> Reading:
     if problems or reading is None:
         raise PlanTextError(sorted(problems, key=lambda problem: int(problem.path.removeprefix("line "))))
     return reading
-
-
-def _line(step: Step) -> str:
-    start, duration = (seconds(int(time * 1000)) for time in (step.start, step.duration or Fraction(0)))
-    return f"{start}: ({' '.join((step.name, *step.args))}) [{duration}]"
 
 
 def _steps(text: str, problems: list[Problem]) -> Iterator[Step]:

@@ -6,12 +6,9 @@ Any PDDL 2.1 planner can read a problem, and `read_problem` returns exactly the 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cache
-from importlib.resources import files
-from importlib.resources.abc import Traversable
-from pathlib import Path
 
-from marsupial.errors import InternalError, Problem, SituationError
+from marsupial.errors import Problem, SituationError
+from marsupial.formats.pddl.domain import domain_text, pddl_folder
 from marsupial.formats.pddl.facts import problem_facts
 from marsupial.formats.pddl.foreign import foreign_domain
 from marsupial.formats.pddl.names import encode_name
@@ -20,22 +17,6 @@ from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_
 from marsupial.model.situation import Situation
 
 __all__ = ["check_domain", "domain_text", "pddl_folder", "problem_text", "read_problem"]
-
-
-def pddl_folder() -> Traversable:
-    """Return the folder with ``domain.pddl``, its documentation and ``examples``."""
-    # In a checkout it is at the top, where people find it; a wheel has it as ``marsupial/data/pddl``.
-    checkout = Path(__file__).resolve().parents[3] / "pddl"
-    for folder in (files("marsupial") / "data" / "pddl", checkout):
-        if (folder / "domain.pddl").is_file():
-            return folder
-    raise InternalError("the folder pddl is neither in the installed package nor beside it")
-
-
-@cache
-def domain_text() -> str:
-    """Return the canonical domain: the text of ``pddl/domain.pddl``."""
-    return (pddl_folder() / "domain.pddl").read_text(encoding="utf-8")
 
 
 def problem_text(situation: Situation, *, name: str = "exploration", records: bool = True) -> str:
