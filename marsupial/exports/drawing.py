@@ -141,17 +141,15 @@ class MissionDrawing:
             name: self._animate(self._axes.plot([], [], linestyle="", marker=mark, **self._mark(filled=filled))[0])
             for name, mark, filled in ((ActionName.UNDOCK, "v", True), (ActionName.DOCK, "^", False))
         }
-        self._goals, self._bodies, self._cargo, self._names = {}, {}, {}, {}
-        for name in self.roles:
-            self._goals[name] = self._animate(self._goal(name))
+        self._bodies, self._cargo, self._names = {}, {}, {}
+        self._goals = {name: self._animate(self._goal(name)) for name in self.roles}
         for name in sorted(self.roles, key=self._is_rover):  # carriers first: rovers are drawn above them
             self._bodies[name] = self._animate(self._body(name, SIZES_PT[self.roles[name]], 1.4))
             if self.roles[name] is Role.CARRIER:
                 style: Style = {"ha": "center", "va": "center", "fontsize": 7, "fontweight": "bold", "clip_on": True}
                 self._names[name] = self._animate(self._axes.text(0, 0, "", color=self.palette.page, **style))
-        for name in self.roles:
-            if self._is_rover(name):
-                self._cargo[name] = self._animate(self._body(name, CARGO_PT, 0.9))
+        for name in filter(self._is_rover, self.roles):
+            self._cargo[name] = self._animate(self._body(name, CARGO_PT, 0.9))
 
     def _is_rover(self, name: str) -> bool:
         return self.roles[name] is Role.ROVER
@@ -210,13 +208,10 @@ class MissionDrawing:
         square: Style = {"marker": "s", "markersize": 9, "markeredgecolor": self.palette.dim, "markeredgewidth": 0.6}
         grey = self.palette.actions["drive"]
         grounds = [(name, {**square, "color": getattr(self.palette, key)}) for name, key in GROUNDS]
-        cells = self.playback.cells_at(self.playback.end_ms)
-        others = [
-            t for t in self.playback.mission.terrains if t.code not in (OBSTACLE, FLOOR) and (cells == t.code).any()
-        ]
+        there = set(np.unique(self.playback.cells_at(self.playback.end_ms)).tolist()) - {OBSTACLE, FLOOR}
+        others = [terrain.name for terrain in self.playback.mission.terrains if terrain.code in there]
         if others:
-            names = ", ".join(terrain.name for terrain in others)
-            grounds.insert(2, (shortened(names, 14), {**square, "color": self.palette.other}))
+            grounds.insert(2, (shortened(", ".join(others), 14), {**square, "color": self.palette.other}))
         marks: list[tuple[str, Style]] = [
             ("carrier", {"marker": "o", "markersize": 11, "color": grey}),
             ("rover", {"marker": "D", "markersize": 6.5, "color": grey}),
@@ -327,9 +322,8 @@ def _draw_lanes(axes: Axes, playback: Playback, palette: Palette, colours: Mappi
         label.set_fontweight("bold")
     axes.xaxis.set_major_formatter(lambda minutes, _: clock(60 * minutes))
     axes.spines[:].set_visible(False)
-    handles = [
-        Patch(facecolor=palette.actions[does], label=str(does)) for does in Activity if does is not Activity.WAIT
-    ]
+    shown = (does for does in Activity if does is not Activity.WAIT)
+    handles = [Patch(facecolor=palette.actions[does], label=str(does)) for does in shown]
     axes.legend(
         handles=handles, loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=len(handles), frameon=False,
         fontsize=8, labelcolor=palette.ink, handlelength=1.2, borderaxespad=0.2, columnspacing=1.2,

@@ -54,14 +54,11 @@ def gif(events: Sequence[MissionEvent], *, speed: float | None = None, palette: 
     # One palette for all frames, or colours would flicker; without dithering, which moves from frame to frame.
     samples = [drawing.frame(t_ms) for t_ms in np.linspace(playback.start_ms, playback.end_ms, SAMPLES).astype(int)]
     colours = Image.fromarray(np.vstack(samples)).quantize(255)
-    plain = (
-        Image.fromarray(pixels).quantize(palette=colours, dither=Image.Dither.NONE)
-        for pixels in _frames(drawing, times)
-    )
+    frames = map(Image.fromarray, _frames(drawing, times))
+    plain = (frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames)
     out = io.BytesIO()
-    next(plain).save(
-        out, format="GIF", save_all=True, append_images=plain, duration=1000 // GIF_FPS, loop=0, optimize=False
-    )
+    options: dict[str, Any] = {"save_all": True, "duration": 1000 // GIF_FPS, "loop": 0, "optimize": False}
+    next(plain).save(out, format="GIF", append_images=plain, **options)
     return out.getvalue()
 
 

@@ -63,10 +63,8 @@ def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:
 
 
 def _standable(grid: Grid, kinds: Sequence[RobotType]) -> Mask:
-    found = np.zeros(grid.cells.shape, dtype=np.bool_)
-    for kind in kinds:
-        found |= standable(grid, kind)
-    return found
+    nowhere = np.zeros(grid.cells.shape, dtype=np.bool_)
+    return np.logical_or.reduce([nowhere, *(standable(grid, kind) for kind in kinds)])
 
 
 def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
@@ -81,9 +79,8 @@ def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
     edge = np.ones(free.shape, dtype=np.bool_)
     edge[1:-1, 1:-1] = False
     open_edge = edge & free & with_area[labels]
-    rows, columns = np.nonzero(open_edge)
     near = np.zeros(free.shape, dtype=np.bool_)
-    for y, x in zip(rows.tolist(), columns.tolist(), strict=True):
+    for y, x in np.argwhere(open_edge).tolist():
         near[max(0, y - deep) : y + deep + 1, max(0, x - deep) : x + deep + 1] = True
     return np.asarray(border & near & free)
 

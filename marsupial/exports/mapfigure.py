@@ -68,11 +68,11 @@ def map_figure(
     return figure_file(figure, kind)
 
 
-def wrapped(text: str, most: int = 118) -> list[str]:
+def wrapped(text: str) -> list[str]:
     """Return the lines of a warning."""
     lines = [""]
     for word in f"! {text}".split():
-        if len(lines[-1]) + len(word) > most:
+        if len(lines[-1]) + len(word) > 118:  # as many fit the figure
             lines.append("  ")
         lines[-1] += f"{word} "
     return lines
@@ -114,15 +114,11 @@ def _walled(axes: Axes, classes: CellArray, box: Bbox) -> float:
 def _add_legend(figure: Figure, grid: Grid, classes: CellArray, start_text: str, *, top: float) -> None:
     """Add a legend of the classes that occur, with their areas, and of starts if they have a text."""
     counts = np.bincount(classes.ravel(), minlength=256)
-    handles: list[Any] = [
-        Patch(
-            facecolor=COLOURS[kind],
-            edgecolor=LIGHT.dim,
-            label=f"{text}\n{counts[kind] * grid.cell_area_m2:,.1f} m²",
-        )
-        for kind, text in TEXTS.items()
-        if counts[kind]
-    ]
+    handles: list[Any] = []
+    for kind, text in TEXTS.items():
+        if counts[kind]:
+            label = f"{text}\n{counts[kind] * grid.cell_area_m2:,.1f} m²"
+            handles.append(Patch(facecolor=COLOURS[kind], edgecolor=LIGHT.dim, label=label))
     if start_text:
         star: dict[str, Any] = {"marker": "*", "markersize": 12, "markeredgecolor": LIGHT.ink}
         handles.append(Line2D([], [], linestyle="", color=LIGHT.frontier, label=start_text, **star))

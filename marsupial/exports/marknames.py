@@ -16,9 +16,8 @@ an optimal layout would look no better.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
@@ -44,8 +43,7 @@ Share = Callable[[Bbox], float]
 """Returns the share of walls, 0 to 1, below a box in the figure (pixels)."""
 
 
-@dataclass(frozen=True, slots=True)
-class NamedPlace:
+class NamedPlace(NamedTuple):
     """A place for a name: its centre relative to its mark's (points), and its ring; 0 needs no line."""
 
     dx: float
@@ -64,7 +62,7 @@ def name_marks(axes: Axes, marks: Mapping[str, tuple[float, float]], walls: Shar
         style: dict[str, Any] = {"fontsize": 8, "color": LIGHT.ink, "ha": "center", "va": "center", "bbox": box}
         text = axes.annotate(name, at, (0, 0), textcoords="offset points", zorder=6, **style)
         size = text.get_window_extent()
-        clear = [_around(spot, CLEAR_PT * scale) for other, spot in spots.items() if other != name]
+        clear = [Bbox([spot, spot]).padded(CLEAR_PT * scale) for other, spot in spots.items() if other != name]
         found = best_place(spots[name], (size.width, size.height), scale, [*taken, *clear], axes.bbox, walls)
         text.set_position((found.dx, found.dy))
         taken.append(_box(spots[name], (size.width, size.height), found, scale))
@@ -105,7 +103,3 @@ def _places(width_pt: float, height_pt: float) -> Iterator[NamedPlace]:
 def _box(spot: tuple[float, ...], size: tuple[float, float], place: NamedPlace, scale: float) -> Bbox:
     x, y = spot[0] + place.dx * scale, spot[1] + place.dy * scale
     return Bbox.from_extents(x - size[0] / 2, y - size[1] / 2, x + size[0] / 2, y + size[1] / 2)
-
-
-def _around(spot: tuple[float, ...], far: float) -> Bbox:
-    return Bbox.from_extents(spot[0] - far, spot[1] - far, spot[0] + far, spot[1] + far)

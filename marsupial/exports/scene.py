@@ -96,14 +96,7 @@ def robot_entity(
     thick = radius_m
     size = Vector3(x=2 * radius_m, y=2 * radius_m, z=thick)
     middle = height_m + thick / 2
-    text = TextPrimitive(
-        pose=pose(0, 0, z_m=height_m + LABEL_HEIGHT_M + thick),
-        billboard=True,
-        font_size=LABEL_POINTS,
-        scale_invariant=True,
-        color=colour(ink),
-        text=label,
-    )
+    text = _text(label, pose(0, 0, z_m=height_m + LABEL_HEIGHT_M + thick), ink)
     entity = SceneEntity(timestamp=stamp(t_ms), frame_id=name, id=name, frame_locked=True, texts=[text])
     if role is Role.CARRIER:
         body = CylinderPrimitive(pose=pose(0, 0, z_m=middle), size=size, bottom_scale=1, top_scale=1, color=colour(ink))
@@ -140,9 +133,11 @@ def place_entity(
     )
     entity = SceneEntity(timestamp=stamp(t_ms), frame_id=MAP_FRAME, id=name, cylinders=[disc])
     if label:
-        above = pose(*at, z_m=LABEL_HEIGHT_M)
-        text = TextPrimitive(
-            pose=above, billboard=True, font_size=LABEL_POINTS, scale_invariant=True, color=colour(ink), text=label
-        )
-        entity.texts.append(text)
+        entity.texts.append(_text(label, pose(*at, z_m=LABEL_HEIGHT_M), ink))
     return entity
+
+
+def _text(label: str, at: Pose, ink: str) -> TextPrimitive:
+    """Return a label that faces the viewer and keeps its size on the screen."""
+    style = {"billboard": True, "font_size": LABEL_POINTS, "scale_invariant": True}
+    return TextPrimitive(pose=at, color=colour(ink), text=label, **style)

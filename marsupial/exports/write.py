@@ -48,16 +48,14 @@ def _figure(kind: str) -> Callable[[Events, ExportOptions], bytes]:
     return write
 
 
-def _gif(events: Events, options: ExportOptions) -> bytes:
-    from marsupial.exports.film import gif
+def _film(kind: str) -> Callable[[Events, ExportOptions], bytes]:
+    def write(events: Events, options: ExportOptions) -> bytes:
+        from marsupial.exports import film
 
-    return gif(events, speed=options.speed, palette=options.palette)
+        make = film.gif if kind == "gif" else film.mp4
+        return make(events, speed=options.speed, palette=options.palette)
 
-
-def _mp4(events: Events, options: ExportOptions) -> bytes:
-    from marsupial.exports.film import mp4
-
-    return mp4(events, speed=options.speed, palette=options.palette)
+    return write
 
 
 def _mcap(events: Events, options: ExportOptions) -> bytes:
@@ -73,8 +71,8 @@ def _mcap(events: Events, options: ExportOptions) -> bytes:
 _FILM, _FIGURE = frozenset({"speed", "dark"}), frozenset({"at_ms", "dark"})
 
 EXPORTS: Mapping[str, Export] = {
-    ".gif": Export(write=_gif, takes=_FILM),
-    ".mp4": Export(write=_mp4, takes=_FILM),
+    ".gif": Export(write=_film("gif"), takes=_FILM),
+    ".mp4": Export(write=_film("mp4"), takes=_FILM),
     ".svg": Export(write=_figure("svg"), takes=_FIGURE),
     ".png": Export(write=_figure("png"), takes=_FIGURE),
     ".pdf": Export(write=_figure("pdf"), takes=_FIGURE),

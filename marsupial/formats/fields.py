@@ -86,7 +86,7 @@ class Fields(Notes):
 
     def integer(self, key: str, default: int | None = None, bound: Bound = FINITE) -> int:
         """Read an integer within the bound."""
-        return int(self._take(key, default, 0, lambda value: _integer_fault(value) or bound.fault(value)))
+        return int(self._take(key, default, 0, lambda v: _unless(is_whole(v), "an integer", v) or bound.fault(v)))
 
     def quantity(self, key: str, default: float | None = None) -> float:
         """Read a number within the bound of that name."""
@@ -98,11 +98,11 @@ class Fields(Notes):
 
     def text(self, key: str, default: str | None = None) -> str:
         """Read a text that is not empty."""
-        return str(self._take(key, default, "", _text_fault))
+        return str(self._take(key, default, "", lambda v: _unless(_is_text(v), "a text", v)))
 
-    def name(self, key: str, default: str | None = None) -> str:
+    def name(self, key: str) -> str:
         """Read a name: a letter, then letters, digits, ``_`` and ``-``."""
-        value = self.text(key, default)
+        value = self.text(key)
         if value and not _NAME.match(value):
             self.wrong(key, f"must be a letter followed by letters, digits, '_' or '-', got {shown(value)}")
             return ""
@@ -113,7 +113,7 @@ class Fields(Notes):
 
     def flag(self, key: str, default: bool) -> bool:
         """Read true or false."""
-        return bool(self._take(key, default, default, _flag_fault))
+        return bool(self._take(key, default, default, lambda v: _unless(isinstance(v, bool), "true or false", v)))
 
     def choice(self, key: str, options: Iterable[str], default: str | None = None, *, what: str = "") -> str:
         """Read one of `options`; `what` names their kind (``robot type``)."""
@@ -131,7 +131,12 @@ class Fields(Notes):
         self, key: str, count: int, default: tuple[float, ...] | None = None, bound: Bound = FINITE
     ) -> tuple[float, ...]:
         """Read a list of `count` finite numbers within the bound; empty if it has a problem."""
-        numbers = self._take(key, default, (), lambda v: _numbers_fault(v, count))
+
+        def fault_of(value: object) -> str | None:
+            fine = isinstance(value, list) and len(value) == count and not any(map(number_fault, value))
+            return _unless(fine, f"a list of {count} numbers", value)
+
+        numbers = self._take(key, default, (), fault_of)
         faults = [(i, fault) for i, number in enumerate(numbers) if (fault := bound.fault(number)) is not None]
         for i, fault in faults:
             self.wrong(f"{key}[{i}]", fault)
@@ -152,13 +157,12 @@ class Fields(Notes):
 
     def part(self, key: str, *, required: bool = True) -> Fields:
         """Read a mapping; one without fields if it is absent or has a problem."""
-        if not self._present(key, required=required):
-            return Fields({}, self.at(key), [])  # problems of a placeholder's fields are dropped
-        value = self.data[key]
-        if not isinstance(value, Mapping):
+        value = self.data[key] if self._present(key, required=required) else None
+        if isinstance(value, Mapping):
+            return Fields(value, self.at(key), self.problems)
+        if self.has(key):
             self.wrong(key, f"must be a mapping of fields, got {shown(value)}")
-            return Fields({}, self.at(key), [])
-        return Fields(value, self.at(key), self.problems)
+        return Fields({}, self.at(key), [])  # problems of a placeholder's fields are dropped
 
     def parts(self, key: str, *, required: bool = True) -> list[Fields]:
         """Read a list of mappings; other items are left out."""
@@ -233,20 +237,14 @@ def number_fault(value: object) -> str | None:
     return None
 
 
-def _integer_fault(value: object) -> str | None:
-    whole = isinstance(value, int) and not isinstance(value, bool)
-    return None if whole else f"must be an integer, got {shown(value)}"
+def is_whole(value: object) -> bool:
+    """Return whether `value` is an integer; to Python a boolean is one too, but not in a file."""
+    return isinstance(value, int) and not isinstance(value, bool)
 
 
-def _text_fault(value: object) -> str | None:
-    return None if isinstance(value, str) and value.strip() else f"must be a text, got {shown(value)}"
+def _is_text(value: object) -> bool:
+    return isinstance(value, str) and bool(value.strip())
 
 
-def _flag_fault(value: object) -> str | None:
-    return None if isinstance(value, bool) else f"must be true or false, got {shown(value)}"
-
-
-def _numbers_fault(value: object, count: int) -> str | None:
-    if isinstance(value, list) and len(value) == count and not any(number_fault(item) for item in value):
-        return None
-    return f"must be a list of {count} numbers, got {shown(value)}"
+def _unless(fine: bool, wanted: str, value: object) -> str | None:
+    return None if fine else f"must be {wanted}, got {shown(value)}"

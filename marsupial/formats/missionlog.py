@@ -13,7 +13,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from types import TracebackType
 from typing import TextIO
 
 from marsupial.errors import LogError, Problem
@@ -62,9 +61,7 @@ class LogWriter:
             self._stream = self._target
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         with self._stack:
             self._write(self._encoder.rest())
         self._stream = None

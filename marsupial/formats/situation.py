@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from marsupial.errors import Problem, SituationError
-from marsupial.formats.fields import Fields, Notes, shown
+from marsupial.formats.fields import Fields, Notes, is_whole, shown
 from marsupial.model import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo, TravelTable
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.robots import Role
@@ -42,7 +42,14 @@ _DURATION = BOUNDS["duration_ms"]
 def situation_to_json(situation: Situation) -> str:
     """Return `situation` as JSON text, with one row of a travel table per line."""
     try:
-        head = json.dumps(_head(situation), indent=2, ensure_ascii=False, allow_nan=False, default=_plain)
+        # Beside the types of JSON there are sets of names, and numpy's integers.
+        head = json.dumps(
+            _head(situation),
+            indent=2,
+            ensure_ascii=False,
+            allow_nan=False,
+            default=lambda value: sorted(value) if isinstance(value, frozenset) else int(value),
+        )
     except ValueError as error:
         raise SituationError([Problem("targets", f"reveal_m2 must be a finite number ({error})")]) from None
     tables = ",\n".join(_table_text(kind.name, situation.travel_ms[kind.name]) for kind in situation.types)
@@ -66,33 +73,27 @@ def situation_from_json(text: str) -> Situation:
 
 def situation_from_fields(data: Mapping[str, Any]) -> Situation:
     """Return the situation that a parsed JSON object describes; a `SituationError` has every problem with its path."""
-    problems: list[Problem] = []
-    situation = _read(Fields(data, "", problems))
+    fields = Fields(data, "", [])
+    situation = _read(fields)
     if situation is None:
-        raise SituationError(problems)
+        raise SituationError(fields.problems)
     return situation
 
 
 def _head(situation: Situation) -> dict[str, Any]:
     """Return all fields but the travel tables, which `json` would write with one number per line."""
+    robots = [{key: value for key, value in asdict(one).items() if value is not None} for one in situation.robots]
     return {
         "format": FORMAT,
         "version": VERSION,
         "types": [asdict(kind) for kind in situation.types],
-        "robots": [
-            {key: value for key, value in asdict(robot).items() if value is not None} for robot in situation.robots
-        ],
+        "robots": robots,
         "targets": [asdict(target) | {"reveal_m2": float(target.reveal_m2)} for target in situation.targets],
         "meetings": situation.meetings,
         "homes": situation.homes,
         "goal": asdict(situation.goal),
         "places": situation.places,
     }
-
-
-def _plain(value: Any) -> Any:
-    """Return a set of names or a numpy integer in the types of JSON."""
-    return sorted(value) if isinstance(value, frozenset) else int(value)
 
 
 def _table_text(kind: str, table: TravelTable) -> str:
@@ -121,13 +122,7 @@ def _read(fields: Fields) -> Situation | None:
     if fields.problems:
         return None
     return Situation(
-        types=types,
-        robots=robots,
-        targets=targets,
-        meetings=meetings,
-        homes=homes,
-        travel_ms=travel,
-        goal=goal,
+        types=types, robots=robots, targets=targets, meetings=meetings, homes=homes, travel_ms=travel, goal=goal
     )
 
 
@@ -232,7 +227,7 @@ def _row(fields: Fields, key: str, row: object) -> list[int | None]:
         fields.wrong(key, f"must be a list of times, got {shown(row)}")
         return []
     for i, ms in enumerate(row):
-        if ms is not None and (isinstance(ms, bool) or not isinstance(ms, int) or _DURATION.fault(ms)):
+        if ms is not None and (not is_whole(ms) or _DURATION.fault(ms)):
             fields.wrong(f"{key}[{i}]", f"must be whole milliseconds, 0 or more, or null for no path, got {shown(ms)}")
             return [None] * len(row)
     return row

@@ -64,21 +64,18 @@ class GreyImage:
 
 def read_grey(path: Path, *, field: str = "image", source: str = "", max_cells: int = MAX_CELLS) -> GreyImage:
     """Read an image of at most `max_cells` pixels as grey; a `MapError` names the `field` of the file `source`."""
-    fault = file_fault(path)
-    if fault is None:
-        try:
-            return _decode(path, max_cells)
-        except _Undecodable as undecodable:
-            fault = str(undecodable)
-    raise MapError([Problem(field, f"{fault}: {path}")], source=source)
+    found = file_fault(path) or _decode(path, max_cells)
+    if isinstance(found, str):
+        raise MapError([Problem(field, f"{found}: {path}")], source=source)
+    return found
 
 
 def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) -> GreyImage:
     """Return the image in `data`; see `read_grey`. Raise `MapError` if it is no image, broken or too big."""
-    try:
-        return _decode(io.BytesIO(data), max_cells)
-    except _Undecodable as undecodable:
-        raise MapError([Problem(field, str(undecodable))]) from undecodable
+    found = _decode(io.BytesIO(data), max_cells)
+    if isinstance(found, str):
+        raise MapError([Problem(field, found)])
+    return found
 
 
 def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
@@ -114,39 +111,30 @@ def size_fault(width: int, height: int, size_bytes: int, max_cells: int = MAX_CE
     )
 
 
-class _Undecodable(Exception):
-    """The reason why an image can't be decoded."""
-
-
-def _decode(file: Path | io.BytesIO, max_cells: int) -> GreyImage:
+def _decode(file: Path | io.BytesIO, max_cells: int) -> GreyImage | str:
+    """Return the image, or the reason why it can't be decoded."""
     try:
         return _load(file, max_cells)
-    except UnidentifiedImageError as error:
-        raise _Undecodable("is not a PNG, PGM, BMP or JPEG image") from error
-    except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-        raise _Undecodable(f"has more cells than the limit of {max_cells}: {_SMALLER}") from error
+    except UnidentifiedImageError:
+        return "is not a PNG, PGM, BMP or JPEG image"
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning):
+        return f"has more cells than the limit of {max_cells}: {_SMALLER}"
     except _BROKEN as error:
-        raise _Undecodable(f"can't be decoded ({error})") from error
+        return f"can't be decoded ({error})"
 
 
-def _load(file: Path | io.BytesIO, max_cells: int) -> GreyImage:
+def _load(file: Path | io.BytesIO, max_cells: int) -> GreyImage | str:
     size = _header_size(file, _HEADERS)
     size_bytes = file.stat().st_size if isinstance(file, Path) else file.getbuffer().nbytes
     # Before Pillow opens it: Pillow's own check also warns of large maps that are within our limits.
     if size is not None and (fault := size_fault(*size, size_bytes, max_cells)):
-        raise _Undecodable(fault)
+        return fault
     with Image.open(file, formats=FORMATS) as image:
         image.load()
-        format_, mode = str(image.format), image.mode
-        opaque = _opaque(image)
+        has_alpha = image.has_transparency_data and not image.mode.startswith("I")
+        opaque = np.asarray(image.convert("RGBA").getchannel("A")) == 255 if has_alpha else None
         grey, coloured = _grey(image)
-    return GreyImage(grey=grey, opaque=opaque, format=format_, mode=mode, coloured=coloured)
-
-
-def _opaque(image: Image.Image) -> Mask | None:
-    if image.mode.startswith("I") or not image.has_transparency_data:
-        return None
-    return np.asarray(image.convert("RGBA").getchannel("A")) == 255
+        return GreyImage(grey=grey, opaque=opaque, format=str(image.format), mode=image.mode, coloured=coloured)
 
 
 def _grey(image: Image.Image) -> tuple[CellArray, int]:

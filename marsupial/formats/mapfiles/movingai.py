@@ -16,10 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.files import read_bytes
-from marsupial.formats.mapfiles.faults import raise_any
+from marsupial.formats.files import raise_any, read_bytes
 from marsupial.formats.mapfiles.images import MAX_CELLS
-from marsupial.model import FLOOR, OBSTACLE, ROUGH, CellArray, Grid, LegendEntry, MapReading
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, Grid, LegendEntry, MapReading
 from marsupial.wording import counted
 
 SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T": OBSTACLE, "W": OBSTACLE}
@@ -38,13 +37,14 @@ def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapRea
     if not lines:
         raise MapError("is empty", source=str(path))
     if not lines[0].startswith(b"type"):
-        raise MapError(
-            f"is no MovingAI map: line 1 must be `type octile`, got {_shown(lines[0][:40])}", source=str(path)
-        )
+        fault = f"is no MovingAI map: line 1 must be `type octile`, got {_shown(lines[0][:40])}"
+        raise MapError(fault, source=str(path))
     width, height = _size(lines, str(path))
     rows = lines[4:]
     _check_rows(rows, width, height, str(path))
     characters = np.frombuffer(b"".join(rows), dtype=np.uint8).reshape(height, width)
+    codes = np.zeros(256, dtype=np.uint8)
+    codes[[ord(symbol) for symbol in SYMBOLS]] = list(SYMBOLS.values())
     counts = {symbol: int(np.count_nonzero(characters == ord(symbol))) for symbol in SYMBOLS}
     warnings = []
     if resolution_m is None:
@@ -56,7 +56,7 @@ def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapRea
     if counts["W"]:
         warnings.append(f"{counted(counts['W'], 'cell')} of water ('W') became obstacles: no robot on land gets there")
     return MapReading(
-        grid=Grid(cells=np.ascontiguousarray(np.flipud(_code_table()[characters])), resolution_m=scale_m),
+        grid=Grid(cells=np.ascontiguousarray(np.flipud(codes[characters])), resolution_m=scale_m),
         format=f"MovingAI map, {scale_m:g} m a cell",
         legend=tuple(LegendEntry(symbol=f"'{s}'", code=SYMBOLS[s], cells=n) for s, n in counts.items() if n),
         warnings=tuple(warnings),
@@ -92,9 +92,8 @@ def _size(lines: list[bytes], source: str) -> tuple[int, int]:
         if len(words) == 2 and words[0] in (b"height", b"width") and words[1].isdigit() and len(words[1]) < 10:
             sizes[words[0]] = int(words[1])
         else:
-            problems.append(
-                Problem(f"line {number}", f"must be `height N` or `width N`, got {_shown(b' '.join(words))}")
-            )
+            message = f"must be `height N` or `width N`, got {_shown(b' '.join(words))}"
+            problems.append(Problem(f"line {number}", message))
     problems += _size_problems(sizes) if not problems else []
     if head[3] != [b"map"]:
         problems.append(Problem("line 4", f"must be `map`, got {_shown(b' '.join(head[3]))}"))
@@ -124,17 +123,9 @@ def _check_rows(rows: list[bytes], width: int, height: int, source: str) -> None
             column = row.index(strange[:1]) + 1
             problems.append(Problem(f"line {number}", f"unknown character {_shown(strange[:1])} in column {column}"))
     if len(rows) != height:
-        problems.append(
-            Problem(f"line {len(rows) + 4}", f"ends the map after {len(rows)} rows, but height is {height}")
-        )
+        message = f"ends the map after {len(rows)} rows, but height is {height}"
+        problems.append(Problem(f"line {len(rows) + 4}", message))
     raise_any(problems, source)
-
-
-def _code_table() -> CellArray:
-    table = np.zeros(256, dtype=np.uint8)
-    for symbol, code in SYMBOLS.items():
-        table[ord(symbol)] = code
-    return table
 
 
 def _shown(text: bytes) -> str:

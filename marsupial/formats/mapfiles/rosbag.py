@@ -16,14 +16,9 @@ import numpy as np
 
 from marsupial.errors import MapError
 from marsupial.formats.files import file_fault
+from marsupial.formats.mapfiles import occupancy as occupancies
 from marsupial.formats.mapfiles.images import MAX_CELLS, size_fault
-from marsupial.formats.mapfiles.occupancy import (
-    FREE_THRESH,
-    OCCUPIED_THRESH,
-    Occupancy,
-    shortest_resolution,
-    terrain_codes,
-)
+from marsupial.formats.mapfiles.occupancy import Occupancy, terrain_codes
 from marsupial.model import Grid, LegendEntry, MapReading
 from marsupial.wording import counted
 
@@ -85,7 +80,7 @@ def occupancy_of(message: Any, source: str = "") -> Occupancy:
     try:
         return Occupancy(
             values=data.reshape(info.height, info.width),
-            resolution_m=shortest_resolution(info.resolution),
+            resolution_m=occupancies.shortest_resolution(info.resolution),
             origin_m=(float(p.x), float(p.y), yaw),
         )
     except MapError as error:
@@ -145,10 +140,11 @@ def _reading(occupancy: Occupancy, form: str, warnings: list[str]) -> MapReading
     counts = np.bincount(values.ravel().view(np.uint8), minlength=256)
     table = terrain_codes(np.arange(256, dtype=np.uint8).view(np.int8))
     shown = sorted((int(np.int8(byte.astype(np.uint8).view(np.int8))), int(byte)) for byte in np.flatnonzero(counts))
-    between = int(counts[[byte for value, byte in shown if 100 * FREE_THRESH < value < 100 * OCCUPIED_THRESH]].sum())
+    low, high = 100 * occupancies.FREE_THRESH, 100 * occupancies.OCCUPIED_THRESH
+    between = int(counts[[byte for value, byte in shown if low < value < high]].sum())
     if between:
-        limits = f"{100 * FREE_THRESH:g} and {100 * OCCUPIED_THRESH:g}"
-        warnings = [*warnings, f"{counted(between, 'cell')} with an occupancy between {limits} became unknown"]
+        text = f"{counted(between, 'cell')} with an occupancy between {low:g} and {high:g} became unknown"
+        warnings = [*warnings, text]
     return MapReading(
         grid=Grid(cells=cells, resolution_m=occupancy.resolution_m, origin_m=occupancy.origin_m),
         format=form,

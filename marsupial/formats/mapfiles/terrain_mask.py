@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.mapfiles.faults import raise_any
+from marsupial.formats.files import raise_any
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid
 from marsupial.wording import counted
@@ -34,10 +34,8 @@ def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source:
     _check_codes(codes, grid, source)
     if mask.grey.shape != grid.cells.shape:
         height, width = mask.grey.shape
-        raise MapError(
-            [Problem("size", f"must be that of the map, {grid.width} x {grid.height}, got {width} x {height}")],
-            source=source,
-        )
+        text = f"must be that of the map, {grid.width} x {grid.height}, got {width} x {height}"
+        raise MapError([Problem("size", text)], source=source)
     greys = np.flipud(mask.grey)
     takes = (grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)
     if mask.opaque is not None:

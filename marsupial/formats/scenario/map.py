@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from marsupial.errors import MapError
-from marsupial.formats.fields import Fields, Notes, shown, unknown
+from marsupial.formats.fields import Fields, Notes, is_whole, shown, unknown
 from marsupial.formats.mapfiles.read import has_scale, read_map
 from marsupial.formats.mapfiles.terrain_mask import read_mask
 from marsupial.formats.scenario.filters import KEYS as FILTERS
@@ -100,12 +100,13 @@ def read_map_field(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> 
     fields.finish()
     if found is None:
         return None
-    grid: Grid | None = replace(found.grid, terrains=terrains)
-    if grid is not None and mask is not None:
-        grid = _masked(grid, folder / mask[0], mask[1], fields)
-    if grid is None or len(top.problems) > before:
-        return None
-    return MapField(filters.painted(grid), found.reading)
+    grid = replace(found.grid, terrains=terrains)
+    if mask is not None:
+        try:
+            grid = read_mask(grid, folder / mask[0], mask[1])
+        except MapError as error:
+            note_file(fields, "mask", error)
+    return None if len(top.problems) > before else MapField(filters.painted(grid), found.reading)
 
 
 def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapField | None:
@@ -207,7 +208,7 @@ def _greys(fields: Fields) -> Iterator[tuple[str, list[int]]]:
     """Read ``greys`` of a mask: yield each terrain's name with its greys."""
     for name, values in fields.data.items():
         given = values if isinstance(values, list) else [values]
-        wrong = [grey for grey in given if isinstance(grey, bool) or not isinstance(grey, int) or not 0 <= grey <= 255]
+        wrong = [grey for grey in given if not is_whole(grey) or not 0 <= grey <= 255]
         for grey in wrong:
             fields.wrong(str(name), f"must be a grey from 0 to 255 or a list of them, got {shown(grey)}")
         yield str(name), [] if wrong else given
@@ -227,11 +228,3 @@ def mask_codes(
             if codes.setdefault(grey, names[name]) != names[name]:
                 notes.wrong(name, f"grey {grey} is given to two terrains")
     return codes
-
-
-def _masked(grid: Grid, path: Path, codes: Mapping[int, int], fields: Fields) -> Grid | None:
-    try:
-        return read_mask(grid, path, codes)
-    except MapError as error:
-        note_file(fields, "mask", error)
-        return None
