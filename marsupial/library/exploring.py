@@ -148,14 +148,9 @@ def explore(
     prepare_mission(loaded, strategy, planner)()
     recorder = Recorder()
     with nullcontext() if log_path is None else LogFile(log_path) as file:
+        watcher = recorder if file is None else Observers([recorder, file])
         summary = simulate(
-            loaded,
-            strategy=strategy,
-            planner=planner,
-            budget=limit,
-            seed=seed,
-            observer=recorder if file is None else Observers([recorder, file]),
-            sensor=sensor,
+            loaded, strategy=strategy, planner=planner, budget=limit, seed=seed, observer=watcher, sensor=sensor
         )
     values = {each.name: getattr(summary, each.name) for each in fields(Summary)} | {"log": log_path}
     return Exploration(**values, events=tuple(recorder.events))

@@ -72,9 +72,8 @@ def simulate(
     if decider is None:
         from marsupial.strategies.clairvoyant.strategy import Clairvoyant  # imports a planner that others may not need
 
-        clairvoyant = Clairvoyant(
-            scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled
-        )
+        grid, types = scenario.grid, scenario.robot_types
+        clairvoyant = Clairvoyant(grid, types, world, scenario.goal, reachable, budget, cancelled)
         mission = MissionLoop(world, kinds, clairvoyant, order, watcher, clairvoyant)
     else:
         mission = MissionLoop(world, kinds, decider, order, watcher)

@@ -13,13 +13,7 @@ from marsupial.errors import ScenarioError
 from marsupial.formats.files import NO_SUCH_FILE, file_fault
 from marsupial.formats.mapfiles.read import READERS, names_recording, read_map
 from marsupial.formats.scenario import is_scenario_file, read_scenario_and_map, with_team
-from marsupial.generators.builtin import (
-    DEFAULT_CARRIERS,
-    DEFAULT_ROVERS,
-    SCENARIOS,
-    bare_map_scenario,
-    builtin_scenario,
-)
+from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
 from marsupial.model import MapReading, Scenario
 from marsupial.model.arguments import path as path_argument
 from marsupial.model.arguments import whole
@@ -74,8 +68,10 @@ class LoadedScenario:
 def load_scenario(source: str, carriers: int | None = None, rovers: int | None = None) -> LoadedScenario:
     """Return the scenario that `source` names; see `scenario`."""
     path = Path(source)
+    sizes = {"carriers": carriers, "rovers": rovers}
+    team = {key: size for key, size in sizes.items() if size is not None}  # others keep their default
     if source in SCENARIOS:
-        return LoadedScenario(source=source, scenario=builtin_scenario(source, *_team(carriers, rovers)))
+        return LoadedScenario(source=source, scenario=builtin_scenario(source, **team))
     # A recording may be a folder, or have a topic behind its path: `read_map` checks it.
     fault = None if names_recording(path) else file_fault(path)
     if fault is not None:
@@ -84,12 +80,7 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
         written, reading = read_scenario_and_map(path)
         return LoadedScenario(source=source, scenario=with_team(written, carriers, rovers), reading=reading)
     reading = read_map(path)
-    bare = bare_map_scenario(path.stem, reading.grid, *_team(carriers, rovers))
-    return LoadedScenario(source=source, scenario=bare, reading=reading)
-
-
-def _team(carriers: int | None, rovers: int | None) -> tuple[int, int]:
-    return DEFAULT_CARRIERS if carriers is None else carriers, DEFAULT_ROVERS if rovers is None else rovers
+    return LoadedScenario(source=source, scenario=bare_map_scenario(path.stem, reading.grid, **team), reading=reading)
 
 
 def _unknown(source: str) -> str:

@@ -14,7 +14,6 @@ from contextlib import closing
 from fractions import Fraction
 from typing import IO, Any
 
-import unified_planning as up
 from unified_planning.engines import Engine, OptimalityGuarantee
 from unified_planning.engines.mixins import AnytimePlannerMixin, OneshotPlannerMixin
 from unified_planning.engines.mixins.anytime_planner import AnytimeGuarantee
@@ -27,7 +26,7 @@ from unified_planning.model import ProblemKind
 from unified_planning.plans import ActionInstance, TimeTriggeredPlan
 
 from marsupial.errors import InvalidPlanError, SituationError
-from marsupial.formats.pddl.plansteps import Step, steps_of
+from marsupial.formats.pddl.plansteps import steps_of
 from marsupial.formats.pddl.text import domain_text, read_problem
 from marsupial.library.plans import Plans
 from marsupial.library.plans import plan as plans_for
@@ -143,14 +142,19 @@ def situation_of_problem(problem: Any) -> Situation:
     domain = PDDLReader(problem.environment).parse_problem_string(domain_text())
     if set(problem.actions) != set(domain.actions):
         raise UPUsageError("marsupial plans for problems of its own domain only: the actions of pddl/domain.pddl")
-    facts = [_fact(fact, value) for fact, value in problem.explicit_initial_values.items()]
+    facts = []
+    for fact, value in problem.explicit_initial_values.items():
+        if not value.is_bool_constant():
+            facts.append(f"(= {_atom(fact)} {Fraction(value.constant_value())})")
+        elif value.is_true():
+            facts.append(_atom(fact))
     goals = [_atom(part) for goal in problem.goals for part in (goal.args if goal.is_and() else (goal,))]
     text = "\n".join(
         [
             "(define (problem given) (:domain marsupial) (:objects",
             *(f"{each.name} - {each.type.name}" for each in problem.all_objects),
             ") (:init",
-            *filter(None, facts),
+            *facts,
             f") (:goal (and {' '.join(goals)})))",
         ]
     )
@@ -158,13 +162,6 @@ def situation_of_problem(problem: Any) -> Situation:
         return read_problem(text)
     except SituationError as error:
         raise UPUsageError(f"not a problem of marsupial's domain: {error}") from error
-
-
-def _fact(fact: Any, value: Any) -> str:
-    """Return a fact as text; an empty one for a fact that is false."""
-    if value.is_bool_constant():
-        return _atom(fact) if value.is_true() else ""
-    return f"(= {_atom(fact)} {Fraction(value.constant_value())})"
 
 
 def _atom(fact: Any) -> str:
@@ -177,18 +174,13 @@ def to_up_plan(plan: Plan, problem: Any, situation: Situation) -> TimeTriggeredP
     """Return a plan as a time-triggered plan of `problem`; raise an `InvalidPlanError` if PDDL can't express it."""
     timed = []
     for step in steps_of(plan, situation):
-        action, objects = problem.action(step.name), [_object(problem, word, step) for word in step.args]
-        for parameter, thing in zip(action.parameters, objects, strict=True):
-            if not parameter.type.is_compatible(thing.type):
-                raise InvalidPlanError(
-                    f"({' '.join((step.name, *step.args))}): {thing.name} is no {parameter.type.name}"
-                )
+        action, objects, text = problem.action(step.name), [], f"({' '.join((step.name, *step.args))})"
+        for parameter, word in zip(action.parameters, step.args, strict=True):
+            if not problem.has_object(word):
+                raise InvalidPlanError(f"{text}: there is no {word}")
+            objects.append(problem.object(word))
+            if not parameter.type.is_compatible(objects[-1].type):
+                raise InvalidPlanError(f"{text}: {word} is no {parameter.type.name}")
         args = tuple(problem.environment.expression_manager.ObjectExp(thing) for thing in objects)
         timed.append((step.start, ActionInstance(action, args), step.duration))
     return TimeTriggeredPlan(timed, problem.environment)
-
-
-def _object(problem: Any, word: str, step: Step) -> up.model.Object:
-    if not problem.has_object(word):
-        raise InvalidPlanError(f"({' '.join((step.name, *step.args))}): there is no {word}")
-    return problem.object(word)
