@@ -158,7 +158,7 @@ def progress_line(run: EngineRun) -> str:
 
 
 def _robots(row: RunRow) -> int:
-    carriers, rovers = (int(number) for number in row.round.instance.team.split("x"))
+    carriers, rovers = map(int, row.round.instance.team.split("x"))
     return carriers * (1 + rovers)
 
 

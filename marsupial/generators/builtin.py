@@ -26,16 +26,16 @@ ROUGH_ONLY = frozenset({ROUGH})
 EVERYWHERE = frozenset({FLOOR, ROUGH})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class BuiltIn:
     """A built-in scenario: a generated map and the terrains that its rovers can drive on."""
 
-    summary: str
     generator: str  # name in `GENERATORS`
     width_m: float
     height_m: float
     seed: int
     rover_terrains: frozenset[int]
+    summary: str
     options: Mapping[str, float] = field(default_factory=dict)  # the generator's options
 
     def grid(self) -> Grid:
@@ -46,53 +46,26 @@ class BuiltIn:
 
 SCENARIOS: dict[str, BuiltIn] = {
     "office": BuiltIn(
-        summary="the paper's office: two corridors, rooms, half of them for rovers only",
-        generator="office",
-        width_m=60.0,
-        height_m=36.0,
-        seed=3,
-        rover_terrains=ROUGH_ONLY,
+        "office", 60.0, 36.0, 3, ROUGH_ONLY, "the paper's office: two corridors, rooms, half of them for rovers only"
     ),
     "maze": BuiltIn(
-        summary="the paper's maze: a centre for rovers only with several meeting points",
-        generator="maze",
-        width_m=50.0,
-        height_m=50.0,
-        seed=1,
-        rover_terrains=ROUGH_ONLY,
+        "maze", 50.0, 50.0, 1, ROUGH_ONLY, "the paper's maze: a centre for rovers only with several meeting points"
     ),
     "rooms": BuiltIn(
-        summary="rooms without corridors, some behind doors too narrow for carriers",
-        generator="rooms",
-        width_m=40.0,
-        height_m=30.0,
-        seed=1,
-        rover_terrains=EVERYWHERE,
+        "rooms", 40.0, 30.0, 1, EVERYWHERE, "rooms without corridors, some behind doors too narrow for carriers"
     ),
     "random": BuiltIn(
-        summary="open ground strewn with boxes, gaps too narrow for carriers",
-        generator="random",
-        width_m=40.0,
-        height_m=40.0,
-        seed=1,
-        rover_terrains=EVERYWHERE,
-        options={"share": 0.25},
+        "random",
+        40.0,
+        40.0,
+        1,
+        EVERYWHERE,
+        "open ground strewn with boxes, gaps too narrow for carriers",
+        {"share": 0.25},
     ),
-    "cave": BuiltIn(
-        summary="winding halls with patches of rough ground for rovers",
-        generator="cave",
-        width_m=50.0,
-        height_m=40.0,
-        seed=1,
-        rover_terrains=EVERYWHERE,
-    ),
+    "cave": BuiltIn("cave", 50.0, 40.0, 1, EVERYWHERE, "winding halls with patches of rough ground for rovers"),
     "lobby": BuiltIn(
-        summary="a hall with four rooms, three of them for rovers only: for quick tries",
-        generator="lobby",
-        width_m=14.0,
-        height_m=11.0,
-        seed=3,
-        rover_terrains=ROUGH_ONLY,
+        "lobby", 14.0, 11.0, 3, ROUGH_ONLY, "a hall with four rooms, three of them for rovers only: for quick tries"
     ),
 }
 
@@ -103,8 +76,10 @@ def builtin_scenario(name: str, carriers: int = DEFAULT_CARRIERS, rovers: int = 
         raise ScenarioError(f"unknown scenario {name!r}; built in: {', '.join(SCENARIOS)}")
     check_team_size(carriers, rovers)
     entry = SCENARIOS[name]
-    kinds = _types(entry.rover_terrains, capacity=max(1, rovers))
-    return Scenario(name=name, grid=entry.grid(), robot_types=kinds, team=uniform_team(carriers, rovers))
+    carrier, rover = default_types(max(1, rovers))
+    carrier = replace(carrier, radius_m=CARRIER_RADIUS_M)
+    rover = replace(rover, radius_m=ROVER_RADIUS_M, terrains=entry.rover_terrains)
+    return Scenario(name=name, grid=entry.grid(), robot_types=(carrier, rover), team=uniform_team(carriers, rovers))
 
 
 def bare_map_scenario(
@@ -133,19 +108,9 @@ def explorers(name: str, grid: Grid, kind: RobotType, robots: int) -> Scenario:
 
 def check_team_size(carriers: int, rovers: int) -> None:
     """Raise a `ScenarioError` unless these numbers of carriers and of rovers per carrier are within bounds."""
-    faults = {
-        "carriers": BOUNDS["carriers"].fault(carriers),
-        "rovers": BOUNDS["rovers_per_carrier"].fault(rovers),
-    }
+    faults = {"carriers": BOUNDS["carriers"].fault(carriers), "rovers": BOUNDS["rovers_per_carrier"].fault(rovers)}
     if not any(faults.values()):
         faults["carriers"] = team_fault(carriers * (1 + rovers))
     problems = [Problem(field, fault) for field, fault in faults.items() if fault is not None]
     if problems:
         raise ScenarioError(problems)
-
-
-def _types(rover_terrains: frozenset[int], *, capacity: int) -> tuple[RobotType, RobotType]:
-    carrier, rover = default_types(capacity)
-    carrier = replace(carrier, radius_m=CARRIER_RADIUS_M)
-    rover = replace(rover, radius_m=ROVER_RADIUS_M, terrains=rover_terrains)
-    return carrier, rover

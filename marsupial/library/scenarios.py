@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.files import NO_SUCH_FILE, file_fault
@@ -69,7 +70,7 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
     """Return the scenario that `source` names; see `scenario`."""
     path = Path(source)
     sizes = {"carriers": carriers, "rovers": rovers}
-    team = {key: size for key, size in sizes.items() if size is not None}  # others keep their default
+    team: dict[str, Any] = {key: size for key, size in sizes.items() if size is not None}  # others keep their default
     if source in SCENARIOS:
         return LoadedScenario(source=source, scenario=builtin_scenario(source, **team))
     # A recording may be a folder, or have a topic behind its path: `read_map` checks it.

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,11 +89,7 @@ def path_table(*, cuts_corners: bool = True, maps: int = MAPS, ends: int = ENDS,
     """Return the pairs of maps with the seeds 1, 2, 3 and so on."""
     seeds = range(1, maps + 1)
     drawn = {seed: blocked_at_random(side, SHARE, seed) for seed in seeds}
-    return together([route_pairs(drawn[seed], ends, seed, cuts_corners=cuts_corners) for seed in seeds])
-
-
-def together(pairs: Sequence[RoutePairs]) -> RoutePairs:
-    """Join the pairs of several maps."""
+    pairs = [route_pairs(drawn[seed], ends, seed, cuts_corners=cuts_corners) for seed in seeds]
     return RoutePairs(
         shortest=np.concatenate([one.shortest for one in pairs]),
         cheapest=np.concatenate([one.cheapest for one in pairs]),

@@ -47,7 +47,9 @@ class _SensingRule(ABC):
             if closest is None:
                 continue
             reached = view.frontier(robot).cells[np.isfinite(ways)]
-            near = reached[np.isin(reached, _region(view, robot))]
+            sight = Sight(view.grid.cells, view.grid.opaque_codes())
+            region = sight.visible(robot.cell, robot.kind.sensor_range_m / view.grid.resolution_m)
+            near = reached[np.isin(reached, region)]
             chosen[robot.name] = self.pick(view, robot, near) if near.size else closest
         return chosen
 
@@ -104,9 +106,3 @@ def clockwise(view: FrontierView, robot: Explorer, cells: Ints) -> Ints:
     behind_left = np.round(np.mod(left - np.arctan2(dy, dx), FULL_TURN), ANGLE_DIGITS)
     behind_left[behind_left >= round(FULL_TURN, ANGLE_DIGITS)] = 0.0
     return cells[np.lexsort((cells, -np.hypot(dx, dy), behind_left))]
-
-
-def _region(view: FrontierView, robot: Explorer) -> Ints:
-    """Return the cells (n,) that a robot sees from its cell."""
-    sight = Sight(view.grid.cells, view.grid.opaque_codes())
-    return sight.visible(robot.cell, robot.kind.sensor_range_m / view.grid.resolution_m)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from statistics import fmean
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
@@ -77,13 +78,8 @@ def findings(outcome: ComparisonOutcome) -> list[Finding]:
     by_map = {
         name: [outcome.pairing(case, SEGMENTS, TIME) for case in outcome.cases_of(name)] for name in _maps(outcome)
     }
-    return [
-        _faster(by_map),
-        _more_in_the_larger(by_map),
-        _less_in_large_teams(by_map),
-        _more_robots_are_quicker(outcome),
-        _planning(outcome),
-    ]
+    by_gain = [finding(by_map) for finding in (_faster, _more_in_the_larger, _less_in_large_teams)]
+    return [*by_gain, _more_robots_are_quicker(outcome), _planning(outcome)]
 
 
 def _maps(outcome: ComparisonOutcome) -> list[str]:
@@ -96,28 +92,21 @@ def _line(pairing: Pairing) -> str:
     return f"{pairing.case}: {percent(pairing.gain)}, {interval} s, won/lost {pairing.wins}/{pairing.losses}"
 
 
-def _ahead(pairing: Pairing) -> bool | None:
-    return None if pairing.ahead is None or pairing.ahead.half is None else pairing.ahead.sign > 0
-
-
 def _faster(by_map: dict[str, list[Pairing]]) -> Finding:
     pairings = [pairing for found in by_map.values() for pairing in found]
+    ahead = [pairing.ahead for pairing in pairings]
     return Finding(
         statement="Assigning robots to segments explores significantly faster than the closest frontier",
         where="section VI-A, Fig. 5",
         criterion="for each map and team the 95 % interval of the paired differences is above zero",
-        verdict=share_verdict([_ahead(pairing) for pairing in pairings]),
+        verdict=share_verdict([None if one is None or one.half is None else one.sign > 0 for one in ahead]),
         evidence=tuple(map(_line, pairings)),
     )
 
 
-def _mean_gain(pairings: list[Pairing]) -> float | None:
-    gains = [pairing.gain for pairing in pairings if pairing.gain is not None]
-    return sum(gains) / len(gains) if gains else None
-
-
 def _more_in_the_larger(by_map: dict[str, list[Pairing]]) -> Finding:
-    means = {name: _mean_gain(pairings) for name, pairings in by_map.items()}
+    gains = {name: [one.gain for one in pairings if one.gain is not None] for name, pairings in by_map.items()}
+    means = {name: fmean(found) if found else None for name, found in gains.items()}
     known = [mean for mean in means.values() if mean is not None]
     return Finding(
         statement="The gain is bigger on the map of the Cartesium, which has several large rooms",
@@ -136,9 +125,8 @@ def _less_in_large_teams(by_map: dict[str, list[Pairing]]) -> Finding:
         known = {robots: gain for robots, gain in gains.items() if gain is not None}
         best = max(known, key=lambda robots: known[robots], default=None)
         held.append(None if best is None else best < max(known))
-        evidence.append(
-            f"{name}: greatest with {best} robots, {percent(known[max(known)])} with the most" if known else name
-        )
+        most = f": greatest with {best} robots, {percent(known[max(known)])} with the most" if known else ""
+        evidence.append(f"{name}{most}")
     return Finding(
         statement="The gain decreases for large teams in small environments",
         where="section VI-A, Fig. 5",
@@ -167,9 +155,8 @@ def _more_robots_are_quicker(outcome: ComparisonOutcome) -> Finding:
 
 def _planning(outcome: ComparisonOutcome) -> Finding:
     planned = outcome.contenders[0]
-    pairings = [
-        outcome.pairing(case, planned, TIME, SEGMENTS) for name in _maps(outcome) for case in outcome.cases_of(name)
-    ]
+    cases = [case for name in _maps(outcome) for case in outcome.cases_of(name)]
+    pairings = [outcome.pairing(case, planned, TIME, SEGMENTS) for case in cases]
     return Finding(
         statement="Temporal planning explores at least as fast as segments",
         where="no statement of the paper: what marsupial claims of itself",

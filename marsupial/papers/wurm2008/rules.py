@@ -42,7 +42,8 @@ class Segments:
         """Return for each robot the nearest cell of a frontier in its segment, if it can reach one."""
         cells = np.unique(np.concatenate([frontier.cells for frontier in view.frontiers.values()]))
         ways = _ways(view, cells)
-        labels = segment(view.grid, _terrains(view), cells).labels.ravel()
+        terrains = frozenset[int]().union(*(robot.kind.terrains for robot in view.robots))
+        labels = segment(view.grid, terrains, cells).labels.ravel()
         costs, segments = _cheapest(ways, labels[cells])
         here = np.array([labels[robot.cell.y * view.grid.width + robot.cell.x] for robot in view.robots])
         costs[here[:, None] == segments] *= self.discount
@@ -110,11 +111,6 @@ def _ways(view: FrontierView, cells: Ints) -> Floats:
     for i, robot in enumerate(view.robots):
         lengths[i, np.searchsorted(cells, view.frontier(robot).cells)] = view.ways(robot)
     return lengths
-
-
-def _terrains(view: FrontierView) -> frozenset[int]:
-    """Return the terrain codes that some robot can drive on."""
-    return frozenset[int]().union(*(robot.kind.terrains for robot in view.robots))
 
 
 def _cheapest(ways: Floats, of: Ints) -> tuple[Floats, Ints]:

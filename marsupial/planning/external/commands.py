@@ -25,14 +25,7 @@ from marsupial.formats.pddl.text import domain_text, problem_text
 from marsupial.model import EngineInfo, Finished, Outcome, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.external.encodings import SearchRequest
-from marsupial.planning.external.output import (
-    PLAN_PREFIX,
-    TAIL_BYTES,
-    PlanFiles,
-    PlanReader,
-    Printed,
-    last_words,
-)
+from marsupial.planning.external.output import PLAN_PREFIX, TAIL_BYTES, PlanFiles, PlanReader, Printed, last_words
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.processes.jobs import GIB, Job, JobLimits, death, ending_of
 
@@ -150,13 +143,9 @@ class _Child:
 
     def start(self, words: list[str], folder: Path) -> None:
         """Start it in `folder`, in a session of its own."""
+        pipe = subprocess.PIPE
         self._process = subprocess.Popen(
-            words,
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            start_new_session=True,
+            words, cwd=folder, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, start_new_session=True
         )
         for stream in (self._process.stdout, self._process.stderr):
             assert stream is not None

@@ -52,7 +52,9 @@ def decompose(situation: Situation, limit: PartSize) -> tuple[Situation, ...]:
     times = _Times(situation)
     crews = _crews(situation, times, limit)
     shares = _share_targets(situation, times, crews, limit)
-    order = sorted(range(len(crews)), key=lambda i: (_soonest(times, crews[i], shares[i]), i))
+    names = [target.name for target in situation.targets]
+    reach = [dict(zip(names, times.crew(crew).tolist(), strict=True)) for crew in crews]
+    order = sorted(range(len(crews)), key=lambda i: (min((reach[i][t] for t in shares[i]), default=NEVER), i))
     keep_idle = _asks_more(situation)
     return tuple(_part(situation, times, crews[i], shares[i], limit) for i in order if shares[i] or keep_idle)
 
@@ -136,7 +138,7 @@ def _crews(situation: Situation, times: _Times, limit: PartSize) -> list[Crew]:
     aboard = {carrier.name: [r for r in rovers if r.carrier == carrier.name] for carrier in carriers}
     out = [rover for rover in rovers if rover.carrier is None]
     if _asks_more(situation):
-        fetchers = _seats(situation, times, carriers, out, aboard)
+        fetchers = _seats(times, out, aboard)
         alone = [rover for rover in out if rover.name not in fetchers]
     else:
         # A rover that has a target in reach goes on by itself; one that has none waits for a carrier.
@@ -155,19 +157,12 @@ def _crews(situation: Situation, times: _Times, limit: PartSize) -> list[Crew]:
     return crews + [(rover,) for rover in alone]
 
 
-def _seats(
-    situation: Situation,
-    times: _Times,
-    carriers: tuple[RobotState, ...],
-    out: list[RobotState],
-    aboard: dict[str, list[RobotState]],
-) -> dict[str, str]:
+def _seats(times: _Times, out: list[RobotState], aboard: dict[str, list[RobotState]]) -> dict[str, str]:
     """Return, per rover on the ground, the carrier that brings it back: least total time, within capacity."""
-    seats = [
-        carrier
-        for carrier in carriers
-        for _ in range(situation.type_by_name[carrier.type].capacity - len(aboard[carrier.name]))
-    ]
+    seats: list[RobotState] = []
+    for carrier in times.situation.of_role(Role.CARRIER):
+        free = times.situation.type_by_name[carrier.type].capacity - len(aboard[carrier.name])
+        seats += [carrier] * free
     if not seats or not out:
         return {}
     cost = np.array([[times.boarded(rover, seat).min(initial=NEVER) for seat in seats] for rover in out])
@@ -206,21 +201,11 @@ def _share_targets(situation: Situation, times: _Times, crews: list[Crew], limit
         busy_ms = reach[crew, target] // len(crews[crew])
         left[crew] = np.where(left[crew] < NEVER, left[crew] + busy_ms, NEVER)
         left[:, target] = NEVER
-        if len(shares[crew]) >= _room(crews[crew], limit):
+        # A single robot gets at most two targets, as others may be nearer later.
+        if len(shares[crew]) >= min(limit.targets, len(crews[crew]) + 1):
             left[crew, :] = NEVER
     names = [target.name for target in situation.targets]
     return [frozenset(names[t] for t in share) for share in shares]
-
-
-def _room(crew: Crew, limit: PartSize) -> int:
-    """Return the number of targets of a crew: at most two for a single robot, as others may be nearer later."""
-    return min(limit.targets, len(crew) + 1)
-
-
-def _soonest(times: _Times, crew: Crew, share: frozenset[str]) -> int:
-    names = [target.name for target in times.situation.targets]
-    reach = times.crew(crew)
-    return min((int(reach[names.index(name)]) for name in share), default=NEVER)
 
 
 def _part(situation: Situation, times: _Times, crew: Crew, share: frozenset[str], limit: PartSize) -> Situation:

@@ -49,19 +49,15 @@ class Decomposed:
         # Where the situation fits as a whole, the engine inside does all. `start` is only of use then: plans that serve
         # other targets can't be compared with it.
         if budget.seconds is None:
-            raise UsageError(
-                f"planner {self._engine.info.name} in parts can't count steps: give it a budget in seconds"
-            )
-        limit = self._limit(situation, budget.seconds)
+            name = self._engine.info.name
+            raise UsageError(f"planner {name} in parts can't count steps: give it a budget in seconds")
+        # Parts must be small enough for their time: at least one part per carrier, a few at a time.
+        rounds = math.ceil(len(situation.of_role(Role.CARRIER)) / AT_A_TIME)
+        share = budget.seconds / max(1, rounds)
+        limit = next((one for one in self._limits if one.seconds <= share), self._limits[-1])
         if limit.fits(situation):
             return self._engine.solve(situation, budget, objective=objective, start=start)
         return self._in_parts(situation, limit, budget.seconds, objective)
-
-    def _limit(self, situation: Situation, seconds: float) -> PartSize:
-        """Return the size of parts by their time: at least one part per carrier, a few at a time."""
-        rounds = math.ceil(len(situation.of_role(Role.CARRIER)) / AT_A_TIME)
-        share = seconds / max(1, rounds)
-        return next((limit for limit in self._limits if limit.seconds <= share), self._limits[-1])
 
     def _in_parts(
         self, situation: Situation, limit: PartSize, seconds: float, objective: Objective
@@ -123,6 +119,7 @@ class _Parts:
                 self._enter(i, share)
 
     def _enter(self, i: int, share: Budget) -> None:
+        # A method of its own, so that each search keeps its part and share: the loop goes on before they are used.
         self._race.enter(str(i), lambda _: self._engine.solve(self._parts[i], share, objective=self._objective))
 
     def _share(self) -> Budget | None:

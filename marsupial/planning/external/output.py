@@ -18,6 +18,7 @@ from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.model import Plan, Situation
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.schedule import retime
+from marsupial.wording import counted
 
 PLAN_PREFIX = "plan"
 """Prefixes of plan files' names."""
@@ -169,7 +170,7 @@ class PlanReader:
         for text in filter(None, texts):
             fault = ""
             try:
-                plan = self._read(text)
+                plan = retime(self._situation, read_plan_text(text, self._situation).actions)
                 if self.incumbent.take(plan):
                     self.accepted += 1
                     yield plan
@@ -180,11 +181,8 @@ class PlanReader:
             if fault and complete:
                 self.faults.append(fault)
 
-    def _read(self, text: str) -> Plan:
-        return retime(self._situation, read_plan_text(text, self._situation).actions)
-
     @property
     def summary(self) -> str:
         """The number of plans accepted, and why others were not."""
-        words = f"{self.accepted} plan{'' if self.accepted == 1 else 's'} accepted"
+        words = f"{counted(self.accepted, 'plan')} accepted"
         return f"{words}, {len(self.faults)} refused (first: {self.faults[0]})" if self.faults else words

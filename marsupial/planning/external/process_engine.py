@@ -95,11 +95,9 @@ class Events:
         self._run, self._steps = run, steps
 
     def __iter__(self) -> Events:
-        """Return self."""
         return self
 
     def __next__(self) -> Improved | Finished:
-        """Wait for the next event."""
         return next(self._steps)
 
     def cancel(self) -> None:
@@ -151,12 +149,14 @@ def _missing(requirements: tuple[Requirement, ...], finder: Finder) -> str | Non
 
 def _settled(request: SearchRequest) -> Events | None:
     """Return the events where no search is needed."""
+    if request.start is not None:
+        return None
     events: list[Improved | Finished] = []
     nothing = Plan(actions=())
-    if request.start is None and check(request.situation, nothing).valid:
+    if check(request.situation, nothing).valid:
         done = Finished(outcome=Outcome.OPTIMAL, detail="there is nothing to do", lower_bound_ms=0)
         events = [Improved(plan=nothing, elapsed_s=0.0), done]
-    elif request.start is None and (proof := impossible(request.situation)) is not None:
+    elif (proof := impossible(request.situation)) is not None:
         events = [Finished(outcome=Outcome.UNSOLVABLE, detail=proof)]
     return Events(None, (event for event in events)) if events else None
 
