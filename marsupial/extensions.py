@@ -20,8 +20,7 @@ from typing import Any
 
 from marsupial.errors import EngineUnavailable
 
-STRATEGIES, ENGINES = "marsupial.strategies", "marsupial.engines"
-"""The groups of entry points."""
+STRATEGIES, ENGINES = "marsupial.strategies", "marsupial.engines"  # the groups of entry points
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,8 +12,7 @@ from marsupial.bench.planners import CLOSE, BenchEngine, EngineRun, Round, deadl
 from marsupial.bench.suite.catalogue import VERSION
 from marsupial.model.planning import Outcome
 
-SMALL_ROBOTS = 24
-"""The summary separates teams up to this size from larger ones."""
+SMALL_ROBOTS = 24  # the summary separates teams up to this size from larger ones
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,8 +22,7 @@ BUDGETS_S = (0.1, 1.0, 10.0)
 IN_PARTS = " in parts"
 WARM_UP = ("pressure-1x1-3", "in-flight-3x2-12")
 WARM_UP_S, WARM_UP_OVER_S, WARM_UPS = 0.5, 0.25, 6
-CLOSE = 1.01
-"""Greatest ratio to the best makespan that counts as close."""
+CLOSE = 1.01  # greatest ratio to the best makespan that counts as close
 
 GRACE_S, GRACE_SHARE = 0.01, 0.02
 """Tolerance after the budget, in seconds and as a share of it: plans in transit, and noise of the machine."""

@@ -18,8 +18,7 @@ from matplotlib.figure import Figure
 from marsupial.arrays import Floats
 from marsupial.model.grid import Cell
 
-ROTATED_RAD = 1e-6
-"""A smaller yaw is a rounding error: it moves no corner of a map of kilometres by a centimetre."""
+ROTATED_RAD = 1e-6  # a smaller yaw is a rounding error: it moves no corner of a map of kilometres by a centimetre
 
 SAME_BYTES: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": None},

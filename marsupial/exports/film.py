@@ -20,19 +20,16 @@ from marsupial.replay.palette import LIGHT, Palette
 FILM_S = 20.0
 """Length of a film whose speed is not chosen: about as long as a reader watches a moving picture in a text."""
 
-HOLD_S = 2.0
-"""How long the end is shown."""
+HOLD_S = 2.0  # how long the end is shown
 
 GIF_FPS, GIF_DPI = 10, 75.0
 """Frames per second, and pixels per inch: both low, as a GIF holds nearly every pixel of every frame."""
 
 MP4_FPS, MP4_DPI = 20, 100.0
 
-QUALITY = "20"
-"""Constant rate factor of H.264: 18 is visually lossless, 28 visibly is not."""
+QUALITY = "20"  # constant rate factor of H.264: 18 is visually lossless, 28 visibly is not
 
-SAMPLES = 4
-"""Number of frames that the 255 colours of a GIF are chosen from."""
+SAMPLES = 4  # number of frames that the 255 colours of a GIF are chosen from
 
 
 def moments(playback: Playback, speed: float | None, fps: int) -> list[int]:

@@ -8,8 +8,7 @@ import numpy.typing as npt
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Mask
 from marsupial.replay.palette import Palette
 
-Image = npt.NDArray[np.uint8]
-"""Red, green and blue, (height, width, 3)."""
+Image = npt.NDArray[np.uint8]  # red, green and blue, (height, width, 3)
 
 
 def coarse(cells: CellArray, block: int) -> CellArray:

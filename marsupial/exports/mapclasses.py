@@ -35,11 +35,9 @@ TEXTS = {
 }
 """Labels of a legend, in its order."""
 
-LEAK_M = 0.3
-"""Depth of the marks of leaks along the border: a line of one cell would not be seen."""
+LEAK_M = 0.3  # depth of the marks of leaks along the border: a line of one cell would not be seen
 
-LEAST_ISLANDS_M2 = 0.05
-"""Least area of all islands together: smaller ones are not marked, as nobody would see them."""
+LEAST_ISLANDS_M2 = 0.05  # least area of all islands together: smaller ones are not marked, as nobody would see them
 
 
 def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:

@@ -24,8 +24,7 @@ from marsupial.model.grid import Cell, CellArray, Grid
 from marsupial.replay.palette import LIGHT
 
 WIDTH_IN, LEGEND_IN, DPI = 10.0, 3.3, 150.0
-TICKS_IN = 0.65
-"""Width left of the map for the labels of ticks."""
+TICKS_IN = 0.65  # width left of the map for the labels of ticks
 
 MOST_PIXELS = 1400
 """Most pixels of the map's longer side: more would be finer than the figure, and make an SVG of megabytes."""

@@ -24,14 +24,12 @@ from matplotlib.transforms import Bbox
 
 from marsupial.replay.palette import LIGHT
 
-GAP_PT = 9.0
-"""Distance from the centre of a mark to its name."""
+GAP_PT = 9.0  # distance from the centre of a mark to its name
 
 CLEAR_PT = 12.0
 """Least distance of a name from the centre of another mark, so that nobody takes it for that mark's name."""
 
-RING_PT, RINGS = 16.0, 6
-"""Distance between rings of places, and their number."""
+RING_PT, RINGS = 16.0, 6  # distance between rings of places, and their number
 
 SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 CORNERS = tuple(product((1, -1), (1, -1)))
@@ -39,8 +37,7 @@ CORNERS = tuple(product((1, -1), (1, -1)))
 BLOCKED, ON_WALLS = 100.0, 3.0
 """Cost of hiding something or leaving the map, and of standing on walls alone; one ring farther off costs 1."""
 
-Share = Callable[[Bbox], float]
-"""Returns the share of walls, 0 to 1, below a box in the figure (pixels)."""
+Share = Callable[[Bbox], float]  # returns the share of walls, 0 to 1, below a box in the figure (pixels)
 
 
 class NamedPlace(NamedTuple):

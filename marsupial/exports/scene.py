@@ -35,8 +35,7 @@ MAP_FRAME = "map"
 CHANNELS = ("red", "green", "blue", "alpha")
 """The fields of a grid, a byte each: viewers take fields of these names as the colour of a cell."""
 
-LINE_HEIGHT_M, LABEL_HEIGHT_M = 0.02, 0.6
-"""Height of lines and texts, above the ground so that it does not hide them."""
+LINE_HEIGHT_M, LABEL_HEIGHT_M = 0.02, 0.6  # height of lines and texts, above the ground so that it does not hide them
 
 LABEL_POINTS = 13.0
 

@@ -20,8 +20,7 @@ NO_SUCH_FILE = "no such file"
 
 MOST_BYTES = 256 * 1024 * 1024
 
-MAX_PROBLEMS = 10
-"""Most faults of a map file to report: a file with more is probably of another kind."""
+MAX_PROBLEMS = 10  # most faults of a map file to report: a file with more is probably of another kind
 
 
 def file_fault(path: Path, limit_bytes: int | None = None) -> str | None:

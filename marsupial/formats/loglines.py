@@ -41,8 +41,7 @@ from marsupial.model.grid import Cell
 FORMAT = "marsupial-log"
 VERSION = 2
 
-CHANGES_VERSION = 3
-"""The version of lines about a map that changes or grows."""
+CHANGES_VERSION = 3  # the version of lines about a map that changes or grows
 
 EVENTS: dict[str, type[m.MissionEvent]] = {
     "mission": m.MissionStarted,

@@ -30,8 +30,7 @@ from marsupial.native import inlined, native
 DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"
 """The digits of base 64: five bits of a number each, the lowest first; the sixth bit says that more follow."""
 
-ALIKE = 1
-"""The step to a row whose run has the same column and length; the number of further such rows follows."""
+ALIKE = 1  # the step to a row whose run has the same column and length; the number of further such rows follows
 
 REACH = 15
 """A strip goes on with a run that begins at most so many columns off; beyond that a new strip takes no more digits."""

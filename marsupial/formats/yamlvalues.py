@@ -20,13 +20,11 @@ try:
 except ImportError:  # PyYAML without libyaml
     from yaml import SafeLoader  # type: ignore[assignment]
 
-MOST_LEVELS = 20
-"""Most levels of nested lists and mappings; no file of ours needs more."""
+MOST_LEVELS = 20  # most levels of nested lists and mappings; no file of ours needs more
 
 TOO_DEEP = f"lists and mappings are nested more than {MOST_LEVELS} levels deep"
 
-MOST_ALIASED = 100_000
-"""Most values that all aliases together repeat."""
+MOST_ALIASED = 100_000  # most values that all aliases together repeat
 
 
 class YamlFault(Exception):

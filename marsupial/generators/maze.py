@@ -22,8 +22,7 @@ OPENINGS_PER_SIDE = 2
 RING_LOOPS, CENTRE_LOOPS = 0.12, 0.3
 
 Square = tuple[int, int]
-Passage = tuple[Square, Square]
-"""Two neighbouring squares (column, row), the lower or left one first."""
+Passage = tuple[Square, Square]  # two neighbouring squares (column, row), the lower or left one first
 
 
 def maze(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:

@@ -38,8 +38,7 @@ HALL_M = 3.0
 MEAN_ROOM_M = 5.5
 SECOND_DOOR_SHARE = 0.25
 
-Rows = tuple[int, int]
-"""Rows y0 <= y < y1 of a wall."""
+Rows = tuple[int, int]  # rows y0 <= y < y1 of a wall
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,8 +17,7 @@ import numpy as np
 from marsupial.generators.canvas import Box, carve, close_border
 from marsupial.model.grid import FLOOR, OBSTACLE, Grid
 
-SIDE = 100
-"""Side of the divided halls in cells."""
+SIDE = 100  # side of the divided halls in cells
 
 
 def scattered(columns: int, rows: int, obstacles: int, seed: int) -> Grid:

@@ -12,8 +12,7 @@ from marsupial.strategies.registry import asks_planner
 
 DEFAULT_PLANNER = "auto"
 
-DEFAULT_BUDGET_S = 1.0
-"""Seconds per planning call."""
+DEFAULT_BUDGET_S = 1.0  # seconds per planning call
 
 
 def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DEFAULT_BUDGET_S) -> Budget:

@@ -48,8 +48,7 @@ from marsupial.strategies.registry import STRATEGIES
 FALLBACK = "greedy"
 """The planner that missions fall back on where another one has no plan, and that gives others their first plan."""
 
-STAND_IN = "heuristic"
-"""The strategy that is tried in place of another package's."""
+STAND_IN = "heuristic"  # the strategy that is tried in place of another package's
 
 SMALL_MAP = "lobby"
 

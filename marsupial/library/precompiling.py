@@ -24,8 +24,7 @@ from marsupial.model.scenario import with_routes
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import RULES
 
-JOBS = 2
-"""Processes that compile at once."""
+JOBS = 2  # processes that compile at once
 
 
 def precompile(folder: Path) -> int:

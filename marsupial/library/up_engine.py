@@ -32,11 +32,9 @@ from marsupial.library.plans import Plans
 from marsupial.library.plans import plan as plans_for
 from marsupial.model import Outcome, Plan, Situation
 
-NAME = "marsupial"
-"""The engine's name in unified-planning."""
+NAME = "marsupial"  # the engine's name in unified-planning
 
-DEFAULT_S = 10.0
-"""Seconds to plan without a timeout."""
+DEFAULT_S = 10.0  # seconds to plan without a timeout
 
 FEATURES = frozenset(
     {

@@ -15,8 +15,7 @@ from marsupial.cli.process.exit_codes import MISSION_CODES
 if TYPE_CHECKING:
     from marsupial.library.metrics import Summary
 
-STEPS = 100
-"""Steps per planning call without a budget: reproducible on every machine."""
+STEPS = 100  # steps per planning call without a budget: reproducible on every machine
 
 
 def demo(

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from marsupial_ros.journal import Journal
     from marsupial_ros.settings import Settings
 
-PATIENCE_S = 300.0
-"""How long the service may be unreachable; robots finish their drives meanwhile, and wait."""
+PATIENCE_S = 300.0  # how long the service may be unreachable; robots finish their drives meanwhile, and wait
 
 
 def ros(

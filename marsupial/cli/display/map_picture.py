@@ -39,8 +39,7 @@ DOTS = np.array([[1, 2], [1, 2], [4, 8], [4, 8]])
 
 ROWS, COLUMNS = DOTS.shape
 
-CROSSING = 2
-"""Small squares of wall that make a letter a wall: a line from side to side has at least as many."""
+CROSSING = 2  # small squares of wall that make a letter a wall: a line from side to side has at least as many
 
 PLAIN_WIDTH, LINES_BESIDE = 80, 4
 """Columns without a terminal; lines of a terminal that are left for the key and the prompt."""
@@ -118,8 +117,7 @@ def _key(classes: CellArray, wide: int, *, coloured: bool) -> list[Text]:
     return lines
 
 
-_NUMBERED = re.compile(r"(\w+) (\d+)")
-"""A numbered symbol such as ``grey 205``."""
+_NUMBERED = re.compile(r"(\w+) (\d+)")  # a numbered symbol such as ``grey 205``
 
 MOST_SYMBOLS, LEAST_SHARE = 3, 0.05
 """More symbols than this become a range; at most this many are named, those with at least this share of its cells."""

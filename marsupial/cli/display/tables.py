@@ -17,8 +17,7 @@ from rich.table import Table
 
 from marsupial.cli.display.outputs import writing
 
-WIDE = 100
-"""Columns of output that is not a terminal: fits a window, a mail and a page."""
+WIDE = 100  # columns of output that is not a terminal: fits a window, a mail and a page
 
 
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()) -> None:

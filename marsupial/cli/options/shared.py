@@ -85,11 +85,9 @@ RetryFailed = Annotated[
     bool, typer.Option("--retry-failed", help="Rerun missions that ended with status error or crashed.")
 ]
 
-COMPARE_STEPS = 8
-"""Default steps per planning call of a comparison."""
+COMPARE_STEPS = 8  # default steps per planning call of a comparison
 
-STRATEGIES = "{strategies}"
-"""Placeholder for the names of all strategies in the help of an option."""
+STRATEGIES = "{strategies}"  # placeholder for the names of all strategies in the help of an option
 
 
 class LateHelp(TyperCommand):

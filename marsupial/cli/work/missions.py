@@ -34,8 +34,7 @@ if TYPE_CHECKING:
 
 DEFAULT_SEED = 1
 
-PATIENCE_S = 60.0
-"""How long to retry a service that is busy or not reachable."""
+PATIENCE_S = 60.0  # how long to retry a service that is busy or not reachable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

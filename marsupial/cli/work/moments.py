@@ -20,8 +20,7 @@ from marsupial.model import Budget, MissionEvent
 if TYPE_CHECKING:
     from marsupial.mission.rebuild import Moment
 
-BUDGET = Budget(steps=4)
-"""Budget of the greedy planner up to the moment: small, and in steps to be reproducible."""
+BUDGET = Budget(steps=4)  # budget of the greedy planner up to the moment: small, and in steps to be reproducible
 
 
 def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | None, seed: int | None) -> Moment:

@@ -21,8 +21,7 @@ import numpy as np
 from marsupial.formats.mapfiles.occupancy import OCCUPIED, Occupancy, occupancy_on
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid
 
-NOTHING = UNKNOWN
-"""The value of an overlay where the cell does not change."""
+NOTHING = UNKNOWN  # the value of an overlay where the cell does not change
 
 BASE, MULTIPLIER = 100.0, -1.0
 """The values of nav2's example of a speed filter: the mask says how many percent to take off the full speed."""

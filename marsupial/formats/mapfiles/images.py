@@ -30,14 +30,12 @@ from marsupial.errors import MapError, Problem
 from marsupial.formats.files import file_fault
 from marsupial.model.grid import CellArray, Mask
 
-MAX_CELLS = 100_000_000
-"""Most cells of a map."""
+MAX_CELLS = 100_000_000  # most cells of a map
 
 SMALL_BYTES, SMALL_CELLS = 100_000, 2_125_000
 """Most cells of a map in a compressed file of fewer bytes; a mission on it takes less than 500 MB."""
 
-CELLS_PER_BYTE = 160
-"""Most cells per byte of a larger file; drawn and scanned maps have a few dozen."""
+CELLS_PER_BYTE = 160  # most cells per byte of a larger file; drawn and scanned maps have a few dozen
 
 FORMATS = ("PNG", "PPM", "BMP", "JPEG")
 """The decoders used; ``PPM`` is Pillow's name for PGM, PPM and PBM. The content decides, not the suffix."""

@@ -24,11 +24,9 @@ from marsupial.wording import counted
 SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T": OBSTACLE, "W": OBSTACLE}
 """Terrain code of each character."""
 
-_PROBLEM_WORDS = 9
-"""Words in a line of a `.scen` file: bucket, map, width, height, start x and y, goal x and y, length."""
+_PROBLEM_WORDS = 9  # words in a line of a `.scen` file: bucket, map, width, height, start x and y, goal x and y, length
 
-UNIT_M = 1.0
-"""Default size of a cell."""
+UNIT_M = 1.0  # default size of a cell
 
 
 def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapReading:

@@ -30,19 +30,16 @@ from marsupial.formats.mapfiles.occupancy import UNKNOWN_OCCUPANCY, Occupancy, O
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, LegendEntry, MapReading, Mask
 from marsupial.wording import counted
 
-SAVED_FREE, SAVED_OCCUPIED, SAVED_UNKNOWN = 254, 0, 205
-"""The greys that map savers write."""
+SAVED_FREE, SAVED_OCCUPIED, SAVED_UNKNOWN = 254, 0, 205  # the greys that map savers write
 
 _SAVED_HEADER = {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
 
 NEARLY_SAVED_UNKNOWN = range(200, 211)
 """Greys that a conversion may have made of `SAVED_UNKNOWN`; blurred edges have them too, so they must be frequent."""
 
-POPULATED_SHARE = 0.005
-"""Least share of the image of a grey that counts as an area, not as the blur along an edge."""
+POPULATED_SHARE = 0.005  # least share of the image of a grey that counts as an area, not as the blur along an edge
 
-DISTINCT_GREYS = 20
-"""Least difference of frequent greys that probably mean different things."""
+DISTINCT_GREYS = 20  # least difference of frequent greys that probably mean different things
 
 _BECAME = {FLOOR: "free", OBSTACLE: "obstacle", UNKNOWN: "unknown"}
 

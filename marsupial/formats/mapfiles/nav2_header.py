@@ -29,8 +29,7 @@ _THRESHOLDS = ("free_thresh", "occupied_thresh")
 _NUMBERS = ("resolution", "origin", *_THRESHOLDS)
 _FIELDS = ("image", "mode", "negate", *_NUMBERS)
 
-_TRUTHS = {"y": 1, "n": 0}
-"""Texts that the map server reads as true and false, but PyYAML doesn't."""
+_TRUTHS = {"y": 1, "n": 0}  # texts that the map server reads as true and false, but PyYAML doesn't
 
 
 class Mode(StrEnum):

@@ -25,8 +25,7 @@ READERS: dict[str, Callable[[Path], MapReading]] = {
     **dict.fromkeys(SUFFIXES, read_rosbag),
 }
 
-_SCALELESS = (".map",)
-"""Formats without the size of a cell."""
+_SCALELESS = (".map",)  # formats without the size of a cell
 
 _IMAGES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".ppm")
 

@@ -25,11 +25,9 @@ from marsupial.wording import counted
 MOST_ENTRIES = 20_000_000
 """Most entries of all travel tables together, 8 bytes each: a few lines of objects could ask for any number."""
 
-Members = Mapping[str, str]
-"""The type's object of each robot, in order."""
+Members = Mapping[str, str]  # the type's object of each robot, in order
 
-Key = tuple[str, ...]
-"""A predicate or function with its arguments."""
+Key = tuple[str, ...]  # a predicate or function with its arguments
 
 
 @dataclass(slots=True)

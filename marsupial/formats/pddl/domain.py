@@ -45,11 +45,8 @@ SUPERTYPES: Mapping[str, str | None] = {
 }
 """The domain's types, each with its supertype."""
 
-LEAF_TYPES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())
-"""The types that objects may have."""
+LEAF_TYPES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())  # the types that objects may have
 
-PREDICATES = _signatures(":predicates")
-"""The domain's predicates with the types of their parameters."""
+PREDICATES = _signatures(":predicates")  # the domain's predicates with the types of their parameters
 
-FUNCTIONS = _signatures(":functions")
-"""The domain's functions with the types of their parameters."""
+FUNCTIONS = _signatures(":functions")  # the domain's functions with the types of their parameters

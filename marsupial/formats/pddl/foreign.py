@@ -16,11 +16,9 @@ _TYPES = ("robot_type", "carrier", "rover", "start", "target", "meeting")
 _FACTS = ("at", "is_a", "can_explore", "path", "path_cost", "capacity", "dock_time")
 """Facts that a problem needs to have a plan."""
 
-_MOST_NAMES = 6
-"""Most names in a line."""
+_MOST_NAMES = 6  # most names in a line
 
-Declared = tuple[str, str]
-"""Kind and name of a declaration in a domain."""
+Declared = tuple[str, str]  # kind and name of a declaration in a domain
 
 
 def foreign_problem(form: Form) -> tuple[Problem, ...]:

@@ -105,8 +105,7 @@ def _free_ms(robot: str, origin: str | None, situation: Situation) -> int:
     return int(owner.free_at_ms) if owner is not None and origin is not None and owner.place == origin else 0
 
 
-_Names = Mapping[str, frozenset[str]]
-"""The names in a situation by the noun for their kind in messages."""
+_Names = Mapping[str, frozenset[str]]  # the names in a situation by the noun for their kind in messages
 
 
 def _names(situation: Situation) -> _Names:

@@ -28,11 +28,9 @@ from marsupial.generators import GENERATORS
 from marsupial.model import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, CellArray, Grid, MapReading, Terrain
 from marsupial.model.bounds import BOUNDS
 
-SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}
-"""Characters that need no legend."""
+SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}  # characters that need no legend
 
-_MOST_SYMBOLS = 10
-"""Most wrong characters of a row to report."""
+_MOST_SYMBOLS = 10  # most wrong characters of a row to report
 
 _NO_SYMBOL = f"must be a text of one character, none of {' '.join(SYMBOLS)}"
 

@@ -19,14 +19,11 @@ from marsupial.generators.builtin import explorers
 from marsupial.generators.papers import scattered
 from marsupial.model import FLOOR, RobotType, Role, Scenario
 
-NAME, WEIGHTS = "alkhawaldah", "alkhawaldah-weights"
-"""Names of the experiment and of its part."""
+NAME, WEIGHTS = "alkhawaldah", "alkhawaldah-weights"  # names of the experiment and of its part
 
-CELLS = 25
-"""Columns and rows of most worlds of Al-Khawaldah et al."""
+CELLS = 25  # columns and rows of most worlds of Al-Khawaldah et al
 
-SEED = 1
-"""Seed of the obstacles' places."""
+SEED = 1  # seed of the obstacles' places
 
 HOPPER = RobotType(
     name="robot", role=Role.CARRIER, speed_mps=1.0, sensor_range_m=1.5, radius_m=0.0, terrains=frozenset({FLOOR}),
@@ -46,8 +43,7 @@ PRINTED = {
 NEAR = 0.05
 """Tolerance of our numbers relative to the printed ones, and greatest variation of means that count as constant."""
 
-FEW_STEPS = 115
-"""Greatest mean number of steps of temporal planning; a printed mean is 125."""
+FEW_STEPS = 115  # greatest mean number of steps of temporal planning; a printed mean is 125
 
 
 def cell_world(name: str, columns: int, rows: int, obstacles: int, robots: int) -> Scenario:

@@ -33,13 +33,11 @@ WORLDS = {
 VALUES = tuple(map(float, range(11)))
 """Values of W_n and W_p, with W_c = 1: from 0 to 10 as in the paper, in steps of 1 instead of 0.1."""
 
-BEST = 0.10
-"""Share of the range from the shortest to the longest time in which times count as best."""
+BEST = 0.10  # share of the range from the shortest to the longest time in which times count as best
 
 GREATEST = 7.0
 RECOMMENDED = (2.0, 2.0)
-RATIO = 2.0
-"""Greatest ratio of W_n and W_p near the line of slope 1."""
+RATIO = 2.0  # greatest ratio of W_n and W_p near the line of slope 1
 
 
 def comparison(terms: ExperimentTerms) -> Comparison:

@@ -21,8 +21,7 @@ from marsupial.model import SQRT2, Cell, Mask
 from marsupial.paths.energy import EnergySearch, MotionCosts, route_energy
 from marsupial.paths.routes import STEPS, Route, route_length
 
-SIDE = 100
-"""Side of the map in cells: that of areas whose exploration takes as long as the paper's."""
+SIDE = 100  # side of the map in cells: that of areas whose exploration takes as long as the paper's
 
 SHARE = 0.2
 MAPS, ENDS = 24, 13

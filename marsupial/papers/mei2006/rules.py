@@ -24,8 +24,7 @@ from marsupial.maps.sight import Sight
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 FULL_TURN = 2 * np.pi
-ANGLE_DIGITS = 9
-"""Decimals to which equal angles agree."""
+ANGLE_DIGITS = 9  # decimals to which equal angles agree
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -24,11 +24,9 @@ from marsupial.papers.wurm2008.figure import segments_figure
 
 NAME = "wurm2008"
 TEAMS = {"fr079": (2, 3, 4, 5, 6), "cartesium": (2, 3, 4, 5, 6, 7, 8)}
-STAND_INS = {"fr079": "office", "cartesium": "rooms"}
-"""Built-in maps that replace real ones that are not available."""
+STAND_INS = {"fr079": "office", "cartesium": "rooms"}  # built-in maps that replace real ones that are not available
 
-MAPS = Path("../shared/maps")
-"""Default folder of the real maps."""
+MAPS = Path("../shared/maps")  # default folder of the real maps
 
 SHOWN_TEAM = 3
 """Robots of the mission of Figs. 2 and 3."""

@@ -27,14 +27,11 @@ from marsupial.papers.wurm2008.segmentation import Segmentation, segment
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-HUE_STEP = 0.618034
-"""Step of hue from a segment to the next, the golden ratio: neighbours in the sequence differ well."""
+HUE_STEP = 0.618034  # step of hue from a segment to the next, the golden ratio: neighbours in the sequence differ well
 
-PALE = 0.35
-"""Saturation of the segments."""
+PALE = 0.35  # saturation of the segments
 
-MARGIN_M = 0.5
-"""Margin around the known map."""
+MARGIN_M = 0.5  # margin around the known map
 
 WIDTH_IN = 7.0
 

@@ -35,8 +35,7 @@ from marsupial.model.grid import Grid, Mask, code_table
 from marsupial.native import native
 from marsupial.papers.wurm2008.voronoi import Blocks, VoronoiGraph, voronoi_graph
 
-RISE = 1.3
-"""A point is narrow if the clearance rises by this factor on both sides; less comes from uneven walls."""
+RISE = 1.3  # a point is narrow if the clearance rises by this factor on both sides; less comes from uneven walls
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

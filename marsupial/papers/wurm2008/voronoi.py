@@ -26,14 +26,12 @@ from marsupial.maps.window import Window
 from marsupial.model.grid import UNKNOWN, Grid, Mask, code_table
 from marsupial.native import inlined, native
 
-BLOCK_M = 0.1
-"""Side of a block: a door is about eight wide, and thinning costs a tenth of that on 5 cm cells."""
+BLOCK_M = 0.1  # side of a block: a door is about eight wide, and thinning costs a tenth of that on 5 cm cells
 
 UNSEEN_M = 1.5
 """How far the unknown counts as open: about half a corridor's width, so that the graph stays straight at frontiers."""
 
-CLUTTER_M = 0.5
-"""Largest extent of an ignored obstacle: legs of tables, chairs, bins, people."""
+CLUTTER_M = 0.5  # largest extent of an ignored obstacle: legs of tables, chairs, bins, people
 
 PROTRUSION = 0.5
 """A branch is pruned beyond its widest point if it stands out from there by less than this share of its clearance.

@@ -32,8 +32,7 @@ from marsupial.processes.jobs import ToolDied
 if TYPE_CHECKING:
     from unified_planning.model import Problem
 
-LONGEST_UNITS = 500
-"""Units of time in the longest drive."""
+LONGEST_UNITS = 500  # units of time in the longest drive
 
 HORIZON_UNITS = 10_000_000
 """Latest time that Aries may use. Its own default is below 10,000; it silently finds nothing beyond."""

@@ -18,8 +18,7 @@ import numpy as np
 from marsupial.model import Plan, RobotState, Role, Situation
 from marsupial.planning.matching import least_assignment
 
-NEVER = 1 << 50
-"""Time in ms that means never; many of them can be added."""
+NEVER = 1 << 50  # time in ms that means never; many of them can be added
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,15 +20,12 @@ from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.schedule import retime
 from marsupial.wording import counted
 
-PLAN_PREFIX = "plan"
-"""Prefixes of plan files' names."""
+PLAN_PREFIX = "plan"  # prefixes of plan files' names
 
-TAIL_BYTES = 2000
-"""Most of the last output kept."""
+TAIL_BYTES = 2000  # most of the last output kept
 
 _LAST_LINES = 3
-_LINE_LETTERS = 240
-"""Most of the last output reported: characters of each line, and lines."""
+_LINE_LETTERS = 240  # most of the last output reported: characters of each line, and lines
 
 _COMPLAINT = re.compile(
     r"error|unknown|unrecogni[sz]ed|unsupported|invalid|fail|assert|no such|(?:can ?not|can't|could not) ",
@@ -37,8 +34,7 @@ _COMPLAINT = re.compile(
 """Matches a line with the reason why there is no plan; some planners print all their options after it (POPF)."""
 
 _SCAN_S = 0.05
-_PLAN_BYTES = 4 << 20
-"""Most of one plan read."""
+_PLAN_BYTES = 4 << 20  # most of one plan read
 
 _LINE_BYTES = 1 << 16
 

@@ -26,8 +26,7 @@ from marsupial.wording import counted
 Search = Callable[..., Iterator[Plan | Finished]]
 """A module's generator function that takes a `SearchRequest` and yields every plan, and possibly how it ended."""
 
-Finder = Callable[[str], object | None]
-"""Finds a module without importing it, like `importlib.util.find_spec`."""
+Finder = Callable[[str], object | None]  # finds a module without importing it, like `importlib.util.find_spec`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
