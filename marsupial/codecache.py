@@ -213,7 +213,6 @@ def _shared_processor() -> Processor | None:
 
 @cache
 def _features() -> frozenset[str]:
-    """Return the features of this machine's processor, as LLVM names them."""
     try:
         return frozenset(name for name, there in llvm.get_host_cpu_features().items() if there)
     except RuntimeError:  # LLVM can't tell

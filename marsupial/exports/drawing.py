@@ -172,7 +172,6 @@ class MissionDrawing:
         return self._axes.plot([], [], linestyle="", marker=mark, color=self.colours[name], **style)[0]
 
     def _add_panel(self) -> None:
-        """Add the panel beside the map: the mission, the clock, what each robot does, and the legend."""
         mission, x = self.playback.mission, 1 - PANEL
         ink, dim = self.palette.ink, self.palette.dim
         self.figure.text(x, 0.955, shortened(mission.scenario, 24), fontsize=14, fontweight="bold", color=ink, va="top")

@@ -144,7 +144,6 @@ class _Recording:
 
     @cached_property
     def _map_changes(self) -> list[int]:
-        """The moments at which the map changes."""
         return sorted({e.t_ms for e in self.playback.events if isinstance(e, Revealed | Changed)})
 
     def _grids(self) -> Iterator[Timed]:
@@ -258,7 +257,6 @@ class _Recording:
             yield plan.t_ms, "/plan", scene(plan.t_ms, entities)
 
     def _log(self) -> Iterator[Timed]:
-        """Yield plans and the end as lines of text."""
         lines = [
             (plan.t_ms, "plan", f"plan {plan.revision}: {trigger_text(plan.trigger)}") for plan in self.playback.plans
         ]
@@ -302,7 +300,6 @@ def _yaw(tracks: Tracks, robot: RobotView, t_ms: int) -> float:
 
 
 def _first_targets(plan: Planned) -> dict[str, str]:
-    """Return each robot's first target."""
     first: dict[str, str] = {}
     for action in plan.actions:
         if action.name is ActionName.EXPLORE:

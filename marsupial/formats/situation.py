@@ -103,7 +103,6 @@ def _table_text(kind: str, table: TravelTable) -> str:
 
 
 def _read(fields: Fields) -> Situation | None:
-    """Return the situation, or None with all problems noted."""
     if fields.text("format", FORMAT) != FORMAT:
         fields.wrong("format", f"must be {FORMAT!r}")
     if fields.integer("version", VERSION) != VERSION:
@@ -165,7 +164,6 @@ def _target(fields: Fields) -> TargetInfo:
 
 
 def _goal(fields: Fields) -> SituationGoal:
-    """Read the goals besides exploring; a flag that is absent is false."""
     goal = SituationGoal(
         recover_rovers=fields.flag("recover_rovers", False), return_home=fields.flag("return_home", False)
     )
@@ -196,7 +194,6 @@ def _is_name(value: object) -> bool:
 
 
 def _names(fields: Fields, key: str, *, required: bool = True) -> tuple[str, ...]:
-    """Read a list of names, which may be empty."""
     if not fields.has(key):
         if required:
             fields.wrong(key, "missing")

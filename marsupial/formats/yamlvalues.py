@@ -35,7 +35,6 @@ class PlainLoader(SafeLoader):
     """Safe YAML whose values can be written again: no half of a surrogate pair, no number of thousands of digits."""
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-        """Build the value of a node."""
         try:
             value = super().construct_object(node, deep)
             if isinstance(value, str):
@@ -54,7 +53,6 @@ class StrictLoader(PlainLoader):
     """Also reads JSON's numbers (``1e3``), and refuses a field that is given twice."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        """Build a mapping from a node."""
         seen: set[str] = set()
         for key, _ in node.value:
             if isinstance(key, yaml.ScalarNode) and key.value in seen:

@@ -119,7 +119,6 @@ def _openings(rng: np.random.Generator, squares: set[Square], centre: set[Square
 
 
 def _part_of(rng: np.random.Generator, wall: Box, passage: Passage, *, width: int) -> Box:
-    """Return a piece of a wall, `width` cells long."""
     if passage[0][0] == passage[1][0]:
         x0 = int(rng.integers(wall.x0, wall.x1 - width + 1))
         return wall._replace(x0=x0, x1=x0 + width)

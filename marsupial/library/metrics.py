@@ -82,7 +82,6 @@ def _digits(count: int, unit: str = "") -> Callable[[float], str]:
 
 
 def _metric(title: str, unit: str, definition: str, **rest: Any) -> Any:
-    """Return a dataclass field with a metric in its metadata."""
     return field(metadata={"metric": Metric(title=title, unit=unit, definition=definition, **rest)})
 
 

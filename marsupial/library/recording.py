@@ -18,7 +18,6 @@ class Recorder(Observer):
         self.events: list[MissionEvent] = []
 
     def event(self, event: MissionEvent) -> None:
-        """Keep an event."""
         self.events.append(event)
 
 
@@ -38,7 +37,6 @@ class LogFile(Observer):
             self._stack.close()
 
     def event(self, event: MissionEvent) -> None:
-        """Write an event."""
         with writing(self.path):
             if self._writer is None:
                 self._writer = self._stack.enter_context(LogWriter(self.path))

@@ -78,7 +78,6 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
 
     @property
     def name(self) -> str:
-        """The engine's name."""
         return NAME
 
     @staticmethod
@@ -88,12 +87,10 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
 
     @staticmethod
     def supports(problem_kind: ProblemKind) -> bool:
-        """Return whether a problem of that kind may be of the domain."""
         return bool(problem_kind <= MarsupialEngine.supported_kind())
 
     @staticmethod
     def satisfies(optimality_guarantee: OptimalityGuarantee) -> bool:
-        """Return whether plans are that good; none is promised to be optimal."""
         return bool(optimality_guarantee == OptimalityGuarantee.SATISFICING)
 
     @staticmethod
@@ -108,7 +105,6 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
         timeout: float | None = None,
         output_stream: IO[str] | None = None,
     ) -> PlanGenerationResult:
-        """Return the best plan within the timeout."""
         return list(self._get_solutions(problem, timeout, output_stream))[-1]
 
     def _get_solutions(

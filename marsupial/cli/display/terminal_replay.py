@@ -58,7 +58,6 @@ def _animate(
 
 
 def _frame(playback: Playback, picture: Picture, t_ms: int) -> Group:
-    """Return the screen at `t_ms`: the map, a headline, the robots."""
     robots, plan = playback.state_at(t_ms).robots, playback.plan_at(t_ms)
     over = t_ms >= playback.end_ms
     news = _end_text(playback.ended) if over else plan_text(plan) if plan else "no plan yet"

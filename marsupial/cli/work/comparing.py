@@ -77,7 +77,6 @@ def _outcome(out: Path) -> ComparisonOutcome:
 
 
 def _write_pairs(comparison: Comparison, out: Path) -> None:
-    """Write the replays of the best and worst pairs, and remove those of former ones."""
     outcome = _outcome(out)
     with writing(out):
         (out / FOLDER).mkdir(exist_ok=True)

@@ -132,7 +132,6 @@ def limits_of(time_limit_s: float | None) -> MissionLimits | None:
 
 
 def _warn_of_ignored(request: MissionRequest) -> None:
-    """Warn of options that a strategy does not use."""
     given: dict[str, object] = {"--budget": request.budget_s, "--steps": request.steps}
     ignored: dict[str, object] = {} if takes_budget(request.strategy) else given
     if not asks_planner(request.strategy):

@@ -71,7 +71,6 @@ def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) 
 
 
 def _merge(best: dict[str, Best], file: Path | None) -> None:
-    """Merge better plans of a file, after checking them."""
     if file is None or not file.exists():
         return
     text = read_text(file, InputError)
@@ -102,7 +101,6 @@ def _tell(number: str, run: EngineRun) -> None:
 
 
 def _store(done: Round, best: dict[str, Best]) -> None:
-    """Store and report an improvement of the best known plan."""
     name, known = done.instance.name, best.get(done.instance.name)
     if done.best is None or done.best == known:
         return

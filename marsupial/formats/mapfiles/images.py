@@ -136,7 +136,6 @@ def _load(file: Path | io.BytesIO, max_cells: int) -> GreyImage | str:
 
 
 def _grey(image: Image.Image) -> tuple[CellArray, int]:
-    """Return the grey values and the number of coloured pixels."""
     if image.mode.startswith("I"):
         values = np.clip(np.asarray(image), 0, 65535).astype(np.uint32)
         return ((values + 128) // 257).astype(np.uint8), 0  # 65535 = 255 * 257

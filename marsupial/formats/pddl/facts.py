@@ -206,7 +206,6 @@ def _type_records(situation: Situation, kind: PlanningType) -> Iterator[Fact]:
 
 
 def _manned(situation: Situation) -> frozenset[str]:
-    """Return the types that have robots."""
     return frozenset(robot.type for robot in situation.robots)
 
 

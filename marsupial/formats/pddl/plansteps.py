@@ -169,7 +169,6 @@ def _nearest(value: Fraction) -> int:
 
 
 def _action(step: Step, situation: Situation, names: _Names) -> Action:
-    """Return the action of a step, without its times."""
     try:
         name = ActionName(step.name)
     except ValueError:
@@ -202,7 +201,6 @@ def _check(name: str | None, noun: str, names: _Names) -> None:
 
 
 def _duration_ms(action: Action, situation: Situation) -> int | None:
-    """Return an action's duration in the situation; None if there is no path."""
     kind = situation.type_of(action.robot)
     if action.origin is None:
         return duration_ms(kind.dock_ms if action.name is ActionName.DOCK else kind.undock_ms)

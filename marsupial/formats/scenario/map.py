@@ -172,7 +172,6 @@ def drawn_cells(
 
 
 def _read_legend(fields: Fields) -> dict[str, str]:
-    """Read ``legend``: terrain names by characters."""
     legend = fields.part("legend", required=False)
     for symbol in legend.data:
         if not isinstance(symbol, str):
@@ -191,7 +190,6 @@ def _legend_codes(legend: Mapping[str, str], terrains: tuple[Terrain, ...], note
 
 
 def _read_mask(fields: Fields, terrains: tuple[Terrain, ...]) -> tuple[str, dict[int, int]] | None:
-    """Read ``mask``: the image's path, and terrain codes by grey."""
     if not fields.has("mask"):
         return None
     mask = fields.part("mask")

@@ -61,7 +61,6 @@ def comparison(terms: ExperimentTerms) -> Comparison:
 
 
 def _estimates(outcome: ComparisonOutcome, contender: Contender) -> dict[int, Estimate]:
-    """Return the known numbers of steps by the number of obstacles."""
     found = {obstacles: outcome.estimate(_case(obstacles), contender, TIME) for obstacles in PRINTED}
     return {obstacles: one for obstacles, one in found.items() if one is not None}
 
@@ -75,7 +74,6 @@ def _case(obstacles: int) -> Case:
 
 
 def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
-    """Return Table 2 with our data beside the printed numbers."""
     planned = outcome.contenders[0]
     table = ReportTable(
         title="Table 2: steps until everything is explored",
@@ -96,7 +94,6 @@ def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    """Yield Fig. 8 with our data."""
     lines = []
     for contender in outcome.contenders:
         found = _estimates(outcome, contender)

@@ -31,7 +31,6 @@ class Bidding(Bidders):
     def bids(
         self, view: FrontierView, robot: Explorer, ways: Floats, others: list[Explorer], aims: list[int]
     ) -> Floats:
-        """Return the bids (n,) for the frontier cells."""
         cells = view.frontier(robot).cells
         x, y = view.xy(cells)
         apart = [np.hypot(x - other.cell.x, y - other.cell.y) for other in others]

@@ -159,14 +159,12 @@ def _routes() -> ReportTable:
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    """Yield Figs. 11 to 13 with our data; a robot drives a metre a second."""
     for number, name in enumerate(PRINTED, start=11):
         if any(curve.trial.case.scenario == name for curve in outcome.curves):
             yield coverage_figure(outcome, name, name=f"figure-{number}")
 
 
 def _corner_figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    """Yield Figs. 8 to 10 on our maps, then Figs. 11 to 13."""
     scenarios = {name: _from_corner(name, grid) for name, grid in _grids().items()}
     for number, (name, scenario) in enumerate(scenarios.items(), start=8):
         if any(row.trial.case.scenario == name for row in outcome.rows):

@@ -132,7 +132,6 @@ def _inner(framed: int, row: int) -> int:
 
 
 def _drawn(passable: Mask, ends: int, seed: int) -> tuple[list[Cell], list[Cell]]:
-    """Draw sources and goals, all different."""
     y, x = np.nonzero(passable)
     chosen = np.random.default_rng(seed).choice(x.size, 2 * ends, replace=False).tolist()
     cells = [Cell(int(x[i]), int(y[i])) for i in chosen]

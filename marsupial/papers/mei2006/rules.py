@@ -70,7 +70,6 @@ class Orientation(_SensingRule):
     share: float = 0.7  # share of d_s
 
     def pick(self, view: FrontierView, robot: Explorer, cells: Ints) -> int:
-        """Return the last cell of the list that is near enough to its head."""
         listed = clockwise(view, robot, cells)
         x, y = view.xy(listed)
         limit = self.share * robot.kind.sensor_range_m / view.grid.resolution_m
@@ -91,7 +90,6 @@ class WidestFrontier(_SensingRule):
     name: ClassVar[str] = "widest-frontier"
 
     def pick(self, view: FrontierView, robot: Explorer, cells: Ints) -> int:
-        """Return the cell of the widest frontier that is nearest to its centroid."""
         widest = max(groups(cells, view.grid.cells.shape), key=len)
         return int(middle(widest, view.grid.width))
 

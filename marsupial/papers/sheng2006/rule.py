@@ -37,7 +37,6 @@ class Sheng(Bidders):
     def bids(
         self, view: FrontierView, robot: Explorer, ways: Floats, others: list[Explorer], aims: list[int]
     ) -> Floats:
-        """Return the bids (n,) for the frontier cells."""
         width = view.grid.width
         left = view.grid.cells == UNKNOWN
         # what others see or will see from their goals counts for nobody else

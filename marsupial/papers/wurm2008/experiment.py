@@ -62,7 +62,6 @@ def _robot() -> RobotType:
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    """Yield Fig. 5 with our data, the times behind it, and the segments of a map."""
     yield gain_figure(outcome, TIME, outcome.scenarios, name="figure-5", of_paper="Fig. 5 of the paper")
     yield measure_figure(outcome, TIME, outcome.scenarios, name="times")
     if outcome.rows:
@@ -81,7 +80,6 @@ def findings(outcome: ComparisonOutcome) -> list[Finding]:
 
 
 def _maps(outcome: ComparisonOutcome) -> list[str]:
-    """Return the names of the smaller and the larger map."""
     return [name for pair in STAND_INS.items() for name in pair if name in outcome.scenarios]
 
 

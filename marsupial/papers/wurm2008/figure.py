@@ -68,7 +68,6 @@ def _moment(scenario: Scenario, share: float, seed: int) -> tuple[Grid, Ints]:
 
 
 def _drawn(grid: Grid, found: Segmentation, name: str, title: str, caption: str) -> Figure:
-    """Draw the three steps one below the other."""
     from matplotlib.figure import Figure as Drawing
 
     y, x = np.nonzero(grid.cells != UNKNOWN)
@@ -124,7 +123,6 @@ def _paint(axes: Axes, shown: Window, picture: Floats) -> None:
 
 
 def _graph(axes: Axes, found: Segmentation, *, width: float) -> None:
-    """Draw the edges and the junctions of the graph."""
     graph = found.graph
     for edge, (start, end) in enumerate(graph.ends.tolist()):
         inner = graph.inner[graph.bounds[edge] : graph.bounds[edge + 1]]

@@ -100,7 +100,6 @@ def segment(grid: Grid, terrains: frozenset[int], frontier: Ints | None = None) 
 
 
 def _narrow(graph: VoronoiGraph, clearance: Floats) -> _Cuts:
-    """Return the narrow points next to junctions."""
     first, last = _narrowest(graph.ends, graph.bounds, clearance.ravel()[graph.nodes], clearance.ravel()[graph.inner])
     junction = graph.degrees[graph.ends] >= 3
     starts, ends = first[junction[:, 0] & (first >= 0)], last[junction[:, 1] & (last >= 0)]

@@ -63,7 +63,6 @@ def _last_lines(text: str) -> list[str]:
 
 
 def _shown(line: str) -> str:
-    """Return a shortened line without control characters."""
     cut = line if len(line) <= _LINE_LETTERS else f"{line[:_LINE_LETTERS]}..."
     return "".join(letter if letter.isprintable() else "?" for letter in " ".join(cut.split()))
 
