@@ -3,6 +3,8 @@
 Packages: `commands` has a module per command, which reads arguments and prints; `options` what commands share of
 arguments; `work` what the larger commands do; `display` output on stdout and stderr; `process` exit codes and signals.
 
+Shells may pass stdout and stderr closed, full, or with a reader that leaves early (`open_closed`, `settled`).
+
 Commands import what they need when they run, so that `marsupial --help` is quick. Here exceptions become one line per
 problem on stderr and an exit code (`marsupial.cli.process.exit_codes`); bad input never shows a traceback.
 """
@@ -10,13 +12,14 @@ problem on stderr and an exit code (`marsupial.cli.process.exit_codes`); bad inp
 from __future__ import annotations
 
 import errno
+import os
 import sys
 import tempfile
 import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, TextIO
 
 import typer
 
@@ -36,9 +39,8 @@ from marsupial.cli.commands.store import store
 from marsupial.cli.commands.validate import validate
 from marsupial.cli.display.messages import Volume, complain, set_volume
 from marsupial.cli.options.shared import LateHelp
-from marsupial.cli.process.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT
+from marsupial.cli.process.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT, USAGE
 from marsupial.cli.process.interrupt import Interrupted, interruptible
-from marsupial.cli.process.streams import fault_of, open_closed, settled
 from marsupial.errors import InternalError, MarsupialError, UsageError
 from marsupial.formats.files import reason
 
@@ -159,6 +161,44 @@ def _keep(text: str) -> str | None:
             return file.name
     except OSError:
         return None
+
+
+def open_closed() -> None:
+    """Reopen closed standard streams, so that the next opened file does not take their place."""
+    # Writing to stdout fails then, as on a full disk; messages on stderr are dropped.
+    for number, flags in enumerate((os.O_RDONLY, os.O_RDONLY, os.O_WRONLY)):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, flags)  # takes the lowest free number, which is this one
+    if sys.stdout is None:
+        sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
+    if sys.stderr is None:
+        sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False)
+
+
+def fault_of(stream: TextIO) -> OSError | None:
+    """Flush a stream; return the error if that fails."""
+    try:
+        stream.flush()
+    except OSError as error:
+        return error
+    return None
+
+
+def settled(code: int) -> int:
+    """Flush both streams and return the exit code; drop unwritable output, so that Python does not retry at exit."""
+    for stream in (sys.stdout, sys.stderr):
+        fault = fault_of(stream)
+        if fault is None:
+            continue
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        if isinstance(fault, BrokenPipeError):
+            code = READER_LEFT
+        elif stream is sys.stdout and code == DONE:
+            complain(f"error: can't write to stdout: {reason(fault)}")
+            code = USAGE
+    return code
 
 
 if __name__ == "__main__":

@@ -3,8 +3,7 @@
 A built-in map never changes: its generator, size and seed are constants here; the mission's seed draws only the starts.
 Carriers are twice as fast as rovers and see twice as far, as in the paper's section IV-C.
 
-References: Wurm et al., Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning,
-section IV-C.
+References: Wurm et al. 2010, section IV-C (see `marsupial.papers.wurm2010`).
 """
 
 from __future__ import annotations

@@ -21,8 +21,7 @@ rough, so that both kinds occur. An office building, after the paper's figure 5 
 
 A lobby has one corridor, its hall, between two bands.
 
-References: Wurm et al., Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning,
-section IV-C.
+References: Wurm et al. 2010, section IV-C (see `marsupial.papers.wurm2010`).
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The experiment of Al-Khawaldah et al.: two robots in worlds of cells, two bidding functions.
 
-References: Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots, sections II and
-III, Eqs. 1 and 2, Table 2, Fig. 8.
+References: Al-Khawaldah, Livatino, Lee, sections II and III, Eqs. 1 and 2, Table 2, Fig. 8.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Bids for frontier cells by unknown neighbours, distance from the other robot, and route length.
 
-References: Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots, sections II-B
-and III, Eq. 1.
+References: Al-Khawaldah, Livatino, Lee, sections II-B and III, Eq. 1.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The sweep of weights of Al-Khawaldah et al.: which weights of the bidding function explore fast.
 
-References: Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots, section II-B,
-Figs. 3 to 7.
+References: Al-Khawaldah, Livatino, Lee, section II-B, Figs. 3 to 7.
 """
 
 from __future__ import annotations

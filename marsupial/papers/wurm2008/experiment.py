@@ -1,7 +1,6 @@
 """The experiment of Wurm et al. 2008: segments of the map against the closest frontier, in two real offices.
 
-References: Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS
-2008, section VI-A, Figs. 2 to 5.
+References: Wurm, Stachniss, Burgard, IROS 2008, section VI-A, Figs. 2 to 5.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The Voronoi graph, the critical points and the segments of a partly known map as a figure.
 
-References: Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS
-2008, Figs. 2 and 3.
+References: Wurm, Stachniss, Burgard, IROS 2008, Figs. 2 and 3.
 """
 
 from __future__ import annotations

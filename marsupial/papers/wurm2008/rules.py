@@ -7,9 +7,8 @@ segment share its frontiers in the same way. A frontier is a group of touching f
 The closest frontier is the baseline. Its distance is that of its nearest cell. Robots without a frontier choose one
 after the other, in the order of the team; once every frontier has a robot they choose among all.
 
-References: Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS
-2008, sections III, V and VI-A, Algorithm 1, Eq. 4. In their simulations the segmentation was given; ours is computed
-from the known map, as in section IV and on their robots.
+References: Wurm, Stachniss, Burgard, IROS 2008, sections III, V and VI-A, Algorithm 1, Eq. 4. In their simulations the
+segmentation was given; ours is computed from the known map, as in section IV and on their robots.
 """
 
 from __future__ import annotations

@@ -16,8 +16,7 @@ if
 
 Without critical points, connected ground is one segment.
 
-References: Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS
-2008, section IV, Eq. 3, Fig. 3.
+References: Wurm, Stachniss, Burgard, IROS 2008, section IV, Eq. 3, Fig. 3.
 """
 
 from __future__ import annotations

@@ -5,11 +5,10 @@ fast. Unknown cells up to `UNSEEN_M` from known ones count as open: a frontier i
 has both its posts. Small obstacles such as furniture bound no room and are ignored. The graph is the part of the
 skeleton on known ground, without branches into mere corners.
 
-References: Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS
-2008, section IV, Eqs. 1 and 2, Figs. 2 and 3. It does not say which branches to prune; ours is the rule of Attali,
-Sanniti di Baja and Thiel: Skeleton simplification through non significant branch removal, Image Processing and
-Communications 3, 1997: by how far the disc at a branch's end stands out of the disc where the branch is widest, which
-mostly is where it begins.
+References: Wurm, Stachniss, Burgard, IROS 2008, section IV, Eqs. 1 and 2, Figs. 2 and 3. It does not say which branches
+to prune; ours is the rule of Attali, Sanniti di Baja and Thiel: Skeleton simplification through non significant branch
+removal, Image Processing and Communications 3, 1997: by how far the disc at a branch's end stands out of the disc where
+the branch is widest, which mostly is where it begins.
 """
 
 from __future__ import annotations
