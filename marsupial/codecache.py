@@ -142,8 +142,7 @@ class _FunctionCode(NullCache):
 
     @property
     def cache_path(self) -> str | None:
-        path: str | None = self._local.cache_path
-        return path
+        return self._local.cache_path
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
         # Loaded code needs numba's runtime. numba initialises it together with all that compiling needs, which takes
@@ -221,8 +220,7 @@ def _features() -> frozenset[str]:
 
 @cache
 def _architecture() -> str:
-    name: str = llvm.get_default_triple().split("-")[0]
-    return name
+    return llvm.get_default_triple().split("-")[0]
 
 
 def _file_name(function: Callable[..., object], signature: Any, processor: Processor) -> str:
@@ -247,8 +245,7 @@ class _LocalCache(FunctionCache):
     """numba's cache on disk, without the import of all that compiling needs before it looks."""
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
-        found: CompileResult | None = self._load_overload(sig, target_context)
-        return found
+        return self._load_overload(sig, target_context)
 
 
 def _local_cache(function: Callable[..., object]) -> Any:

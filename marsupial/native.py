@@ -65,8 +65,7 @@ class _Listener(event.Listener):
 
 def watched(tell: Compiling) -> AbstractContextManager[object]:
     """Return a context that calls `tell` before a native function is compiled, not when its kept code is loaded."""
-    watch: AbstractContextManager[object] = event.install_listener("numba:compile", _Listener(tell))
-    return watch
+    return event.install_listener("numba:compile", _Listener(tell))
 
 
 def inlined(function: F) -> F:
@@ -89,8 +88,7 @@ def outlined(function: F) -> F:
 
 def _part(function: F, **options: bool) -> F:
     target = {"nopython": True, "nogil": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    part: F = _Part(function, targetoptions=target | options, pipeline_class=_PartCompiler)
-    return part
+    return _Part(function, targetoptions=target | options, pipeline_class=_PartCompiler)
 
 
 class _Part(CPUDispatcher):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,16 +25,24 @@ class MapClass(IntEnum):
     UNSEEN = UNKNOWN
 
 
-TEXTS = {
-    MapClass.CARRIERS: "carriers can stand here",
-    MapClass.ROVERS: "only rovers can",
-    MapClass.NARROW: "free, too narrow for all",
-    MapClass.ISLAND: "island: cut off from the rest",
-    MapClass.LEAK: "leak at the border",
-    MapClass.WALL: "obstacle",
-    MapClass.UNSEEN: "unknown",
+class Look(NamedTuple):
+    """How a class is shown: its label, its colour, and its letter where there are no colours."""
+
+    text: str
+    colour: str
+    letter: str
+
+
+LOOKS = {
+    MapClass.CARRIERS: Look("carriers can stand here", REACH["carriers"], "."),
+    MapClass.ROVERS: Look("only rovers can", REACH["rovers"], "o"),
+    MapClass.NARROW: Look("free, too narrow for all", REACH["narrow"], "-"),
+    MapClass.ISLAND: Look("island: cut off from the rest", REACH["islands"], "x"),
+    MapClass.LEAK: Look("leak at the border", REACH["leaks"], "!"),
+    MapClass.WALL: Look("obstacle", LIGHT.wall, "#"),
+    MapClass.UNSEEN: Look("unknown", LIGHT.unknown, " "),
 }
-"""Labels of a legend, in its order."""
+"""The look of each class, in the order of a legend."""
 
 LEAK_M = 0.3  # depth of the marks of leaks along the border: a line of one cell would not be seen
 
@@ -81,14 +90,3 @@ def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
     for y, x in np.argwhere(open_edge).tolist():
         near[max(0, y - deep) : y + deep + 1, max(0, x - deep) : x + deep + 1] = True
     return np.asarray(border & near & free)
-
-
-COLOURS = {
-    MapClass.CARRIERS: REACH["carriers"],
-    MapClass.ROVERS: REACH["rovers"],
-    MapClass.NARROW: REACH["narrow"],
-    MapClass.ISLAND: REACH["islands"],
-    MapClass.LEAK: REACH["leaks"],
-    MapClass.WALL: LIGHT.wall,
-    MapClass.UNSEEN: LIGHT.unknown,
-}

@@ -55,6 +55,10 @@ class RobotStyle:
     dashed: bool  # whether an earlier family has the same colours
 
 
+def _by_activity(*colours: str) -> dict[str, str]:
+    return dict(zip(("drive", "explore", "aboard", "dock", "undock", "wait"), colours, strict=True))
+
+
 LIGHT = Palette(
     families=(
         ("#3a88fc", "#034aa5", "#9cc3fe", "#002357"),  # blue
@@ -74,14 +78,7 @@ LIGHT = Palette(
     wall="#2f353d",
     other="#f2e8d5",
     frontier="#ffd60a",
-    actions={
-        "drive": "#9097a1",
-        "explore": "#ffd60a",
-        "aboard": "#c6cdd5",
-        "dock": "#111418",
-        "undock": "#5c636d",
-        "wait": "#f4f5f7",
-    },
+    actions=_by_activity("#9097a1", "#ffd60a", "#c6cdd5", "#111418", "#5c636d", "#f4f5f7"),
 )
 
 REACH: Mapping[str, str] = {
@@ -113,14 +110,7 @@ DARK = Palette(
     wall="#9aa4b0",
     other="#473c29",
     frontier="#ffe14d",
-    actions={
-        "drive": "#7d8590",
-        "explore": "#ffe14d",
-        "aboard": "#4a515c",
-        "dock": "#ffffff",
-        "undock": "#b9c0c9",
-        "wait": "#23282f",
-    },
+    actions=_by_activity("#7d8590", "#ffe14d", "#4a515c", "#ffffff", "#b9c0c9", "#23282f"),
 )
 
 ROVER_SHADES = 3

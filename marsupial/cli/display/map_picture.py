@@ -17,19 +17,9 @@ from rich.console import Console
 from rich.text import Text
 
 from marsupial.exports.ground import box, coarse
-from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass
+from marsupial.exports.mapclasses import LOOKS, MapClass
 from marsupial.model import CellArray, LegendEntry
 from marsupial.replay.palette import LIGHT
-
-LETTERS = {
-    MapClass.WALL: "#",
-    MapClass.CARRIERS: ".",
-    MapClass.ROVERS: "o",
-    MapClass.NARROW: "-",
-    MapClass.ISLAND: "x",
-    MapClass.LEAK: "!",
-    MapClass.UNSEEN: " ",
-}
 
 QUARTERS = " ▘▝▀▖▌▞▛▗▚▐▜▄▙▟█"
 """Characters by the sum of their quarters: 1 upper left, 2 upper right, 4 lower left, 8 lower right."""
@@ -88,8 +78,8 @@ def _character(square: CellArray, *, blocks: bool, plain: bool) -> tuple[str, Ma
     if blocks and count:
         return QUARTERS[int(np.bitwise_or.reduce(DOTS[walls]))], kind
     if count >= CROSSING:
-        return LETTERS[MapClass.WALL], kind
-    return (LETTERS[kind] if plain else " "), kind
+        return LOOKS[MapClass.WALL].letter, kind
+    return (LOOKS[kind].letter if plain else " "), kind
 
 
 def _runs(line: list[tuple[str, MapClass]], *, coloured: bool) -> list[tuple[str, str]]:
@@ -100,17 +90,17 @@ def _runs(line: list[tuple[str, MapClass]], *, coloured: bool) -> list[tuple[str
 
 
 def _style(kind: MapClass) -> str:
-    return f"{LIGHT.wall} on {COLOURS[kind]}"
+    return f"{LIGHT.wall} on {LOOKS[kind].colour}"
 
 
 def _key(classes: CellArray, wide: int, *, coloured: bool) -> list[Text]:
     """Return the key: lines with the meaning of the colours or letters that occur."""
     there = set(np.unique(classes).tolist())
     lines = [Text(no_wrap=True)]
-    for kind, text in TEXTS.items():
+    for kind, look in LOOKS.items():
         if kind in there and (kind is not MapClass.WALL or not coloured):
-            mark = Text("  " if coloured else LETTERS[kind], _style(kind) if coloured else "")
-            entry = mark.append(f" {text}   ", "")
+            mark = Text("  " if coloured else look.letter, _style(kind) if coloured else "")
+            entry = mark.append(f" {look.text}   ", "")
             if len(lines[-1]) + len(entry) > wide + 2:
                 lines.append(Text(no_wrap=True))
             lines[-1] = Text.assemble(lines[-1], entry, no_wrap=True)

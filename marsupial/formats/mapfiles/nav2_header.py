@@ -18,8 +18,7 @@ from typing import Any
 from marsupial.errors import MapError, Problem
 from marsupial.formats.fields import Fields, shown
 from marsupial.formats.files import file_fault, read_bytes
-from marsupial.formats.yamllines import with_lines
-from marsupial.formats.yamlvalues import PlainLoader, YamlFault, parse_yaml
+from marsupial.formats.yamlvalues import PlainLoader, YamlFault, parse_yaml, with_lines
 from marsupial.model.bounds import BOUNDS
 from marsupial.wording import suggestion
 

@@ -56,11 +56,6 @@ def steps_of(plan: Plan, situation: Situation) -> tuple[Step, ...]:
     return tuple(_step(action, situation) for action in plan.actions)
 
 
-def plan_of(steps: Iterable[Step], situation: Situation) -> Plan:
-    """Return the plan of the steps; see `reading_of`."""
-    return reading_of(steps, situation).plan
-
-
 def reading_of(steps: Iterable[Step], situation: Situation) -> Reading:
     """Return the plan of the steps, and the corrected actions; raise a `PlanTextError` with every unusable step."""
     problems: list[Problem] = []

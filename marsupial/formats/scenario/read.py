@@ -17,8 +17,7 @@ from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.files import read_text
 from marsupial.formats.scenario.map import read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
-from marsupial.formats.yamllines import with_lines
-from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml
+from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml, with_lines
 from marsupial.model import OBSTACLE, SQRT2, EnergyModel, Grid, MapReading, RobotType, Role, Routes, Terrain
 from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario

@@ -179,8 +179,7 @@ def _clutter(blocked: Mask, extent: float) -> Mask:
     table = np.array([False, *small])
     for rim in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
         table[rim] = False
-    found: Mask = table[labels]
-    return found
+    return table[labels]
 
 
 def _traced(skeleton: Mask) -> VoronoiGraph:

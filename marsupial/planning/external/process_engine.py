@@ -160,20 +160,15 @@ def _settled(request: SearchRequest) -> Events | None:
     return Events(None, (event for event in events)) if events else None
 
 
-_OUTCOMES = {
-    Ending.CRASHED: Outcome.CRASHED,
-    Ending.KILLED: Outcome.KILLED,
-    Ending.CANCELLED: Outcome.KILLED,
-    Ending.MEMORY: Outcome.MEMORY,
-    Ending.TIMEOUT: Outcome.TIMEOUT,
-}
 _WITHOUT_PLAN = (Outcome.NO_PLAN, Outcome.TIMEOUT, Outcome.MEMORY)
 
 
 def _finished(ended: Ended, said: Finished, incumbent: Incumbent) -> Finished:
     outcome, detail = said.outcome, said.detail
     if ended.ending is not Ending.FINISHED:
-        outcome, detail = _OUTCOMES[ended.ending], _with_last_words(ended)
+        # All other endings have an outcome of the same name.
+        outcome = Outcome.KILLED if ended.ending is Ending.CANCELLED else Outcome(ended.ending.value)
+        detail = _with_last_words(ended)
     if incumbent.plan is not None and outcome in _WITHOUT_PLAN:
         outcome = Outcome.SATISFICING
     if incumbent.refused:
