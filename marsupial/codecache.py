@@ -118,18 +118,14 @@ class _Precompiling:
 
 
 def precompile_into(folder: Path) -> None:
-    """From now on, write compiled code to an existing folder of precompiled code, and load it from there only.
-
-    The process has to run with the variables of `processor_environment`.
-    """
+    """From now on, write compiled code to an existing folder of precompiled code, and load it from there only."""
+    # The process has to run with the variables of `processor_environment`.
     _Precompiling.folder = folder
 
 
 def cache_code(function: CPUDispatcher) -> None:
-    """Load code of a function before compiling it, and keep what is compiled.
-
-    The function's qualified name must identify all the sources it is made of.
-    """
+    """Load code of a function before compiling it, and keep what is compiled."""
+    # The function's qualified name must identify all the sources it is made of.
     function._cache = _FunctionCode(function.py_func)
 
 

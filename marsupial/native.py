@@ -69,20 +69,15 @@ def watched(tell: Compiling) -> AbstractContextManager[object]:
 
 
 def inlined(function: F) -> F:
-    """Compile a function into each native function that calls it; it must not make arrays.
-
-    A call would copy the tuples of arrays in its arguments. References to arrays are not counted in parts (``_nrt``),
-    which is why it must not make any.
-    """
+    """Compile a function into each native function that calls it; it must not make arrays."""
+    # A call would copy the tuples of arrays in its arguments. References to arrays are not counted in parts (``_nrt``),
+    # which is why it must not make any.
     return _part(function, forceinline=True)
 
 
 def outlined(function: F) -> F:
-    """Compile a function that native functions call; it must not make arrays.
-
-    Use it for the body of a long loop: LLVM tries to move everything out of a loop, in a time that grows with the
-    square of the loop's length.
-    """
+    """Compile a function that native functions call, such as the body of a long loop; it must not make arrays."""
+    # LLVM tries to move everything out of a loop, in a time that grows with the square of the loop's length.
     return _part(function)
 
 
@@ -140,10 +135,8 @@ class _PartCodegen:
 
 
 def native(function: F) -> F:
-    """Compile a function at its first call, or load its code if it was compiled from the same sources before.
-
-    Its sources are all files in its folder, and in the folders of the compiled functions that its module imports.
-    """
+    """Compile a function at its first call, or load its code if it was compiled from the same sources before."""
+    # Its sources are all files in its folder, and in the folders of the compiled functions that its module imports.
     imported = [value.py_func for value in function.__globals__.values() if hasattr(value, "py_func")]
     folders = sorted({Path(each.__code__.co_filename).parent for each in (function, *imported)})
     digest = hashlib.sha256(b"".join(map(_digest, folders))).hexdigest()

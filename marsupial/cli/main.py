@@ -17,8 +17,8 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
+from types import SimpleNamespace
 from typing import Annotated, TextIO
 
 import typer
@@ -55,13 +55,6 @@ app = typer.Typer(
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
-@dataclass(slots=True)
-class ProgramOptions:
-    """What is said before the command."""
-
-    debug: bool = False
-
-
 def _print_version(wanted: bool) -> None:
     if wanted:
         print(f"marsupial {version('marsupial')}")
@@ -80,17 +73,12 @@ def _program(
     context.obj.debug = debug
 
 
-app.command(cls=LateHelp)(run)
-app.command()(replay)
-app.command(cls=LateHelp)(compare)
-app.command()(reproduce)
-app.command()(plan)
-app.command()(export)
-app.command()(validate)
+# In the order of `marsupial --help`.
+for _command in (run, replay, compare, reproduce, plan, export, validate):
+    app.command(cls=LateHelp if _command in (run, compare) else None)(_command)
 app.command("map")(describe_map)
-app.command()(strategies)
-app.command()(planners)
-app.command()(scenarios)
+for _command in (strategies, planners, scenarios):
+    app.command()(_command)
 app.add_typer(bench, name="bench")
 app.command()(demo)
 app.command()(ros)
@@ -111,7 +99,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    settings = ProgramOptions()
+    settings = SimpleNamespace(debug=False)  # set by the options before the command
     try:
         with interruptible():
             app(args=arguments, prog_name="marsupial", obj=settings)
@@ -123,9 +111,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         complain("interrupted")
         return INTERRUPTED
     except MarsupialError as error:
-        if not isinstance(error, InternalError):
-            return _refuse(error)
-        return _report_bug(error, settings.debug)
+        return _report_bug(error, settings.debug) if isinstance(error, InternalError) else _refuse(error)
     except OSError as error:
         if error.errno not in DISK_FULL and fault_of(sys.stdout) is None:
             return _report_bug(error, settings.debug)

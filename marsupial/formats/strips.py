@@ -121,10 +121,8 @@ def _cut(runs: Ints, width: int, rows: Ints) -> None:
 
 @inlined
 def _link(rows: Ints, mine: Ints, below: Ints, above: Ints) -> int:
-    """Link each run to the nearest run of the row below within `REACH`; return the number of runs without one.
-
-    Those begin a strip. `below` and `above` hold the linked run's index in `rows`, or -1.
-    """
+    """Link each run to the nearest run of the row below within `REACH`; return the number of runs without one."""
+    # Those begin a strip. `below` and `above` hold the linked run's index in `rows`, or -1.
     strips, j = 0, 0
     for k in range(len(mine)):
         i = mine[k]

@@ -22,10 +22,9 @@ def situation_of(source: Situation | Mapping[str, Any] | str | PathLike[str]) ->
         return source
     if isinstance(source, Mapping):
         try:
-            written = json.dumps(dict(source))
+            return situation_from_json(json.dumps(dict(source)))
         except (TypeError, ValueError, RecursionError) as error:
             raise SituationError(f"can't be written as JSON ({error})") from error
-        return situation_from_json(written)
     path = path_argument("situation", source)
     content = read_text(path, SituationError)
     with about(path):

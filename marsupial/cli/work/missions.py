@@ -57,10 +57,7 @@ class MissionRequest:
 
 
 def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary, Scenario]:
-    """Run the mission with progress on stderr; return its summary and its scenario.
-
-    `again`: whether another mission on this map was run before, so that its warnings need no repetition.
-    """
+    """Run the mission with progress on stderr, without warnings if run `again`; return its summary and scenario."""
     check_strategy(request.strategy)
     budget = budget_of(request.budget_s, request.steps)
     _warn_of_ignored(request)

@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from functools import partial
 from pathlib import Path
 
 from marsupial.bench.planner_report import RunRow, progress_line, rows_of
@@ -59,7 +58,11 @@ def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) 
     for instance in chosen.instances:
         number = f"{len(rounds) + 1}/{len(chosen.instances)}"
         known = best.get(instance.name)
-        rounds.append(play(instance, chosen.engines, chosen.budgets_s, known, partial(_tell, number)))
+
+        def tell(run: EngineRun, number: str = number) -> None:
+            say(f"{number}  {progress_line(run)}")
+
+        rounds.append(play(instance, chosen.engines, chosen.budgets_s, known, tell))
         if json is not None:
             write_file(json, json_text.dumps([row.values() for row in rows_of(rounds)], indent=1) + "\n")
         _store(rounds[-1], best)
@@ -94,10 +97,6 @@ def _instances(patterns: tuple[str, ...]) -> tuple[Instance, ...]:
         for name, instance in INSTANCES.items()
         if not patterns or any(fnmatchcase(name, pattern) for pattern in patterns)
     )
-
-
-def _tell(number: str, run: EngineRun) -> None:
-    say(f"{number}  {progress_line(run)}")
 
 
 def _store(done: Round, best: dict[str, Best]) -> None:
