@@ -51,11 +51,8 @@ CARGO_PT, CARGO_RING_PT = 6.0, 9.5
 """Size of a rover aboard, and its distance from the carrier's centre: rovers aboard form a ring."""
 
 MARGIN = 0.03  # margin around the ground known at the end, as a share of its longer side
-
 PANEL = 0.215  # width of the panel beside the map, as a share of the figure's
-
 MOST_NAMED = 14  # most robots whose rows in the panel have full size; more rows shrink
-
 LANE = 0.72  # height of the bars in a lane, as a share of the lane's
 
 SCALE_BARS_M = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)

@@ -28,7 +28,6 @@ GIF_FPS, GIF_DPI = 10, 75.0
 MP4_FPS, MP4_DPI = 20, 100.0
 
 QUALITY = "20"  # constant rate factor of H.264: 18 is visually lossless, 28 visibly is not
-
 SAMPLES = 4  # number of frames that the 255 colours of a GIF are chosen from
 
 

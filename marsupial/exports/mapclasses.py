@@ -7,6 +7,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
+from scipy import ndimage
 
 from marsupial.maps.reach import parts, standable
 from marsupial.model import OBSTACLE, UNKNOWN, CellArray, Grid, Mask, RobotType, Role
@@ -45,7 +46,6 @@ LOOKS = {
 """The look of each class, in the order of a legend."""
 
 LEAK_M = 0.3  # depth of the marks of leaks along the border: a line of one cell would not be seen
-
 LEAST_ISLANDS_M2 = 0.05  # least area of all islands together: smaller ones are not marked, as nobody would see them
 
 
@@ -80,13 +80,9 @@ def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
     with_area = np.zeros(count + 1, dtype=np.bool_)
     with_area[labels[area]] = True
     deep = max(1, round(LEAK_M / grid.resolution_m))
-    border = np.ones(free.shape, dtype=np.bool_)
-    border[deep:-deep, deep:-deep] = False
+    rows, columns = (np.minimum(np.arange(size), np.arange(size)[::-1]) for size in free.shape)
+    depth = np.minimum.outer(rows, columns)  # cells between a cell and the border
     # Only outermost cells leak: there a robot would drive off the map. The cells around them make the mark visible.
-    edge = np.ones(free.shape, dtype=np.bool_)
-    edge[1:-1, 1:-1] = False
-    open_edge = edge & free & with_area[labels]
-    near = np.zeros(free.shape, dtype=np.bool_)
-    for y, x in np.argwhere(open_edge).tolist():
-        near[max(0, y - deep) : y + deep + 1, max(0, x - deep) : x + deep + 1] = True
-    return np.asarray(border & near & free)
+    leaking = (depth == 0) & free & with_area[labels]
+    near = ndimage.binary_dilation(leaking, np.ones((3, 3)), iterations=deep)
+    return np.asarray((depth < deep) & near & free)

@@ -33,7 +33,6 @@ from marsupial.library.plans import plan as plans_for
 from marsupial.model import Outcome, Plan, Situation
 
 NAME = "marsupial"  # the engine's name in unified-planning
-
 DEFAULT_S = 10.0  # seconds to plan without a timeout
 
 FEATURES = frozenset(

@@ -18,7 +18,6 @@ from marsupial.cli.display.messages import Volume, say, volume
 from marsupial.wording import clock, counted
 
 LINE_EVERY_S = 30.0  # wall-clock time between two lines
-
 FRAME_EVERY_S = 0.2  # wall-clock time between two updates of the bar
 
 

@@ -27,9 +27,7 @@ LINE_EVERY_MS = ((3_600_000, 60_000), (36_000_000, 600_000), (math.inf, 3_600_00
 """Simulated time between two lines, as (up to this time, interval): longer missions print fewer lines."""
 
 FRAME_EVERY_S = 0.1  # least wall-clock time between two pictures
-
 FRAME_SHARE = 0.05  # greatest share of wall-clock time for drawing pictures, which takes long for large maps
-
 PREPARING = "preparing the mission ..."  # message before the first event
 
 _WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)

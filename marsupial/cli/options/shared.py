@@ -86,7 +86,6 @@ RetryFailed = Annotated[
 ]
 
 COMPARE_STEPS = 8  # default steps per planning call of a comparison
-
 STRATEGIES = "{strategies}"  # placeholder for the names of all strategies in the help of an option
 
 

@@ -25,7 +25,6 @@ SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T"
 """Terrain code of each character."""
 
 _PROBLEM_WORDS = 9  # words in a line of a `.scen` file: bucket, map, width, height, start x and y, goal x and y, length
-
 UNIT_M = 1.0  # default size of a cell
 
 

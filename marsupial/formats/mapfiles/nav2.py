@@ -38,7 +38,6 @@ NEARLY_SAVED_UNKNOWN = range(200, 211)
 """Greys that a conversion may have made of `SAVED_UNKNOWN`; blurred edges have them too, so they must be frequent."""
 
 POPULATED_SHARE = 0.005  # least share of the image of a grey that counts as an area, not as the blur along an edge
-
 DISTINCT_GREYS = 20  # least difference of frequent greys that probably mean different things
 
 _BECAME = {FLOOR: "free", OBSTACLE: "obstacle", UNKNOWN: "unknown"}

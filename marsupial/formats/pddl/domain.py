@@ -46,7 +46,5 @@ SUPERTYPES: Mapping[str, str | None] = {
 """The domain's types, each with its supertype."""
 
 LEAF_TYPES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())  # the types that objects may have
-
 PREDICATES = _signatures(":predicates")  # the domain's predicates with the types of their parameters
-
 FUNCTIONS = _signatures(":functions")  # the domain's functions with the types of their parameters

@@ -29,7 +29,6 @@ from marsupial.model import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, CellArray
 from marsupial.model.bounds import BOUNDS
 
 SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}  # characters that need no legend
-
 _MOST_SYMBOLS = 10  # most wrong characters of a row to report
 
 _NO_SYMBOL = f"must be a text of one character, none of {' '.join(SYMBOLS)}"

@@ -54,7 +54,6 @@ PRINTED = {
 """Figs. 8 to 10: distance and energy of the paper's method and of the widest frontier."""
 
 MUCH = 0.3  # savings of distance and energy on structured maps that count as the paper's about 40 %
-
 NEAR_SAVED, NEAR_LONGER = 0.015, 0.005  # tolerance of our means of routes relative to the printed ones
 
 

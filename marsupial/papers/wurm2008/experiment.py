@@ -24,7 +24,6 @@ from marsupial.papers.wurm2008.figure import segments_figure
 NAME = "wurm2008"
 TEAMS = {"fr079": (2, 3, 4, 5, 6), "cartesium": (2, 3, 4, 5, 6, 7, 8)}
 STAND_INS = {"fr079": "office", "cartesium": "rooms"}  # built-in maps that replace real ones that are not available
-
 MAPS = Path("../shared/maps")  # default folder of the real maps
 
 SHOWN_TEAM = 3

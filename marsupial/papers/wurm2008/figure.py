@@ -27,9 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 HUE_STEP = 0.618034  # step of hue from a segment to the next, the golden ratio: neighbours in the sequence differ well
-
 PALE = 0.35  # saturation of the segments
-
 MARGIN_M = 0.5  # margin around the known map
 
 WIDTH_IN = 7.0

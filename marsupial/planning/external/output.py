@@ -21,7 +21,6 @@ from marsupial.planning.schedule import retime
 from marsupial.wording import counted
 
 PLAN_PREFIX = "plan"  # prefixes of plan files' names
-
 TAIL_BYTES = 2000  # most of the last output kept
 
 _LAST_LINES = 3

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from unified_planning.model import DurativeAction, FNode, Problem
 
 WEIGHT = 0.9  # weight of the heuristic in weighted A*; at 0.5 and below no plan comes in useful time
-
 SHRINK = 0.9  # largest makespan of the next plan, as a share of the best one's
 
 INFO = EngineInfo(
