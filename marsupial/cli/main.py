@@ -16,7 +16,7 @@ import os
 import sys
 import tempfile
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from types import SimpleNamespace
 from typing import Annotated, TextIO
@@ -74,11 +74,12 @@ def _program(
 
 
 # In the order of `marsupial --help`.
+_command: Callable[..., None]
 for _command in (run, replay, compare, reproduce, plan, export, validate):
     app.command(cls=LateHelp if _command in (run, compare) else None)(_command)
 app.command("map")(describe_map)
-for _command in (strategies, planners, scenarios):
-    app.command()(_command)
+for _listing in (strategies, planners, scenarios):
+    app.command()(_listing)
 app.add_typer(bench, name="bench")
 app.command()(demo)
 app.command()(ros)

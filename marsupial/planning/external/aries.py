@@ -15,7 +15,7 @@ import os
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fractions import Fraction
 from importlib.util import find_spec
 from itertools import chain
@@ -153,27 +153,13 @@ def _serve() -> tuple[subprocess.Popen[bytes], Any]:
     raise ToolDied("the Aries server", server.returncode)
 
 
-@dataclass(kw_only=True)
-class Encoding:
-    """Aries' problem and the meaning of its schemas and objects."""
-
-    problem: Problem
-    # per schema the function that makes an action of its parameters' names
-    meaning: dict[str, Callable[[list[str]], Action]] = field(default_factory=dict)
-
-    def actions(self, plan: Any) -> list[Action]:
-        """Return the actions of an Aries plan in order of start."""
-        timed = sorted(plan.timed_actions, key=lambda one: one[0])
-        return [self.meaning[a.action.name]([str(p) for p in a.actual_parameters]) for _, a, _ in timed]
-
-
 def encode(situation: Situation) -> Encoding:
     """Return the problem for Aries."""
-    return _AriesWriter(situation).write()
+    return Encoding(situation)
 
 
-class _AriesWriter:
-    """Writes the problem; objects get plain names, so that a situation may contain any name."""
+class Encoding:
+    """Aries' problem; objects get plain names, so that a situation may contain any name."""
 
     def __init__(self, situation: Situation) -> None:
         from unified_planning import shortcuts
@@ -181,8 +167,9 @@ class _AriesWriter:
         self.up = shortcuts
         self.words = Vocabulary(situation)
         self.situation = situation
-        self.encoding = Encoding(problem=self.up.Problem("situation"))
-        self.problem = self.encoding.problem
+        self.problem = self.up.Problem("situation")
+        # The function per schema that makes an action of our names for its parameters.
+        self.meaning: dict[str, Callable[[list[str]], Action]] = {}
         self.start, self.end = self.up.StartTiming(), self.up.EndTiming()
         self.before = self.words.predecessors()
         longest = max((a.duration_ms for robot in situation.robots for a in self.words.drives(robot)), default=1)
@@ -191,9 +178,6 @@ class _AriesWriter:
         self._objects: dict[str, Any] = {}
         self._make_objects()
         self._make_fluents()
-
-    def write(self) -> Encoding:
-        """Write the whole problem."""
         for name in self.kinds:
             self._drives([robot for robot in self.situation.robots if robot.type == name], name)
         meets = {(a.name, a.robot, a.place, self._type_of(a.carrier)): a for a in self.words.meets()}
@@ -202,7 +186,11 @@ class _AriesWriter:
         self._start_and_goal()
         self.problem.add_quality_metric(self.up.MinimizeMakespan())
         self.problem.epsilon = EPSILON
-        return self.encoding
+
+    def actions(self, plan: Any) -> list[Action]:
+        """Return the actions of an Aries plan in order of start."""
+        timed = sorted(plan.timed_actions, key=lambda one: one[0])
+        return [self.meaning[a.action.name]([self._names[str(p)] for p in a.actual_parameters]) for _, a, _ in timed]
 
     def _units(self, ms: int) -> int:
         return max(1, -(-ms // self.unit_ms))
@@ -227,9 +215,11 @@ class _AriesWriter:
         return made
 
     def _make_fluents(self) -> None:
-        self.at = {kind: self.up.Fluent(f"at_{t.name}", self.place, robot=t) for kind, t in self.kinds.items()}
-        self.deck = {kind: self.up.Fluent(f"deck_{t.name}", self.place, robot=t) for kind, t in self.kinds.items()}
-        self.load = {kind: self.up.Fluent(f"load_{t.name}", self.level, robot=t) for kind, t in self.kinds.items()}
+        def of_robots(name: str, value: Any) -> dict[str, Any]:
+            return {kind: self.up.Fluent(f"{name}_{t.name}", value, robot=t) for kind, t in self.kinds.items()}
+
+        self.at, self.deck = of_robots("at", self.place), of_robots("deck", self.place)
+        self.load = of_robots("load", self.level)
         self.unexplored = self.up.Fluent("unexplored", self.up.BoolType(), target=self.place)
         carriers = {carrier.type for carrier in self.words.carriers}
         for kind in self.kinds:
@@ -345,4 +335,4 @@ class _AriesWriter:
 
     def _add(self, schema: Any, meaning: Callable[[list[str]], Action]) -> None:
         self.problem.add_action(schema)
-        self.encoding.meaning[schema.name] = lambda names: meaning([self._names[name] for name in names])
+        self.meaning[schema.name] = meaning

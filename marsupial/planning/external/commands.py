@@ -90,14 +90,14 @@ def search(run: CommandRun) -> Iterator[Plan | Finished]:
     """Run the planner in a child process; yield its plans, each better than the last, then how it ended."""
     request = run.request
     grace_s = min(GRACE_S, request.seconds / 10)
-    child = _Child(time.monotonic() + request.seconds - grace_s, grace_s)
+    until = time.monotonic() + request.seconds - grace_s
     folder = Path(tempfile.mkdtemp(prefix="pddl-"))
     (folder / "domain.pddl").write_text(domain_text(), encoding="utf-8")
     (folder / "problem.pddl").write_text(problem_text(request.situation, records=False), encoding="utf-8")
     printed, files = Printed(), PlanFiles(folder)
     reader = PlanReader(request.situation, request.start)
     try:
-        child.start(fill(run.words, folder), folder)
+        child = _Child(fill(run.words, folder), folder, until, grace_s)
     except OSError as error:
         yield Finished(outcome=Outcome.CRASHED, detail=f"{run.words[0]} can't be run: {error.strerror}")
         return
@@ -123,35 +123,30 @@ def fill(words: Iterable[str], folder: Path) -> list[str]:
 
 
 class _Child:
-    """The planner's process, terminated at `until`; the end of its stderr is kept."""
+    """The planner's process in a session of its own, terminated at `until`; the end of its stderr is kept."""
 
-    def __init__(self, until: float, grace_s: float) -> None:
+    def __init__(self, words: list[str], folder: Path, until: float, grace_s: float) -> None:
         self.stopped = False
         self.errors = b""
         self._until = until
         self._kill_at = until + grace_s
-        self._process: subprocess.Popen[bytes] | None = None
-        self._selector = selectors.DefaultSelector()
-
-    @property
-    def returncode(self) -> int:
-        """The return code of `subprocess`, once `chunks` has ended."""
-        return 0 if self._process is None else self._process.wait()
-
-    def start(self, words: list[str], folder: Path) -> None:
-        """Start it in `folder`, in a session of its own."""
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(
             words, cwd=folder, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, start_new_session=True
         )
+        self._selector = selectors.DefaultSelector()
         for stream in (self._process.stdout, self._process.stderr):
             assert stream is not None
             os.set_blocking(stream.fileno(), False)
             self._selector.register(stream, selectors.EVENT_READ)
 
+    @property
+    def returncode(self) -> int:
+        """The return code of `subprocess`, once `chunks` has ended."""
+        return self._process.wait()
+
     def chunks(self) -> Iterator[bytes]:
         """Yield its output until it ends, and an empty chunk whenever it pauses."""
-        assert self._process is not None
         while self._process.poll() is None:
             self._judge_time()
             yield self._read(_POLL_S)
@@ -160,7 +155,6 @@ class _Child:
             yield self._read(0)
 
     def _read(self, wait_s: float) -> bytes:
-        assert self._process is not None
         printed = b""
         for key, _ in self._selector.select(wait_s):
             data = os.read(key.fd, _CHUNK)
@@ -184,13 +178,12 @@ class _Child:
     def end(self) -> None:
         """Kill it if it is running; the job's supervisor ends what else it has started."""
         self._selector.close()
-        if self._process is not None:
-            self._signal(signal.SIGKILL)
-            with self._process:
-                self._process.wait()
+        self._signal(signal.SIGKILL)
+        with self._process:
+            self._process.wait()
 
     def _signal(self, signum: signal.Signals) -> None:
-        if self._process is not None and self._process.poll() is None:
+        if self._process.poll() is None:
             os.killpg(self._process.pid, signum)
 
 
@@ -200,19 +193,16 @@ def _outcome(child: _Child, printed: Printed, reader: PlanReader, situation: Sit
     if child.stopped:
         return Outcome.TIMEOUT, f"stopped at the end of its time{words}"
     how = f"it {death(code)}"
+    ended = Outcome(ending_of(code, child.errors.decode(errors="replace")).value)
     if code < 0:
-        return _as_ended(code, child), how + last_words(child.errors, printed.tail)
+        return ended, how + last_words(child.errors, printed.tail)
     if reader.accepted:
         return Outcome.SATISFICING, how
     if printed.claim is not None and not reader.faults:
         if reader.incumbent.plan is not None or _can_be_solved(situation):
             return Outcome.NO_PLAN, f"it says {printed.claim!r}, which is not so: marsupial has a plan"
         return Outcome.UNSOLVABLE, f"it says {printed.claim!r}"
-    return _as_ended(code, child) if code > 0 else Outcome.NO_PLAN, how + words
-
-
-def _as_ended(code: int, child: _Child) -> Outcome:
-    return Outcome(ending_of(code, child.errors.decode(errors="replace")).value)
+    return ended if code > 0 else Outcome.NO_PLAN, how + words
 
 
 def _can_be_solved(situation: Situation) -> bool:
