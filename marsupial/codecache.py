@@ -195,7 +195,7 @@ class _FunctionCode(NullCache):
 
 
 def _shared_processor() -> Processor | None:
-    """Return the processor of precompiled code; None if this process can't use it or was told to use another one."""
+    """Return the processor of precompiled code; None if this process can't use it or has to use another."""
     processor = PROCESSORS.get(_architecture())
     if processor is None:
         return None
@@ -210,7 +210,7 @@ def _shared_processor() -> Processor | None:
 def _features() -> frozenset[str]:
     try:
         return frozenset(name for name, there in llvm.get_host_cpu_features().items() if there)
-    except RuntimeError:  # LLVM can't tell
+    except RuntimeError:  # LLVM does not know the processor
         return frozenset()
 
 
@@ -245,7 +245,7 @@ class _LocalCache(FunctionCache):
 
 
 def _local_cache(function: Callable[..., object]) -> Any:
-    """Return a cache in a folder that can be written to; one that keeps nothing if there is none."""
+    """Return a cache in a writable folder, or one that keeps nothing."""
     try:
         return _LocalCache(function)
     except RuntimeError:  # numba found no folder it can write to

@@ -49,23 +49,23 @@ _natives: list[CPUDispatcher] = []
 class _Listener(event.Listener):
     """Reports native functions as their compilation starts."""
 
-    def __init__(self, tell: Compiling) -> None:
-        self._tell = tell
+    def __init__(self, report: Compiling) -> None:
+        self._report = report
         self._done = 0
 
     def on_start(self, event: Any) -> None:
         if event.data["dispatcher"] in _natives:
             function = event.data["dispatcher"].py_func
-            self._tell(f"{function.__module__}.{function.__name__}", self._done, len(_natives))
+            self._report(f"{function.__module__}.{function.__name__}", self._done, len(_natives))
             self._done += 1
 
     def on_end(self, event: Any) -> None:
         pass
 
 
-def watched(tell: Compiling) -> AbstractContextManager[object]:
-    """Return a context that calls `tell` before a native function is compiled, not when its kept code is loaded."""
-    return event.install_listener("numba:compile", _Listener(tell))
+def watched(report: Compiling) -> AbstractContextManager[object]:
+    """Return a context that calls `report` before a native function is compiled, not when its kept code is loaded."""
+    return event.install_listener("numba:compile", _Listener(report))
 
 
 def inlined(function: F) -> F:

@@ -21,6 +21,7 @@ from marsupial.planning.incumbent import Incumbent
 BUDGETS_S = (0.1, 1.0, 10.0)
 IN_PARTS = " in parts"
 WARM_UP = ("pressure-1x1-3", "in-flight-3x2-12")
+# Runs of half a second, until one ends at most a quarter of a second late: then nothing is compiled any more.
 WARM_UP_S, WARM_UP_OVER_S, WARM_UPS = 0.5, 0.25, 6
 CLOSE = 1.01  # greatest ratio to the best makespan that counts as close
 
@@ -123,15 +124,15 @@ def play(
     engines: Iterable[BenchEngine],
     budgets_s: Iterable[float],
     known: Best | None,
-    tell: Callable[[EngineRun], None],
+    report: Callable[[EngineRun], None],
 ) -> Round:
-    """Run every engine with every budget, calling `tell` after each run."""
+    """Run every engine with every budget, calling `report` after each run."""
     # The best known plan only improves: by shorter plans and by higher bounds.
     runs = []
     for budget_s in budgets_s:
         for contender in engines:
             runs.append(run(instance, contender, budget_s))
-            tell(runs[-1])
+            report(runs[-1])
     return Round(instance=instance, best=improved(known, instance.situation(), runs), runs=tuple(runs))
 
 

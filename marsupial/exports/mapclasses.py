@@ -46,7 +46,7 @@ LOOKS = {
 """The look of each class, in the order of a legend."""
 
 LEAK_M = 0.3  # depth of the marks of leaks along the border: a line of one cell would not be seen
-LEAST_ISLANDS_M2 = 0.05  # least area of all islands together: smaller ones are not marked, as nobody would see them
+LEAST_ISLANDS_M2 = 0.05  # least area of all islands together: smaller ones could not be seen
 
 
 def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:

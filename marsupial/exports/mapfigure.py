@@ -46,7 +46,7 @@ MOST_PIXELS = 1400
 GAP_PT = 9.0  # distance from the centre of a mark to its name
 
 CLEAR_PT = 12.0
-"""Least distance of a name from the centre of another mark, so that nobody takes it for that mark's name."""
+"""Least distance of a name from the centre of another mark, so that it is not taken for that mark's name."""
 
 RING_PT, RINGS = 16.0, 6  # distance between rings of places, and their number
 

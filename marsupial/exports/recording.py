@@ -64,6 +64,7 @@ from marsupial.mission.state import Leg, RobotView, Tracks, views
 from marsupial.model import UNKNOWN, ActionName, Changed, Grid, MissionEvent, Planned, Revealed
 from marsupial.replay.palette import LIGHT, robot_styles
 
+# Poses are small and must look smooth. Maps and trails are written whole each time, so less often.
 POSE_EVERY_MS = 200
 GRID_EVERY_MS = 1000
 TRAIL_EVERY_MS = 5000

@@ -75,7 +75,7 @@ class LogWriter:
             raise ValueError("a LogWriter writes only inside its with block")
         for line in lines:
             self._stream.write(line + "\n")
-            self._stream.flush()
+            self._stream.flush()  # a killed run loses at most one line
 
 
 def read_log(path: str | PathLike[str]) -> MissionLog:

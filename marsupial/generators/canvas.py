@@ -18,6 +18,7 @@ from marsupial.model.grid import OBSTACLE, CellArray
 LEAST_RESOLUTION_M, MOST_RESOLUTION_M = 0.02, 0.5
 MOST_SIZE_M = 500.0
 MOST_CELLS = 4000
+# Ordinary doors let carriers of the default radius of 0.5 m through, narrow ones only rovers.
 WALL_M = 0.25
 DOOR_M = 1.25
 NARROW_DOOR_M = 0.4

@@ -146,6 +146,7 @@ def explore(
     loaded = scenario if isinstance(scenario, Scenario) else named_scenario(scenario)
     planner = planner_for(strategy, planner)
     prepare_mission(loaded, strategy, planner)()
+    # The log file is written during the mission, so that it survives an exception of the caller's own code.
     recorder = Recorder()
     with nullcontext() if log_path is None else LogFile(log_path) as file:
         watcher = recorder if file is None else Observers([recorder, file])

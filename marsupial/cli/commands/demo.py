@@ -47,6 +47,7 @@ def demo(
     request = MissionRequest(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget, steps=steps)
     summaries: list[Summary] = []
     logs = []
+    # Both start from the same seed, so the missions differ in their strategy alone.
     baseline = replace(request, strategy="heuristic", budget_s=None, steps=None)  # asks no planner
     for asked in (request, baseline):
         log = out / f"{asked.strategy}.jsonl"

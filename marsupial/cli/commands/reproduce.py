@@ -64,6 +64,7 @@ def reproduce(
     mission_engine(planner, budget)  # raises early if it can't be used
     parts = {folder: found for folder, name in whole.parts.items() if (found := experiment(name)) is not None}
     for folder, part in {"": whole, **parts}.items():
+        # --runs is for the experiment itself: its parts may be single missions, as in the paper.
         asked = runs if part is whole else None
         terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or wurm2008.MAPS)
         comparison = part.comparison(terms)

@@ -81,9 +81,9 @@ def headline(watch: MissionWatch) -> str:
 class _Plannings(Observer):
     """Reports the first failure of the planner, and at the volume VERBOSE each plan with the time of planning."""
 
-    def __init__(self, watch: MissionWatch, tell: Callable[[str], None]) -> None:
+    def __init__(self, watch: MissionWatch, report: Callable[[str], None]) -> None:
         self._watch = watch
-        self._print = tell
+        self._print = report
         self._reported = False
         self._took = ""
 

@@ -18,6 +18,7 @@ def _chooses(wanted: Volume) -> Callable[[bool], None]:
     def choose(asked: bool) -> None:
         if not asked:
             return
+        # The callback of the second option finds the volume that the first one has set.
         if volume() not in (Volume.NORMAL, wanted):
             raise UsageError("--quiet and --verbose: only one of them")
         set_volume(wanted)
@@ -37,6 +38,7 @@ Verbose = Annotated[
 
 def options_given(context: typer.Context, *besides: str) -> list[str]:
     """Return the options and arguments given on the command line, without the parameters `besides`."""
+    # Defaults and environment variables have other sources.
     return [
         parameter.human_readable_name if parameter.param_type_name == "argument" else max(parameter.opts, key=len)
         for parameter in context.command.params

@@ -76,6 +76,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     from marsupial.library.recording import LogFile
     from marsupial.mission.observer import Observers
 
+    # A service plans by itself: here only the simulated robots run, as under any strategy.
     here = request.server is None
     prepare_mission(scenario, request.strategy if here else STAND_IN, planner if here else NO_PLANNER, say)()
     with ExitStack() as stack:

@@ -59,10 +59,10 @@ def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) 
         number = f"{len(rounds) + 1}/{len(chosen.instances)}"
         known = best.get(instance.name)
 
-        def tell(run: EngineRun, number: str = number) -> None:
+        def report(run: EngineRun, number: str = number) -> None:
             say(f"{number}  {progress_line(run)}")
 
-        rounds.append(play(instance, chosen.engines, chosen.budgets_s, known, tell))
+        rounds.append(play(instance, chosen.engines, chosen.budgets_s, known, report))
         if json is not None:
             write_file(json, json_text.dumps([row.values() for row in rows_of(rounds)], indent=1) + "\n")
         _store(rounds[-1], best)

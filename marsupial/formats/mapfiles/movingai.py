@@ -1,7 +1,7 @@
 """The grid benchmark format of movingai.com: `.map` files.
 
 ``.`` and ``G`` are floor, ``S`` (swamp) is rough ground; ``@`` and ``O`` (out of bounds) and ``T`` (trees) are
-obstacles. So is ``W``: the format lets nobody enter water from land, and robots start on land. The format has no scale:
+obstacles. So is ``W``: the format forbids entering water from land, and robots start on land. The format has no scale:
 a cell is one metre unless the caller gives another size. Files have the top row first, grids the bottom row, so rows
 are reversed here.
 

@@ -44,6 +44,7 @@ def check_domain(text: str) -> None:
     line; if most are missing, with their names by kind.
     """
     form = parse_form(text)
+    # A domain that lacks most of the declarations gets three lines, not a problem for each declaration.
     given, wanted = _declarations(form), _declarations(parse_form(domain_text()))
     name = ", ".join(name for kind, name in given if kind == "name")
     if strange := foreign_domain(name, form.line, given, list(wanted)):

@@ -129,6 +129,7 @@ def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) ->
         fault = None if extent is None else radius_fault(kind.radius_m, extent)
         if fault:
             fields.wrong("radius_m", fault)
+        # PDDL ignores case, so names that differ only in case count as equal.
         if kind.name and kind.name.lower() in {name.lower() for name in kinds}:
             fields.wrong("name", f"{kind.name!r} is used twice")
         elif kind.name:

@@ -1,6 +1,6 @@
 """Write a scenario file: whole or not at all, and so that reading it gives the same scenario.
 
-The map is written as rows of characters, whatever it was read from: the file needs no other file.
+The map is always written as rows of characters, so that the file needs no other file.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from marsupial.generators.papers import scattered
 from marsupial.model import FLOOR, RobotType, Role, Scenario
 
 NAME, WEIGHTS = "alkhawaldah", "alkhawaldah-weights"  # names of the experiment and of its part
-CELLS = 25  # columns and rows of most worlds of Al-Khawaldah et al
+CELLS = 25  # columns and rows of most worlds
 SEED = 1  # seed of the obstacles' places
 
 HOPPER = RobotType(

@@ -39,7 +39,7 @@ class Sheng(Bidders):
     ) -> Floats:
         width = view.grid.width
         left = view.grid.cells == UNKNOWN
-        # what others see or will see from their goals counts for nobody else
+        # cells that others see, or will see from their goals, count for no other robot
         for other in others:
             around = _around(other, view.grid)
             aim = [view.cell(cell) for cell in aims]

@@ -87,8 +87,8 @@ class ClosestFrontier:
 def assignment(costs: Floats) -> Ints:
     """Return the column assigned to each row of costs, of which inf forbids; -1 for rows with no finite cost left.
 
-    If there are more rows than columns, columns are duplicated, so that they are used equally often as far as costs are
-    finite. The sum of the costs is minimal under these conditions.
+    If there are more rows than columns, columns are duplicated, so that they are used equally often among finite
+    costs. The sum of the costs is minimal under these conditions.
     """
     rows, columns = costs.shape
     if not costs.size:

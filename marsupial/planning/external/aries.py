@@ -43,7 +43,7 @@ EPSILON = Fraction(1, 10)
 SMALL_SCHEMAS = 20
 """Up to here Aries is first asked for any plan: its anytime mode may keep to itself what it solves at once."""
 
-_POLL_S = 0.003
+_POLL_S = 0.003  # between two looks for the socket of a starting server, of which nothing sends a notice
 
 _SETTINGS = {
     "ARIES_PLANNING_HORIZON": str(HORIZON_UNITS),

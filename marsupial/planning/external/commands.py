@@ -32,7 +32,7 @@ from marsupial.processes.jobs import GIB, Job, JobLimits, death, ending_of
 PREFIX = "cmd:"  # prefix of these engines' names; the rest is the command line
 GRACE_S = 0.2  # time between TERM and KILL for a planner at the end of its budget; a tenth of a budget below 2 s
 
-_SLACK_S = 0.5
+_SLACK_S = 0.5  # beyond its own time limit, before the supervisor ends a planner that ignores it
 _POLL_S = 0.02
 _CHUNK = 1 << 16
 

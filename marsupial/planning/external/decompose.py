@@ -71,7 +71,7 @@ Crew = tuple[RobotState, ...]
 
 
 class _Times:
-    """When robots could be at places at the earliest, in ms, whatever the others do."""
+    """The earliest times (ms) at which robots could be at places, regardless of the others."""
 
     def __init__(self, situation: Situation) -> None:
         self.situation = situation

@@ -32,7 +32,7 @@ _COMPLAINT = re.compile(
 )
 """Matches a line with the reason why there is no plan; some planners print all their options after it (POPF)."""
 
-_SCAN_S = 0.05
+_SCAN_S = 0.05  # least time between two looks into the folder: output may come in thousands of chunks
 _PLAN_BYTES = 4 << 20  # most of one plan read
 
 _LINE_BYTES = 1 << 16
