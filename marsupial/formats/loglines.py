@@ -17,7 +17,7 @@ So writing and reading depend on the lines before: `LogEncoder` and `LogDecoder`
 parts of the last plan. Reading follows the type hints of the event classes (`_read`): a new field needs no code here.
 
 A log is written during the mission, before it is known whether the map will change. Its first line says version 2;
-lines about a map that changes or grows say version 3 themselves. The format for other programs: ``docs/mission-log.md``.
+lines about a map that changes or grows say version 3. The format for other programs: ``docs/mission-log.md``.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ def describe_map(
     picture: Annotated[bool, typer.Option(help="Draw the map as text.")] = True,
     clean: Annotated[
         Path | None,
-        typer.Option(metavar="OUT", help="Write the map without obstacle specks smaller than a robot."),
+        typer.Option(metavar="OUT", help="Write the map with obstacle specks smaller than a robot removed."),
     ] = None,
     boundary: Annotated[
         Path | None, typer.Option(metavar="OUT", help="Write the map with a wall along the hull of its obstacles.")
