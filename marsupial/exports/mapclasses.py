@@ -84,5 +84,5 @@ def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
     depth = np.minimum.outer(rows, columns)  # cells between a cell and the border
     # Only outermost cells leak: there a robot would drive off the map. The cells around them make the mark visible.
     leaking = (depth == 0) & free & with_area[labels]
-    near = ndimage.binary_dilation(leaking, np.ones((3, 3)), iterations=deep)
+    near = ndimage.binary_dilation(leaking, np.ones((3, 3), dtype=np.bool_), iterations=deep)
     return np.asarray((depth < deep) & near & free)
