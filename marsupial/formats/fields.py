@@ -142,14 +142,19 @@ class Fields(Notes):
             self.wrong(f"{key}[{i}]", fault)
         return () if faults else tuple(float(number) for number in numbers)
 
-    def texts(self, key: str) -> list[str]:
-        """Read a list of texts that is not empty; empty if it has a problem."""
-        if not self._present(key, required=True):
+    def items(self, key: str, wanted: str, *, required: bool = True, least: int = 0) -> list[Any]:
+        """Read a list of at least so many items, which are not checked; empty if it is absent or has a problem."""
+        if not self._present(key, required=required):
             return []
         value = self.data[key]
-        if not isinstance(value, list) or not value:
-            self.wrong(key, f"must be a list of texts, got {shown(value)}")
-            return []
+        if isinstance(value, list) and len(value) >= least:
+            return value
+        self.wrong(key, f"must be {wanted}, got {shown(value)}")
+        return []
+
+    def texts(self, key: str) -> list[str]:
+        """Read a list of texts that is not empty; empty if it has a problem."""
+        value = self.items(key, "a list of texts", least=1)
         wrong = [i for i, item in enumerate(value) if not isinstance(item, str)]
         for i in wrong:
             self.wrong(f"{key}[{i}]", f"must be a text, got {shown(value[i])}")
@@ -166,12 +171,8 @@ class Fields(Notes):
 
     def parts(self, key: str, *, required: bool = True) -> list[Fields]:
         """Read a list of mappings; other items are left out."""
-        value = self.data[key] if self._present(key, required=required) else []
-        if not isinstance(value, list):
-            self.wrong(key, f"must be a list, got {shown(value)}")
-            return []
         found = []
-        for i, item in enumerate(value):
+        for i, item in enumerate(self.items(key, "a list", required=required)):
             if isinstance(item, Mapping):
                 found.append(Fields(item, f"{self.at(key)}[{i}]", self.problems))
             else:

@@ -194,14 +194,7 @@ def _is_name(value: object) -> bool:
 
 
 def _names(fields: Fields, key: str, *, required: bool = True) -> tuple[str, ...]:
-    if not fields.has(key):
-        if required:
-            fields.wrong(key, "missing")
-        return ()
-    value = fields.data[key]
-    if not isinstance(value, list):
-        fields.wrong(key, f"must be a list of names, got {shown(value)}")
-        return ()
+    value = fields.items(key, "a list of names", required=required)
     for i, item in enumerate(value):
         if not _is_name(item):
             fields.wrong(f"{key}[{i}]", f"must be a name, got {shown(item)}")

@@ -148,10 +148,10 @@ def list_keys(data: Data = DEFAULT_DATA, store: Shared = None) -> None:
 
     now_s = time.time()
     with _keys(data, store) as kept:
-        rows = [
-            (key.name, key.id, ", ".join(key.scopes), _day(key.expires_s), "yes" if key.holds(now_s) else "no")
-            for key in kept.all()
-        ]
+        rows = []
+        for key in kept.all():
+            day = time.strftime("%Y-%m-%d", time.gmtime(key.expires_s))
+            rows.append((key.name, key.id, ", ".join(key.scopes), day, "yes" if key.holds(now_s) else "no"))
     print_table(("name", "id", "scopes", "expires", "good"), rows)
 
 
@@ -203,7 +203,3 @@ def _pairs(option: str, given: list[str] | None) -> list[tuple[str, str]]:
             raise UsageError(f"{option}: must be NAME=VALUE, got {text!r}")
         pairs.append((name, value))
     return pairs
-
-
-def _day(seconds: float) -> str:
-    return time.strftime("%Y-%m-%d", time.gmtime(seconds))

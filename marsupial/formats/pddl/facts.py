@@ -119,14 +119,9 @@ def _objects(situation: Situation) -> Iterator[tuple[str, str]]:
         yield encode_type(kind.name), "robot_type"
     for robot in situation.robots:
         yield encode_name(robot.name), situation.type_of(robot.name).role.value
-    for place in start_of(situation):
-        yield encode_name(place), "start"
-    for target in situation.targets:
-        yield encode_name(target.name), "target"
-    for meeting in situation.meetings:
-        yield encode_name(meeting), "meeting"
-    for home in situation.homes:
-        yield encode_name(home), "home"
+    places = {"start": start_of(situation), "target": situation.target_by_name}
+    for kind, names in {**places, "meeting": situation.meetings, "home": situation.homes}.items():
+        yield from ((encode_name(name), kind) for name in names)
 
 
 def _whereabouts(situation: Situation) -> Iterator[Fact]:

@@ -190,9 +190,8 @@ def check_names(entries: list[MemberEntry]) -> None:
         if name and name in seen:
             entry.notes.wrong("name", f"{entry.member.name!r} is used twice")
         if name.startswith(PLACE_PREFIXES):
-            entry.notes.wrong(
-                "name", f"{entry.member.name!r} looks like a place: names must not begin with 's_', 't_', 'm_' or 'h_'"
-            )
+            rule = "names must not begin with 's_', 't_', 'm_' or 'h_'"
+            entry.notes.wrong("name", f"{entry.member.name!r} looks like a place: {rule}")
         seen.add(name)
 
 
