@@ -120,8 +120,8 @@ def _objects(situation: Situation) -> Iterator[tuple[str, str]]:
     for robot in situation.robots:
         yield encode_name(robot.name), situation.type_of(robot.name).role.value
     places = {"start": start_of(situation), "target": situation.target_by_name}
-    for kind, names in {**places, "meeting": situation.meetings, "home": situation.homes}.items():
-        yield from ((encode_name(name), kind) for name in names)
+    for leaf, names in {**places, "meeting": situation.meetings, "home": situation.homes}.items():
+        yield from ((encode_name(name), leaf) for name in names)
 
 
 def _whereabouts(situation: Situation) -> Iterator[Fact]:
