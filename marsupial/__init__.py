@@ -26,14 +26,9 @@ if TYPE_CHECKING:
     from marsupial.library.scenarios import scenario
     from marsupial.library.situations import situation_files
     from marsupial.library.up_engine import register_with_unified_planning
-    from marsupial.model.grid import Cell, Grid
-    from marsupial.model.plan import Action, ActionName, Plan
+    from marsupial.model import Action, ActionName, Cell, Grid, Plan, RobotType, Scenario, Situation, StrategyInfo
     from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
-    from marsupial.model.robots import RobotType
-    from marsupial.model.scenario import Scenario
-    from marsupial.model.situation import Situation
     from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
-    from marsupial.model.strategyinfo import StrategyInfo
     from marsupial.sim.sensors import FieldOfView, Sensor
 
 __all__ = [
@@ -44,32 +39,24 @@ __all__ = [
 ]  # fmt: skip
 
 _HOMES = {
-    "marsupial.errors": ("MarsupialError",),
-    "marsupial.library.exploring": ("Exploration", "explore"),
-    "marsupial.library.metrics": ("METRICS", "Metric"),
-    "marsupial.library.plans": ("Plans", "check", "plan"),
-    "marsupial.library.scenarios": ("scenario",),
-    "marsupial.library.situations": ("situation_files",),
-    "marsupial.library.up_engine": ("register_with_unified_planning",),
-    "marsupial.model.grid": ("Cell", "Grid"),
-    "marsupial.model.plan": ("Action", "ActionName", "Plan"),
-    "marsupial.model.planning": ("Budget", "Engine", "EngineInfo", "Finished", "Improved", "Outcome"),
-    "marsupial.model.robots": ("RobotType",),
-    "marsupial.model.scenario": ("Scenario",),
-    "marsupial.model.situation": ("Situation",),
-    "marsupial.model.strategy": ("Briefing", "Decision", "PlanningReport", "Strategy"),
-    "marsupial.model.strategyinfo": ("StrategyInfo",),
-    "marsupial.sim.sensors": ("FieldOfView", "Sensor"),
+    "errors": ("MarsupialError",),
+    "library.exploring": ("Exploration", "explore"),
+    "library.metrics": ("METRICS", "Metric"),
+    "library.plans": ("Plans", "check", "plan"),
+    "library.scenarios": ("scenario",),
+    "library.situations": ("situation_files",),
+    "library.up_engine": ("register_with_unified_planning",),
+    "sim.sensors": ("FieldOfView", "Sensor"),
 }
-"""The module of each name; `__getattr__` imports it at the first use (PEP 562)."""
+"""The modules of names that are not from `marsupial.model`; `__getattr__` imports them at the first use (PEP 562)."""
 
 
 def __getattr__(name: str) -> Any:
-    for module, names in _HOMES.items():
-        if name in names:
-            value = globals()[name] = getattr(import_module(module), name)
-            return value
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    home = next((module for module, names in _HOMES.items() if name in names), "model")
+    value = globals()[name] = getattr(import_module(f"{__name__}.{home}"), name)
+    return value
 
 
 def __dir__() -> list[str]:

@@ -5,20 +5,15 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Ints = npt.NDArray[np.int64]
-"""Times in ms, indices (of cells: row-major), counts and labels."""
+Ints = npt.NDArray[np.int64]  # times in ms, indices (of cells: row-major), counts and labels
 
-Ints32 = npt.NDArray[np.int32]
-"""Like `Ints`, for large arrays."""
+Ints32 = npt.NDArray[np.int32]  # like `Ints`, for large arrays
 
-Counts = npt.NDArray[np.uint16]
-"""Small counts, for large arrays."""
+Counts = npt.NDArray[np.uint16]  # small counts, for large arrays
 
-Words = npt.NDArray[np.uint64]
-"""Unsigned indices and offsets of compiled code."""
+Words = npt.NDArray[np.uint64]  # unsigned indices and offsets of compiled code
 
-Cells = npt.NDArray[np.uint32]
-"""Indices of cells of a framed grid."""
+Cells = npt.NDArray[np.uint32]  # indices of cells of a framed grid
 
 Floats = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]

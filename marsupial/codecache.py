@@ -118,18 +118,14 @@ class _Precompiling:
 
 
 def precompile_into(folder: Path) -> None:
-    """From now on, write compiled code to an existing folder of precompiled code, and load it from there only.
-
-    The process has to run with the variables of `processor_environment`.
-    """
+    """From now on, write compiled code to an existing folder of precompiled code, and load it from there only."""
+    # The process has to run with the variables of `processor_environment`.
     _Precompiling.folder = folder
 
 
 def cache_code(function: CPUDispatcher) -> None:
-    """Load code of a function before compiling it, and keep what is compiled.
-
-    The function's qualified name must identify all the sources it is made of.
-    """
+    """Load code of a function before compiling it, and keep what is compiled."""
+    # The function's qualified name must identify all the sources it is made of.
     function._cache = _FunctionCode(function.py_func)
 
 
@@ -142,8 +138,7 @@ class _FunctionCode(NullCache):
 
     @property
     def cache_path(self) -> str | None:
-        path: str | None = self._local.cache_path
-        return path
+        return self._local.cache_path
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
         # Loaded code needs numba's runtime. numba initialises it together with all that compiling needs, which takes
@@ -200,7 +195,7 @@ class _FunctionCode(NullCache):
 
 
 def _shared_processor() -> Processor | None:
-    """Return the processor of precompiled code; None if this process can't use it or was told to use another one."""
+    """Return the processor of precompiled code; None if this process can't use it or has to use another."""
     processor = PROCESSORS.get(_architecture())
     if processor is None:
         return None
@@ -213,17 +208,15 @@ def _shared_processor() -> Processor | None:
 
 @cache
 def _features() -> frozenset[str]:
-    """Return the features of this machine's processor, as LLVM names them."""
     try:
         return frozenset(name for name, there in llvm.get_host_cpu_features().items() if there)
-    except RuntimeError:  # LLVM can't tell
+    except RuntimeError:  # LLVM does not know the processor
         return frozenset()
 
 
 @cache
 def _architecture() -> str:
-    name: str = llvm.get_default_triple().split("-")[0]
-    return name
+    return llvm.get_default_triple().split("-")[0]
 
 
 def _file_name(function: Callable[..., object], signature: Any, processor: Processor) -> str:
@@ -248,12 +241,11 @@ class _LocalCache(FunctionCache):
     """numba's cache on disk, without the import of all that compiling needs before it looks."""
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
-        found: CompileResult | None = self._load_overload(sig, target_context)
-        return found
+        return self._load_overload(sig, target_context)
 
 
 def _local_cache(function: Callable[..., object]) -> Any:
-    """Return a cache in a folder that can be written to; one that keeps nothing if there is none."""
+    """Return a cache in a writable folder, or one that keeps nothing."""
     try:
         return _LocalCache(function)
     except RuntimeError:  # numba found no folder it can write to
@@ -267,10 +259,7 @@ def _local_cache(function: Callable[..., object]) -> Any:
 
 @cache
 def _temporary_folder() -> str | None:
-    """Return a folder for compiled code that nobody else can write to: the user's, or one for this process alone.
-
-    None where no folder for temporary files can be written to.
-    """
+    """Return a folder for compiled code that only this user or process can write to; None if there is none."""
     try:
         folder = _made_temporary_folder()
     except OSError:

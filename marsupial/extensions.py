@@ -20,8 +20,7 @@ from typing import Any
 
 from marsupial.errors import EngineUnavailable
 
-STRATEGIES, ENGINES = "marsupial.strategies", "marsupial.engines"
-"""The groups of entry points."""
+STRATEGIES, ENGINES = "marsupial.strategies", "marsupial.engines"  # the groups of entry points
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,13 +33,7 @@ class Extension:
     fault: str | None
 
     def load(self) -> Any:
-        """Return the object of the entry point.
-
-        Raises
-        ------
-        EngineUnavailable
-            If it can't be loaded or has a fault.
-        """
+        """Return the object of the entry point. Raise `EngineUnavailable` if it can't be loaded or has a fault."""
         if self.fault is not None:
             raise EngineUnavailable(self.fault)
         try:

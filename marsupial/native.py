@@ -49,51 +49,41 @@ _natives: list[CPUDispatcher] = []
 class _Listener(event.Listener):
     """Reports native functions as their compilation starts."""
 
-    def __init__(self, tell: Compiling) -> None:
-        self._tell = tell
+    def __init__(self, report: Compiling) -> None:
+        self._report = report
         self._done = 0
 
     def on_start(self, event: Any) -> None:
         if event.data["dispatcher"] in _natives:
             function = event.data["dispatcher"].py_func
-            self._tell(f"{function.__module__}.{function.__name__}", self._done, len(_natives))
+            self._report(f"{function.__module__}.{function.__name__}", self._done, len(_natives))
             self._done += 1
 
     def on_end(self, event: Any) -> None:
         pass
 
 
-def watched(tell: Compiling) -> AbstractContextManager[object]:
-    """Return a context that calls `tell` before a native function is compiled, in the thread that needs it.
-
-    Loading kept code calls nothing.
-    """
-    watch: AbstractContextManager[object] = event.install_listener("numba:compile", _Listener(tell))
-    return watch
+def watched(report: Compiling) -> AbstractContextManager[object]:
+    """Return a context that calls `report` before a native function is compiled, not when its kept code is loaded."""
+    return event.install_listener("numba:compile", _Listener(report))
 
 
 def inlined(function: F) -> F:
-    """Compile a function into each native function that calls it; it must not make arrays.
-
-    A call would copy the tuples of arrays in its arguments. References to arrays are not counted in parts (``_nrt``),
-    which is why it must not make any.
-    """
+    """Compile a function into each native function that calls it; it must not make arrays."""
+    # A call would copy the tuples of arrays in its arguments. References to arrays are not counted in parts (``_nrt``),
+    # which is why it must not make any.
     return _part(function, forceinline=True)
 
 
 def outlined(function: F) -> F:
-    """Compile a function that native functions call; it must not make arrays.
-
-    Use it for the body of a long loop: LLVM tries to move everything out of a loop, in a time that grows with the
-    square of the loop's length.
-    """
+    """Compile a function that native functions call, such as the body of a long loop; it must not make arrays."""
+    # LLVM tries to move everything out of a loop, in a time that grows with the square of the loop's length.
     return _part(function)
 
 
 def _part(function: F, **options: bool) -> F:
     target = {"nopython": True, "nogil": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    part: F = _Part(function, targetoptions=target | options, pipeline_class=_PartCompiler)
-    return part
+    return _Part(function, targetoptions=target | options, pipeline_class=_PartCompiler)
 
 
 class _Part(CPUDispatcher):
@@ -145,10 +135,8 @@ class _PartCodegen:
 
 
 def native(function: F) -> F:
-    """Compile a function at its first call, or load its code if it was compiled from the same sources before.
-
-    Its sources are all files in its folder, and in the folders of the compiled functions that its module imports.
-    """
+    """Compile a function at its first call, or load its code if it was compiled from the same sources before."""
+    # Its sources are all files in its folder, and in the folders of the compiled functions that its module imports.
     imported = [value.py_func for value in function.__globals__.values() if hasattr(value, "py_func")]
     folders = sorted({Path(each.__code__.co_filename).parent for each in (function, *imported)})
     digest = hashlib.sha256(b"".join(map(_digest, folders))).hexdigest()

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.files import read_bytes
+from marsupial.formats.files import raise_any, read_bytes
 from marsupial.formats.mapfiles import movingai
-from marsupial.formats.mapfiles.faults import raise_any
 from marsupial.model.grid import Cell
 
 

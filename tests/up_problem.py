@@ -19,9 +19,10 @@ from functools import cache
 from typing import Any
 
 from marsupial.errors import InvalidPlanError
-from marsupial.formats.pddl.facts import FUNCTIONS, PREDICATES, SUPERTYPES, Fact, problem_facts
+from marsupial.formats.pddl.domain import FUNCTIONS, PREDICATES, SUPERTYPES
+from marsupial.formats.pddl.facts import Fact, problem_facts
 from marsupial.formats.pddl.names import encode_name
-from marsupial.formats.pddl.plansteps import Step, plan_of
+from marsupial.formats.pddl.plansteps import Step, reading_of
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 
@@ -72,7 +73,7 @@ def from_up_plan(plan: Any, situation: Situation) -> Plan:
         )
         for i, (start, instance, duration) in enumerate(plan.timed_actions)
     ]
-    return plan_of(steps, situation)
+    return reading_of(steps, situation).plan
 
 
 def up_validate(situation: Situation, plan: Plan) -> UpVerdict:

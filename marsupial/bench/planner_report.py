@@ -12,8 +12,7 @@ from marsupial.bench.planners import CLOSE, BenchEngine, EngineRun, Round, deadl
 from marsupial.bench.suite.catalogue import VERSION
 from marsupial.model.planning import Outcome
 
-SMALL_ROBOTS = 24
-"""The summary separates teams up to this size from larger ones."""
+SMALL_ROBOTS = 24  # the summary separates teams up to this size from larger ones
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +157,7 @@ def progress_line(run: EngineRun) -> str:
 
 
 def _robots(row: RunRow) -> int:
-    carriers, rovers = (int(number) for number in row.round.instance.team.split("x"))
+    carriers, rovers = map(int, row.round.instance.team.split("x"))
     return carriers * (1 + rovers)
 
 

@@ -14,18 +14,16 @@ from dataclasses import dataclass
 from marsupial.bench.suite.best import Best, with_bound, with_plan
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
 from marsupial.library.plans import engine_events
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, Finished, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import Budget, Engine, Finished, Outcome, Plan, Situation
 from marsupial.planning.engines import ENGINES, PART_SIZES, engine, mission_engine
 from marsupial.planning.incumbent import Incumbent
 
 BUDGETS_S = (0.1, 1.0, 10.0)
 IN_PARTS = " in parts"
 WARM_UP = ("pressure-1x1-3", "in-flight-3x2-12")
+# Runs of half a second, until one ends at most a quarter of a second late: then nothing is compiled any more.
 WARM_UP_S, WARM_UP_OVER_S, WARM_UPS = 0.5, 0.25, 6
-CLOSE = 1.01
-"""Greatest ratio to the best makespan that counts as close."""
+CLOSE = 1.01  # greatest ratio to the best makespan that counts as close
 
 GRACE_S, GRACE_SHARE = 0.01, 0.02
 """Tolerance after the budget, in seconds and as a share of it: plans in transit, and noise of the machine."""
@@ -50,32 +48,20 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EngineRun:
-    """One engine on one instance.
-
-    Parameters
-    ----------
-    arrivals, plan
-        The incumbents that arrived in time, each better than the one before, and the last one.
-    served
-        Most targets explored by any plan, partial plans included.
-    refused, late
-        Numbers of plans that the checker refused, and that arrived too late.
-    finished
-        None if the engine had to be stopped.
-    wall_s
-        Time until the engine finished or was stopped.
-    """
+    """One engine on one instance."""
 
     instance: str
     engine: str
     budget_s: float
+    # arrivals, plan: the incumbents that arrived in time, each better than the one before, and the last one
     arrivals: tuple[Arrival, ...]
     plan: Plan | None
-    served: int
+    served: int  # most targets explored by any plan, partial plans included
+    # refused, late: numbers of plans that the checker refused, and that arrived too late
     refused: int
     late: int
-    finished: Finished | None
-    wall_s: float
+    finished: Finished | None  # None if the engine had to be stopped
+    wall_s: float  # time until the engine finished or was stopped
 
     @property
     def makespan_ms(self) -> int | None:
@@ -111,13 +97,7 @@ def deadline_s(budget_s: float) -> float:
 
 
 def contenders(names: Iterable[str] = ()) -> tuple[BenchEngine, ...]:
-    """Return the named engines, or all: each alone, and in parts if missions use it so.
-
-    Raises
-    ------
-    UsageError
-        If a name is unknown.
-    """
+    """Return the named engines, or all: each alone, and in parts if missions use it so."""
     everyone = [*ENGINES, *(name + IN_PARTS for name in PART_SIZES)]
     return tuple(_contender(name) for name in names or sorted(everyone))
 
@@ -144,17 +124,15 @@ def play(
     engines: Iterable[BenchEngine],
     budgets_s: Iterable[float],
     known: Best | None,
-    tell: Callable[[EngineRun], None],
+    report: Callable[[EngineRun], None],
 ) -> Round:
-    """Run every engine with every budget, calling `tell` after each run.
-
-    The best known plan only improves: by shorter plans and by higher bounds.
-    """
+    """Run every engine with every budget, calling `report` after each run."""
+    # The best known plan only improves: by shorter plans and by higher bounds.
     runs = []
     for budget_s in budgets_s:
         for contender in engines:
             runs.append(run(instance, contender, budget_s))
-            tell(runs[-1])
+            report(runs[-1])
     return Round(instance=instance, best=improved(known, instance.situation(), runs), runs=tuple(runs))
 
 

@@ -3,6 +3,8 @@
 Packages: `commands` has a module per command, which reads arguments and prints; `options` what commands share of
 arguments; `work` what the larger commands do; `display` output on stdout and stderr; `process` exit codes and signals.
 
+Shells may pass stdout and stderr closed, full, or with a reader that leaves early (`open_closed`, `settled`).
+
 Commands import what they need when they run, so that `marsupial --help` is quick. Here exceptions become one line per
 problem on stderr and an exit code (`marsupial.cli.process.exit_codes`); bad input never shows a traceback.
 """
@@ -10,13 +12,14 @@ problem on stderr and an exit code (`marsupial.cli.process.exit_codes`); bad inp
 from __future__ import annotations
 
 import errno
+import os
 import sys
 import tempfile
 import traceback
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
-from typing import Annotated
+from types import SimpleNamespace
+from typing import Annotated, TextIO
 
 import typer
 
@@ -24,23 +27,20 @@ from marsupial.cli.commands.bench import bench
 from marsupial.cli.commands.compare import compare
 from marsupial.cli.commands.demo import demo
 from marsupial.cli.commands.export import export
+from marsupial.cli.commands.lists import planners, scenarios, strategies
 from marsupial.cli.commands.map import describe_map
 from marsupial.cli.commands.plan import plan
-from marsupial.cli.commands.planners import planners
 from marsupial.cli.commands.replay import replay
 from marsupial.cli.commands.reproduce import reproduce
 from marsupial.cli.commands.ros import ros
 from marsupial.cli.commands.run import run
-from marsupial.cli.commands.scenarios import scenarios
 from marsupial.cli.commands.serve import serve
 from marsupial.cli.commands.store import store
-from marsupial.cli.commands.strategies import strategies
 from marsupial.cli.commands.validate import validate
 from marsupial.cli.display.messages import Volume, complain, set_volume
-from marsupial.cli.options.late_help import LateHelp
-from marsupial.cli.process.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT
+from marsupial.cli.options.shared import LateHelp
+from marsupial.cli.process.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT, USAGE
 from marsupial.cli.process.interrupt import Interrupted, interruptible
-from marsupial.cli.process.streams import fault_of, open_closed, settled
 from marsupial.errors import InternalError, MarsupialError, UsageError
 from marsupial.formats.files import reason
 
@@ -53,13 +53,6 @@ app = typer.Typer(
 
 
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
-
-
-@dataclass(slots=True)
-class ProgramOptions:
-    """What is said before the command."""
-
-    debug: bool = False
 
 
 def _print_version(wanted: bool) -> None:
@@ -80,17 +73,13 @@ def _program(
     context.obj.debug = debug
 
 
-app.command(cls=LateHelp)(run)
-app.command()(replay)
-app.command(cls=LateHelp)(compare)
-app.command()(reproduce)
-app.command()(plan)
-app.command()(export)
-app.command()(validate)
+# In the order of `marsupial --help`.
+_command: Callable[..., None]
+for _command in (run, replay, compare, reproduce, plan, export, validate):
+    app.command(cls=LateHelp if _command in (run, compare) else None)(_command)
 app.command("map")(describe_map)
-app.command()(strategies)
-app.command()(planners)
-app.command()(scenarios)
+for _listing in (strategies, planners, scenarios):
+    app.command()(_listing)
 app.add_typer(bench, name="bench")
 app.command()(demo)
 app.command()(ros)
@@ -111,7 +100,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    settings = ProgramOptions()
+    settings = SimpleNamespace(debug=False)  # set by the options before the command
     try:
         with interruptible():
             app(args=arguments, prog_name="marsupial", obj=settings)
@@ -123,9 +112,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         complain("interrupted")
         return INTERRUPTED
     except MarsupialError as error:
-        if not isinstance(error, InternalError):
-            return _refuse(error)
-        return _report_bug(error, settings.debug)
+        return _report_bug(error, settings.debug) if isinstance(error, InternalError) else _refuse(error)
     except OSError as error:
         if error.errno not in DISK_FULL and fault_of(sys.stdout) is None:
             return _report_bug(error, settings.debug)
@@ -161,6 +148,44 @@ def _keep(text: str) -> str | None:
             return file.name
     except OSError:
         return None
+
+
+def open_closed() -> None:
+    """Reopen closed standard streams, so that the next opened file does not take their place."""
+    # Writing to stdout fails then, as on a full disk; messages on stderr are dropped.
+    for number, flags in enumerate((os.O_RDONLY, os.O_RDONLY, os.O_WRONLY)):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, flags)  # takes the lowest free number, which is this one
+    if sys.stdout is None:
+        sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
+    if sys.stderr is None:
+        sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False)
+
+
+def fault_of(stream: TextIO) -> OSError | None:
+    """Flush a stream; return the error if that fails."""
+    try:
+        stream.flush()
+    except OSError as error:
+        return error
+    return None
+
+
+def settled(code: int) -> int:
+    """Flush both streams and return the exit code; drop unwritable output, so that Python does not retry at exit."""
+    for stream in (sys.stdout, sys.stderr):
+        fault = fault_of(stream)
+        if fault is None:
+            continue
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        if isinstance(fault, BrokenPipeError):
+            code = READER_LEFT
+        elif stream is sys.stdout and code == DONE:
+            complain(f"error: can't write to stdout: {reason(fault)}")
+            code = USAGE
+    return code
 
 
 if __name__ == "__main__":

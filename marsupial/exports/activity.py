@@ -21,20 +21,14 @@ class Activity(StrEnum):
     WAIT = "wait"
 
 
-_OF_ACTION = {
-    ActionName.MOVE: Activity.DRIVE,
-    ActionName.EXPLORE: Activity.EXPLORE,
-    ActionName.DOCK: Activity.DOCK,
-    ActionName.UNDOCK: Activity.UNDOCK,
-}
-
 _TEXTS = {Activity.DRIVE: "drives", Activity.EXPLORE: "explores", Activity.WAIT: "waits"}
 
 
 def activity(robot: RobotView) -> Activity:
     """Return what a robot does; a rover that docks or undocks is not aboard."""
     if robot.action is not None:
-        return _OF_ACTION[robot.action.name]
+        name = robot.action.name
+        return Activity.DRIVE if name is ActionName.MOVE else Activity(name)
     return Activity.WAIT if robot.carrier is None else Activity.ABOARD
 
 

@@ -36,10 +36,7 @@ from marsupial.exports.ground import box, coarse, ground_image
 from marsupial.exports.trails import drives, handovers, trail
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import RobotView, Track
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
-from marsupial.model.mission import MissionEvent
-from marsupial.model.plan import ActionName
-from marsupial.model.robots import Role
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, ActionName, MissionEvent, Role
 from marsupial.replay.palette import LIGHT, Palette, robot_styles
 from marsupial.wording import clock
 
@@ -53,34 +50,20 @@ TRAILS_PT = {Role.CARRIER: 3.2, Role.ROVER: 1.3}
 CARGO_PT, CARGO_RING_PT = 6.0, 9.5
 """Size of a rover aboard, and its distance from the carrier's centre: rovers aboard form a ring."""
 
-MARGIN = 0.03
-"""Margin around the ground known at the end, as a share of its longer side."""
-
-PANEL = 0.215
-"""Width of the panel beside the map, as a share of the figure's."""
-
-MOST_NAMED = 14
-"""Most robots whose rows in the panel have full size; more rows shrink."""
-
-LANE = 0.72
-"""Height of the bars in a lane, as a share of the lane's."""
+MARGIN = 0.03  # margin around the ground known at the end, as a share of its longer side
+PANEL = 0.215  # width of the panel beside the map, as a share of the figure's
+MOST_NAMED = 14  # most robots whose rows in the panel have full size; more rows shrink
+LANE = 0.72  # height of the bars in a lane, as a share of the lane's
 
 SCALE_BARS_M = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 
 Pixels = npt.NDArray[np.uint8]
 
-Style = dict[str, Any]
-"""Keyword arguments of matplotlib for a mark or text."""
+Style = dict[str, Any]  # keyword arguments of matplotlib for a mark or text
 
 
 class MissionDrawing:
-    """The drawing of one mission.
-
-    Parameters
-    ----------
-    dpi
-        Pixels per inch of a figure of `WIDTH_IN` x `HEIGHT_IN`; without effect on SVG.
-    """
+    """The drawing of one mission; `dpi` is pixels per inch of a figure of `WIDTH_IN` x `HEIGHT_IN`, ignored by SVG."""
 
     def __init__(self, playback: Playback, *, palette: Palette = LIGHT, dpi: float = 100.0) -> None:
         self.playback, self.palette = playback, palette
@@ -150,17 +133,15 @@ class MissionDrawing:
             name: self._animate(self._axes.plot([], [], linestyle="", marker=mark, **self._mark(filled=filled))[0])
             for name, mark, filled in ((ActionName.UNDOCK, "v", True), (ActionName.DOCK, "^", False))
         }
-        self._goals, self._bodies, self._cargo, self._names = {}, {}, {}, {}
-        for name in self.roles:
-            self._goals[name] = self._animate(self._goal(name))
+        self._bodies, self._cargo, self._names = {}, {}, {}
+        self._goals = {name: self._animate(self._goal(name)) for name in self.roles}
         for name in sorted(self.roles, key=self._is_rover):  # carriers first: rovers are drawn above them
             self._bodies[name] = self._animate(self._body(name, SIZES_PT[self.roles[name]], 1.4))
             if self.roles[name] is Role.CARRIER:
                 style: Style = {"ha": "center", "va": "center", "fontsize": 7, "fontweight": "bold", "clip_on": True}
                 self._names[name] = self._animate(self._axes.text(0, 0, "", color=self.palette.page, **style))
-        for name in self.roles:
-            if self._is_rover(name):
-                self._cargo[name] = self._animate(self._body(name, CARGO_PT, 0.9))
+        for name in filter(self._is_rover, self.roles):
+            self._cargo[name] = self._animate(self._body(name, CARGO_PT, 0.9))
 
     def _is_rover(self, name: str) -> bool:
         return self.roles[name] is Role.ROVER
@@ -188,7 +169,6 @@ class MissionDrawing:
         return self._axes.plot([], [], linestyle="", marker=mark, color=self.colours[name], **style)[0]
 
     def _add_panel(self) -> None:
-        """Add the panel beside the map: the mission, the clock, what each robot does, and the legend."""
         mission, x = self.playback.mission, 1 - PANEL
         ink, dim = self.palette.ink, self.palette.dim
         self.figure.text(x, 0.955, shortened(mission.scenario, 24), fontsize=14, fontweight="bold", color=ink, va="top")
@@ -219,13 +199,10 @@ class MissionDrawing:
         square: Style = {"marker": "s", "markersize": 9, "markeredgecolor": self.palette.dim, "markeredgewidth": 0.6}
         grey = self.palette.actions["drive"]
         grounds = [(name, {**square, "color": getattr(self.palette, key)}) for name, key in GROUNDS]
-        cells = self.playback.cells_at(self.playback.end_ms)
-        others = [
-            t for t in self.playback.mission.terrains if t.code not in (OBSTACLE, FLOOR) and (cells == t.code).any()
-        ]
+        there = set(np.unique(self.playback.cells_at(self.playback.end_ms)).tolist()) - {OBSTACLE, FLOOR}
+        others = [terrain.name for terrain in self.playback.mission.terrains if terrain.code in there]
         if others:
-            names = ", ".join(terrain.name for terrain in others)
-            grounds.insert(2, (shortened(names, 14), {**square, "color": self.palette.other}))
+            grounds.insert(2, (shortened(", ".join(others), 14), {**square, "color": self.palette.other}))
         marks: list[tuple[str, Style]] = [
             ("carrier", {"marker": "o", "markersize": 11, "color": grey}),
             ("rover", {"marker": "D", "markersize": 6.5, "color": grey}),
@@ -336,9 +313,8 @@ def _draw_lanes(axes: Axes, playback: Playback, palette: Palette, colours: Mappi
         label.set_fontweight("bold")
     axes.xaxis.set_major_formatter(lambda minutes, _: clock(60 * minutes))
     axes.spines[:].set_visible(False)
-    handles = [
-        Patch(facecolor=palette.actions[does], label=str(does)) for does in Activity if does is not Activity.WAIT
-    ]
+    shown = (does for does in Activity if does is not Activity.WAIT)
+    handles = [Patch(facecolor=palette.actions[does], label=str(does)) for does in shown]
     axes.legend(
         handles=handles, loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=len(handles), frameon=False,
         fontsize=8, labelcolor=palette.ink, handlelength=1.2, borderaxespad=0.2, columnspacing=1.2,

@@ -18,8 +18,7 @@ from matplotlib.figure import Figure
 from marsupial.arrays import Floats
 from marsupial.model.grid import Cell
 
-ROTATED_RAD = 1e-6
-"""A smaller yaw is a rounding error: it moves no corner of a map of kilometres by a centimetre."""
+ROTATED_RAD = 1e-6  # a smaller yaw is a rounding error: it moves no corner of a map of kilometres by a centimetre
 
 SAME_BYTES: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": None},
@@ -40,15 +39,7 @@ def figure_file(figure: Figure, kind: str) -> bytes:
 
 
 class MapAxes:
-    """The axes of one map.
-
-    Parameters
-    ----------
-    width, height
-        Size of the map in cells.
-    origin_m
-        (x, y, yaw) of its lower left corner in the map frame, in metres and radians.
-    """
+    """The axes of a map of `width` x `height` cells with its lower left corner at `origin_m`: x, y and yaw."""
 
     def __init__(self, width: int, height: int, resolution_m: float, origin_m: tuple[float, float, float]) -> None:
         x, y, self._yaw = origin_m

@@ -20,29 +20,20 @@ from marsupial.replay.palette import LIGHT, Palette
 FILM_S = 20.0
 """Length of a film whose speed is not chosen: about as long as a reader watches a moving picture in a text."""
 
-HOLD_S = 2.0
-"""How long the end is shown."""
+HOLD_S = 2.0  # how long the end is shown
 
 GIF_FPS, GIF_DPI = 10, 75.0
 """Frames per second, and pixels per inch: both low, as a GIF holds nearly every pixel of every frame."""
 
 MP4_FPS, MP4_DPI = 20, 100.0
 
-QUALITY = "20"
-"""Constant rate factor of H.264: 18 is visually lossless, 28 visibly is not."""
-
-SAMPLES = 4
-"""Number of frames that the 255 colours of a GIF are chosen from."""
+QUALITY = "20"  # constant rate factor of H.264: 18 is visually lossless, 28 visibly is not
+SAMPLES = 4  # number of frames that the 255 colours of a GIF are chosen from
 
 
 def moments(playback: Playback, speed: float | None, fps: int) -> list[int]:
-    """Return the moment (ms) of each frame of a film.
-
-    Parameters
-    ----------
-    speed
-        Seconds of the mission per second of the film; None makes it `FILM_S` long, but not slower than the mission.
-    """
+    """Return the moment (ms) of each frame of a film with `speed` seconds of the mission per second of the film."""
+    # Without a speed the film is `FILM_S` long, but never slower than the mission.
     speed = max(1.0, playback.duration_ms / 1000 / FILM_S) if speed is None else speed
     count = max(1, round(playback.duration_ms / 1000 / speed * fps))
     times = np.linspace(playback.start_ms, playback.end_ms, count + 1).round().astype(int).tolist()
@@ -59,25 +50,16 @@ def gif(events: Sequence[MissionEvent], *, speed: float | None = None, palette: 
     # One palette for all frames, or colours would flicker; without dithering, which moves from frame to frame.
     samples = [drawing.frame(t_ms) for t_ms in np.linspace(playback.start_ms, playback.end_ms, SAMPLES).astype(int)]
     colours = Image.fromarray(np.vstack(samples)).quantize(255)
-    plain = (
-        Image.fromarray(pixels).quantize(palette=colours, dither=Image.Dither.NONE)
-        for pixels in _frames(drawing, times)
-    )
+    frames = map(Image.fromarray, _frames(drawing, times))
+    plain = (frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames)
     out = io.BytesIO()
-    next(plain).save(
-        out, format="GIF", save_all=True, append_images=plain, duration=1000 // GIF_FPS, loop=0, optimize=False
-    )
+    options: dict[str, Any] = {"save_all": True, "duration": 1000 // GIF_FPS, "loop": 0, "optimize": False}
+    next(plain).save(out, format="GIF", append_images=plain, **options)
     return out.getvalue()
 
 
 def mp4(events: Sequence[MissionEvent], *, speed: float | None = None, palette: Palette = LIGHT) -> bytes:
-    """Return a mission as H.264 in MP4, which browsers and slides play.
-
-    Raises
-    ------
-    UsageError
-        Without PyAV.
-    """
+    """Return a mission as H.264 in MP4, which browsers and slides play. Raise `UsageError` without PyAV."""
     try:
         import av
     except ModuleNotFoundError as error:

@@ -8,16 +8,13 @@ import numpy.typing as npt
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Mask
 from marsupial.replay.palette import Palette
 
-Image = npt.NDArray[np.uint8]
-"""Red, green and blue, (height, width, 3)."""
+Image = npt.NDArray[np.uint8]  # red, green and blue, (height, width, 3)
 
 
 def coarse(cells: CellArray, block: int) -> CellArray:
-    """Return a map with one cell for each `block` x `block` of `cells`.
-
-    A block becomes an obstacle if its obstacles can cross it from side to side, unknown if nothing in it is known, and
-    else the most common of its known terrains.
-    """
+    """Return a map with one cell for each `block` x `block` of `cells`."""
+    # A block becomes an obstacle if its obstacles can cross it from side to side, unknown if nothing in it is known,
+    # and else the most common of its known terrains.
     height, width = cells.shape
     padded = np.pad(cells, ((0, -height % block), (0, -width % block)), constant_values=UNKNOWN)
     squares = padded.reshape(padded.shape[0] // block, block, padded.shape[1] // block, block)

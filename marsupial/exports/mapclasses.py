@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
+from scipy import ndimage
 
 from marsupial.maps.reach import parts, standable
-from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid, Mask
-from marsupial.model.robots import RobotType, Role
+from marsupial.model import OBSTACLE, UNKNOWN, CellArray, Grid, Mask, RobotType, Role
 from marsupial.replay.palette import LIGHT, REACH
 
 
@@ -25,30 +26,33 @@ class MapClass(IntEnum):
     UNSEEN = UNKNOWN
 
 
-TEXTS = {
-    MapClass.CARRIERS: "carriers can stand here",
-    MapClass.ROVERS: "only rovers can",
-    MapClass.NARROW: "free, too narrow for all",
-    MapClass.ISLAND: "island: cut off from the rest",
-    MapClass.LEAK: "leak at the border",
-    MapClass.WALL: "obstacle",
-    MapClass.UNSEEN: "unknown",
+class Look(NamedTuple):
+    """How a class is shown: its label, its colour, and its letter where there are no colours."""
+
+    text: str
+    colour: str
+    letter: str
+
+
+LOOKS = {
+    MapClass.CARRIERS: Look("carriers can stand here", REACH["carriers"], "."),
+    MapClass.ROVERS: Look("only rovers can", REACH["rovers"], "o"),
+    MapClass.NARROW: Look("free, too narrow for all", REACH["narrow"], "-"),
+    MapClass.ISLAND: Look("island: cut off from the rest", REACH["islands"], "x"),
+    MapClass.LEAK: Look("leak at the border", REACH["leaks"], "!"),
+    MapClass.WALL: Look("obstacle", LIGHT.wall, "#"),
+    MapClass.UNSEEN: Look("unknown", LIGHT.unknown, " "),
 }
-"""Labels of a legend, in its order."""
+"""The look of each class, in the order of a legend."""
 
-LEAK_M = 0.3
-"""Depth of the marks of leaks along the border: a line of one cell would not be seen."""
-
-LEAST_ISLANDS_M2 = 0.05
-"""Least area of all islands together: smaller ones are not marked, as nobody would see them."""
+LEAK_M = 0.3  # depth of the marks of leaks along the border: a line of one cell would not be seen
+LEAST_ISLANDS_M2 = 0.05  # least area of all islands together: smaller ones could not be seen
 
 
 def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:
-    """Return the `MapClass` of every cell, uint8 (height, width).
-
-    A robot can stand on an island, but no robot gets from there to the largest connected area. A leak is free ground
-    at the border that is connected to that area.
-    """
+    """Return the `MapClass` of every cell, uint8 (height, width)."""
+    # A robot can stand on an island, but no robot gets from there to the largest connected area. A leak is free ground
+    # at the border that is connected to that area.
     free = (grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)
     carriers, rovers = (_standable(grid, [kind for kind in kinds if kind.role is role]) for role in Role)
     anybody = carriers | rovers
@@ -66,10 +70,8 @@ def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:
 
 
 def _standable(grid: Grid, kinds: Sequence[RobotType]) -> Mask:
-    found = np.zeros(grid.cells.shape, dtype=np.bool_)
-    for kind in kinds:
-        found |= standable(grid, kind)
-    return found
+    nowhere = np.zeros(grid.cells.shape, dtype=np.bool_)
+    return np.logical_or.reduce([nowhere, *(standable(grid, kind) for kind in kinds)])
 
 
 def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
@@ -78,25 +80,9 @@ def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
     with_area = np.zeros(count + 1, dtype=np.bool_)
     with_area[labels[area]] = True
     deep = max(1, round(LEAK_M / grid.resolution_m))
-    border = np.ones(free.shape, dtype=np.bool_)
-    border[deep:-deep, deep:-deep] = False
+    rows, columns = (np.minimum(np.arange(size), np.arange(size)[::-1]) for size in free.shape)
+    depth = np.minimum.outer(rows, columns)  # cells between a cell and the border
     # Only outermost cells leak: there a robot would drive off the map. The cells around them make the mark visible.
-    edge = np.ones(free.shape, dtype=np.bool_)
-    edge[1:-1, 1:-1] = False
-    open_edge = edge & free & with_area[labels]
-    rows, columns = np.nonzero(open_edge)
-    near = np.zeros(free.shape, dtype=np.bool_)
-    for y, x in zip(rows.tolist(), columns.tolist(), strict=True):
-        near[max(0, y - deep) : y + deep + 1, max(0, x - deep) : x + deep + 1] = True
-    return np.asarray(border & near & free)
-
-
-COLOURS = {
-    MapClass.CARRIERS: REACH["carriers"],
-    MapClass.ROVERS: REACH["rovers"],
-    MapClass.NARROW: REACH["narrow"],
-    MapClass.ISLAND: REACH["islands"],
-    MapClass.LEAK: REACH["leaks"],
-    MapClass.WALL: LIGHT.wall,
-    MapClass.UNSEEN: LIGHT.unknown,
-}
+    leaking = (depth == 0) & free & with_area[labels]
+    near = ndimage.binary_dilation(leaking, np.ones((3, 3), dtype=np.bool_), iterations=deep)
+    return np.asarray((depth < deep) & near & free)

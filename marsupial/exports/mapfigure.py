@@ -1,10 +1,25 @@
-"""How a map is interpreted, as a figure: who can stand where, unknown ground, leaks, islands, starts."""
+"""How a map is interpreted, as a figure: who can stand where, unknown ground, leaks, islands, starts.
+
+Names of starts stand beside their mark, clear of other marks and names, and off walls if possible. If there is no room
+beside a mark, its name stands farther off at the end of a line:
+
+::
+
+                                  ┌──────┐
+         ★ carrier1               │rover2│   ring 1 and on: also at the corners, with a line
+                                  └───╲──┘
+         ring 0: four sides            ★
+
+Names are placed one by one, each at the place of least cost (`best_place`), and never moved again: marks are few, and
+an optimal layout would look no better.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import product
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,17 +33,30 @@ from matplotlib.transforms import Bbox
 from marsupial.errors import UsageError
 from marsupial.exports.figures import MapAxes, figure_file
 from marsupial.exports.ground import coarse
-from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass
-from marsupial.exports.marknames import name_marks
+from marsupial.exports.mapclasses import LOOKS, MapClass
 from marsupial.model.grid import Cell, CellArray, Grid
 from marsupial.replay.palette import LIGHT
 
 WIDTH_IN, LEGEND_IN, DPI = 10.0, 3.3, 150.0
-TICKS_IN = 0.65
-"""Width left of the map for the labels of ticks."""
+TICKS_IN = 0.65  # width left of the map for the labels of ticks
 
 MOST_PIXELS = 1400
 """Most pixels of the map's longer side: more would be finer than the figure, and make an SVG of megabytes."""
+
+GAP_PT = 9.0  # distance from the centre of a mark to its name
+
+CLEAR_PT = 12.0
+"""Least distance of a name from the centre of another mark, so that it is not taken for that mark's name."""
+
+RING_PT, RINGS = 16.0, 6  # distance between rings of places, and their number
+
+SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1))
+CORNERS = tuple(product((1, -1), (1, -1)))
+
+BLOCKED, ON_WALLS = 100.0, 3.0
+"""Cost of hiding something or leaving the map, and of standing on walls alone; one ring farther off costs 1."""
+
+Share = Callable[[Bbox], float]  # returns the share of walls, 0 to 1, below a box in the figure (pixels)
 
 KINDS = ("png", "svg", "pdf")
 
@@ -43,25 +71,9 @@ def map_figure(
     start_text: str = "start",
     warnings: Sequence[str] = (),
 ) -> bytes:
-    """Return the figure as a file.
+    """Return the figure of `MapClass` codes (height, width) and start cells as a file of one of `KINDS`.
 
-    Parameters
-    ----------
-    classes
-        `MapClass` of each cell, (height, width).
-    starts
-        Start cells by robot.
-    kind
-        One of `KINDS`.
-    start_text
-        Label of starts in the legend.
-    warnings
-        What looks wrong about the map; written below it.
-
-    Raises
-    ------
-    UsageError
-        For another kind of file.
+    `start_text` labels starts in the legend; `warnings`, what looks wrong about the map, are written below it.
     """
     if kind not in KINDS:
         raise UsageError(f"can't write .{kind}; there are {', '.join('.' + name for name in KINDS)}")
@@ -80,15 +92,15 @@ def map_figure(
     _add_legend(figure, grid, classes, start_text if starts else "", top=1 - 0.5 / whole_in)
     for row, line in enumerate(line for text in warnings for line in wrapped(text)):
         y = (below_in - 0.25 * row) / whole_in
-        figure.text(0.2 / WIDTH_IN, y, line, fontsize=9, color=COLOURS[MapClass.LEAK], va="top")
+        figure.text(0.2 / WIDTH_IN, y, line, fontsize=9, color=LOOKS[MapClass.LEAK].colour, va="top")
     return figure_file(figure, kind)
 
 
-def wrapped(text: str, most: int = 118) -> list[str]:
+def wrapped(text: str) -> list[str]:
     """Return the lines of a warning."""
     lines = [""]
     for word in f"! {text}".split():
-        if len(lines[-1]) + len(word) > most:
+        if len(lines[-1]) + len(word) > 118:  # as many fit the figure
             lines.append("  ")
         lines[-1] += f"{word} "
     return lines
@@ -99,7 +111,7 @@ def _draw_map(axes: Axes, frame: MapAxes, classes: CellArray) -> None:
     picture = coarse(classes, block)
     image = np.zeros((*picture.shape, 3), dtype=np.uint8)
     for kind in MapClass:
-        image[picture == kind] = tuple(bytes.fromhex(COLOURS[kind][1:]))
+        image[picture == kind] = tuple(bytes.fromhex(LOOKS[kind].colour[1:]))
     height, width = (block * size for size in picture.shape)
     axes.imshow(image, origin="lower", extent=frame.part(width, height), interpolation="nearest")
     axes.axis(frame.extent)
@@ -130,15 +142,11 @@ def _walled(axes: Axes, classes: CellArray, box: Bbox) -> float:
 def _add_legend(figure: Figure, grid: Grid, classes: CellArray, start_text: str, *, top: float) -> None:
     """Add a legend of the classes that occur, with their areas, and of starts if they have a text."""
     counts = np.bincount(classes.ravel(), minlength=256)
-    handles: list[Any] = [
-        Patch(
-            facecolor=COLOURS[kind],
-            edgecolor=LIGHT.dim,
-            label=f"{text}\n{counts[kind] * grid.cell_area_m2:,.1f} m²",
-        )
-        for kind, text in TEXTS.items()
-        if counts[kind]
-    ]
+    handles: list[Any] = []
+    for kind, look in LOOKS.items():
+        if counts[kind]:
+            label = f"{look.text}\n{counts[kind] * grid.cell_area_m2:,.1f} m²"
+            handles.append(Patch(facecolor=look.colour, edgecolor=LIGHT.dim, label=label))
     if start_text:
         star: dict[str, Any] = {"marker": "*", "markersize": 12, "markeredgecolor": LIGHT.ink}
         handles.append(Line2D([], [], linestyle="", color=LIGHT.frontier, label=start_text, **star))
@@ -146,3 +154,65 @@ def _add_legend(figure: Figure, grid: Grid, classes: CellArray, start_text: str,
         handles=handles, loc="upper left", bbox_to_anchor=(1 - (LEGEND_IN - 0.45) / WIDTH_IN, top), fontsize=9,
         frameon=False, labelcolor=LIGHT.ink, handlelength=1.3, handleheight=1.3, labelspacing=0.8,
     )  # fmt: skip
+
+
+class NamedPlace(NamedTuple):
+    """A place for a name: its centre relative to its mark's (points), and its ring; 0 needs no line."""
+
+    dx: float
+    dy: float
+    ring: int
+
+
+def name_marks(axes: Axes, marks: Mapping[str, tuple[float, float]], walls: Share) -> None:
+    """Write the names of `marks` (in data coordinates) beside them; the figure must have its canvas."""
+    axes.apply_aspect()  # matplotlib places axes when it draws; `transData` is wrong before that
+    scale = axes.figure.dpi / 72
+    spots = {name: tuple(axes.transData.transform(at)) for name, at in marks.items()}
+    taken: list[Bbox] = []
+    for name, at in marks.items():
+        box = {"boxstyle": "round,pad=0.15", "facecolor": LIGHT.page, "edgecolor": "none", "alpha": 0.8}
+        style: dict[str, Any] = {"fontsize": 8, "color": LIGHT.ink, "ha": "center", "va": "center", "bbox": box}
+        text = axes.annotate(name, at, (0, 0), textcoords="offset points", zorder=6, **style)
+        size = text.get_window_extent()
+        clear = [Bbox([spot, spot]).padded(CLEAR_PT * scale) for other, spot in spots.items() if other != name]
+        found = best_place(spots[name], (size.width, size.height), scale, [*taken, *clear], axes.bbox, walls)
+        text.set_position((found.dx, found.dy))
+        taken.append(_box(spots[name], (size.width, size.height), found, scale))
+        if found.ring:
+            line: dict[str, Any] = {"arrowstyle": "-", "color": LIGHT.ink, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 5}
+            axes.annotate("", at, (found.dx, found.dy), textcoords="offset points", arrowprops=line, zorder=2.5)
+
+
+def best_place(
+    spot: tuple[float, ...],
+    size: tuple[float, float],
+    scale: float,
+    taken: Sequence[Bbox],
+    inside: Bbox,
+    walls: Share,
+) -> NamedPlace:
+    """Return the place of least cost for a name of this size (pixels) whose mark is at `spot`.
+
+    `scale`: pixels per point; `taken`: boxes that it must not hide; `inside`: the box that it must not leave.
+    """
+
+    def cost(place: NamedPlace) -> float:
+        box = _box(spot, size, place, scale)
+        hidden = sum(Bbox.intersection(box, other) is not None for other in taken)
+        outside = not (inside.x0 <= box.x0 and box.x1 <= inside.x1 and inside.y0 <= box.y0 and box.y1 <= inside.y1)
+        return BLOCKED * (hidden + outside) + place.ring + ON_WALLS * walls(box)
+
+    return min(_places(size[0] / scale, size[1] / scale), key=cost)
+
+
+def _places(width_pt: float, height_pt: float) -> Iterator[NamedPlace]:
+    for ring in range(RINGS):
+        away = GAP_PT + RING_PT * ring
+        for u, v in SIDES if ring == 0 else (*SIDES, *CORNERS):
+            yield NamedPlace(u * (away + width_pt / 2), v * (away + height_pt / 2), ring)
+
+
+def _box(spot: tuple[float, ...], size: tuple[float, float], place: NamedPlace, scale: float) -> Bbox:
+    x, y = spot[0] + place.dx * scale, spot[1] + place.dy * scale
+    return Bbox.from_extents(x - size[0] / 2, y - size[1] / 2, x + size[0] / 2, y + size[1] / 2)

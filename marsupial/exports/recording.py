@@ -17,9 +17,8 @@ Each topic is a generator of messages in order of time; `merge` joins them into 
 A viewer that jumps to a moment shows the last message of each topic before it. So messages are whole scenes and grids,
 never changes to the one before, and their number is bounded so that a viewer can hold them.
 
-References
-----------
-MCAP format specification, https://mcap.dev/spec; Foxglove message schemas, https://docs.foxglove.dev/docs/sdk/schemas
+References: MCAP format specification, https://mcap.dev/spec; Foxglove message schemas,
+https://docs.foxglove.dev/docs/sdk/schemas
 """
 
 from __future__ import annotations
@@ -40,7 +39,6 @@ from foxglove_schemas_protobuf.Pose_pb2 import Pose
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
-from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.message import Message
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import Writer
@@ -63,11 +61,10 @@ from marsupial.exports.trails import drives, handovers
 from marsupial.formats.triggers import trigger_text
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import Leg, RobotView, Tracks, views
-from marsupial.model.grid import UNKNOWN, Grid
-from marsupial.model.mission import Changed, MissionEvent, Planned, Revealed
-from marsupial.model.plan import ActionName
+from marsupial.model import UNKNOWN, ActionName, Changed, Grid, MissionEvent, Planned, Revealed
 from marsupial.replay.palette import LIGHT, robot_styles
 
+# Poses are small and must look smooth. Maps and trails are written whole each time, so less often.
 POSE_EVERY_MS = 200
 GRID_EVERY_MS = 1000
 TRAIL_EVERY_MS = 5000
@@ -148,7 +145,6 @@ class _Recording:
 
     @cached_property
     def _map_changes(self) -> list[int]:
-        """The moments at which the map changes."""
         return sorted({e.t_ms for e in self.playback.events if isinstance(e, Revealed | Changed)})
 
     def _grids(self) -> Iterator[Timed]:
@@ -179,7 +175,10 @@ class _Recording:
             frames = []
             for name, at in now.items():
                 placed = self._pose(*at)
-                frames.append(_frame(name, placed, t_ms))
+                frame = FrameTransform(timestamp=stamp(t_ms), parent_frame_id=MAP_FRAME, child_frame_id=name)
+                frame.translation.CopyFrom(placed.position)
+                frame.rotation.CopyFrom(placed.orientation)
+                frames.append(frame)
                 if before.get(name) != at:
                     moved = PoseInFrame(timestamp=stamp(t_ms), frame_id=MAP_FRAME, pose=placed)
                     yield t_ms, f"/robots/{name}/pose", moved
@@ -228,14 +227,12 @@ class _Recording:
         for t_ms in spaced(ends, TRAIL_EVERY_MS):
             entities = []
             for robot, found in driven.items():
-                carrier = self.types[robot].capacity > 0
+                thick_m = CARRIER_TRAIL_M if self.types[robot].capacity > 0 else ROVER_TRAIL_M
+                style: dict[str, Any] = {"thick_m": thick_m, "alpha": 0.7}
                 for k, drive in enumerate(found):
                     if drive.times_ms[-1] <= t_ms:
                         points = [self._metres(*point) for point in corners(drive.cells.tolist())]
-                        thick_m = CARRIER_TRAIL_M if carrier else ROVER_TRAIL_M
-                        entities.append(
-                            line_entity(t_ms, f"{robot} {k}", points, self.colours[robot], thick_m=thick_m, alpha=0.7)
-                        )
+                        entities.append(line_entity(t_ms, f"{robot} {k}", points, self.colours[robot], **style))
             for k, place in enumerate(places):
                 if place.t_ms <= t_ms:
                     colour = LIGHT.actions["undock" if place.name is ActionName.UNDOCK else "dock"]
@@ -249,32 +246,25 @@ class _Recording:
             robots = {robot.name: robot for robot in self.playback.state_at(plan.t_ms).robots}
             cells = {target.name: target.cell for target in plan.targets}
             entities = []
+            style: dict[str, Any] = {"radius_m": TARGET_M, "ink": LIGHT.ink}
             for k, target in enumerate(plan.targets, 1):
-                label = f"target {k}: about {target.reveal_m2:.0f} m2"
-                at = self._metres(*target.cell)
-                entities.append(
-                    place_entity(
-                        plan.t_ms, target.name, at, LIGHT.frontier, radius_m=TARGET_M, label=label, ink=LIGHT.ink
-                    )
-                )
+                at, label = self._metres(*target.cell), f"target {k}: about {target.reveal_m2:.0f} m2"
+                entities.append(place_entity(plan.t_ms, target.name, at, LIGHT.frontier, label=label, **style))
+            style = {"thick_m": ROUTE_M, "alpha": 0.5}
             for name, place in _first_targets(plan).items():
                 if place in cells:
-                    robot = robots[name]
-                    points = [self._metres(robot.x, robot.y), self._metres(*cells[place])]
-                    line = line_entity(
-                        plan.t_ms, f"{name} goes to", points, self.colours[name], thick_m=ROUTE_M, alpha=0.5
-                    )
-                    entities.append(line)
+                    points = [self._metres(robots[name].x, robots[name].y), self._metres(*cells[place])]
+                    entities.append(line_entity(plan.t_ms, f"{name} goes to", points, self.colours[name], **style))
             yield plan.t_ms, "/plan", scene(plan.t_ms, entities)
 
     def _log(self) -> Iterator[Timed]:
-        """Yield plans and the end as lines of text."""
-        for plan in self.playback.plans:
-            text = f"plan {plan.revision}: {trigger_text(plan.trigger)}"
-            yield plan.t_ms, "/log", _log_line(plan.t_ms, "plan", text)
-        ended = self.playback.ended
-        if ended is not None:
-            yield ended.t_ms, "/log", _log_line(ended.t_ms, "end", f"{ended.status}: {ended.reason}")
+        lines = [
+            (plan.t_ms, "plan", f"plan {plan.revision}: {trigger_text(plan.trigger)}") for plan in self.playback.plans
+        ]
+        if (ended := self.playback.ended) is not None:
+            lines.append((ended.t_ms, "end", f"{ended.status}: {ended.reason}"))
+        for t_ms, about, text in lines:
+            yield t_ms, "/log", Log(timestamp=stamp(t_ms), level=Log.Level.INFO, message=text, name=about)
 
     def _numbers(self) -> Iterator[Timed]:
         times = {self.playback.start_ms, *spaced(self._map_changes, GRID_EVERY_MS), self.playback.end_ms}
@@ -310,25 +300,9 @@ def _yaw(tracks: Tracks, robot: RobotView, t_ms: int) -> float:
     return 0.0 if heading is None else heading * pi / 4
 
 
-def _frame(name: str, placed: Pose, t_ms: int) -> FrameTransform:
-    at = placed.position
-    return FrameTransform(
-        timestamp=stamp(t_ms),
-        parent_frame_id=MAP_FRAME,
-        child_frame_id=name,
-        translation=Vector3(x=at.x, y=at.y),
-        rotation=placed.orientation,
-    )
-
-
 def _first_targets(plan: Planned) -> dict[str, str]:
-    """Return each robot's first target."""
     first: dict[str, str] = {}
     for action in plan.actions:
         if action.name is ActionName.EXPLORE:
             first.setdefault(action.robot, action.place)
     return first
-
-
-def _log_line(t_ms: int, about: str, text: str) -> Log:
-    return Log(timestamp=stamp(t_ms), level=Log.Level.INFO, message=text, name=about)

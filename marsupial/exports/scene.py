@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import cos, pi, sin
+from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
@@ -27,8 +28,7 @@ from foxglove_schemas_protobuf.Vector2_pb2 import Vector2
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from marsupial.model.grid import CellArray, Grid
-from marsupial.model.robots import Role
+from marsupial.model import CellArray, Grid, Role
 from marsupial.replay.palette import Palette
 
 MAP_FRAME = "map"
@@ -36,8 +36,7 @@ MAP_FRAME = "map"
 CHANNELS = ("red", "green", "blue", "alpha")
 """The fields of a grid, a byte each: viewers take fields of these names as the colour of a cell."""
 
-LINE_HEIGHT_M, LABEL_HEIGHT_M = 0.02, 0.6
-"""Height of lines and texts, above the ground so that it does not hide them."""
+LINE_HEIGHT_M, LABEL_HEIGHT_M = 0.02, 0.6  # height of lines and texts, above the ground so that it does not hide them
 
 LABEL_POINTS = 13.0
 
@@ -60,17 +59,7 @@ def pose(x_m: float, y_m: float, yaw: float = 0.0, z_m: float = 0.0) -> Pose:
 
 
 def grid_message(grid: Grid, cells: CellArray, corner: tuple[int, int], palette: Palette, t_ms: int) -> GridMessage:
-    """Return a part of a map as coloured cells.
-
-    Parameters
-    ----------
-    grid
-        The map that the part is of.
-    cells
-        The part, (height, width).
-    corner
-        Column and row of its lower left cell.
-    """
+    """Return the part `cells` (height, width) of a map, whose lower left cell is at `corner`, as coloured cells."""
     # A table from terrain codes to colours: one look-up for the whole grid.
     table = np.zeros((256, 4), dtype=np.uint8)
     for code in np.unique(cells):
@@ -102,21 +91,12 @@ def scene(t_ms: int, entities: Iterable[SceneEntity]) -> SceneUpdate:
 def robot_entity(
     t_ms: int, name: str, role: Role, radius_m: float, ink: str, label: str, *, height_m: float = 0.0
 ) -> SceneEntity:
-    """Return a robot that moves with the frame `name`: a disc for a carrier, a square on its corner for a rover.
-
-    `height_m` is the height of its underside: a rover aboard stands on its carrier.
-    """
+    """Return a robot that moves with the frame `name`: a disc for a carrier, a square on its corner for a rover."""
+    # `height_m` is the height of its underside: a rover aboard stands on its carrier.
     thick = radius_m
     size = Vector3(x=2 * radius_m, y=2 * radius_m, z=thick)
     middle = height_m + thick / 2
-    text = TextPrimitive(
-        pose=pose(0, 0, z_m=height_m + LABEL_HEIGHT_M + thick),
-        billboard=True,
-        font_size=LABEL_POINTS,
-        scale_invariant=True,
-        color=colour(ink),
-        text=label,
-    )
+    text = _text(label, pose(0, 0, z_m=height_m + LABEL_HEIGHT_M + thick), ink)
     entity = SceneEntity(timestamp=stamp(t_ms), frame_id=name, id=name, frame_locked=True, texts=[text])
     if role is Role.CARRIER:
         body = CylinderPrimitive(pose=pose(0, 0, z_m=middle), size=size, bottom_scale=1, top_scale=1, color=colour(ink))
@@ -153,9 +133,11 @@ def place_entity(
     )
     entity = SceneEntity(timestamp=stamp(t_ms), frame_id=MAP_FRAME, id=name, cylinders=[disc])
     if label:
-        above = pose(*at, z_m=LABEL_HEIGHT_M)
-        text = TextPrimitive(
-            pose=above, billboard=True, font_size=LABEL_POINTS, scale_invariant=True, color=colour(ink), text=label
-        )
-        entity.texts.append(text)
+        entity.texts.append(_text(label, pose(*at, z_m=LABEL_HEIGHT_M), ink))
     return entity
+
+
+def _text(label: str, at: Pose, ink: str) -> TextPrimitive:
+    """Return a label that faces the viewer and keeps its size on the screen."""
+    style: dict[str, Any] = {"billboard": True, "font_size": LABEL_POINTS, "scale_invariant": True}
+    return TextPrimitive(pose=at, color=colour(ink), text=label, **style)

@@ -10,9 +10,7 @@ import numpy.typing as npt
 
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import Leg
-from marsupial.model.grid import Cell
-from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted
-from marsupial.model.plan import ActionName
+from marsupial.model import ActionEnd, ActionEnded, ActionName, ActionStarted, Cell
 
 Points = npt.NDArray[np.float64]
 

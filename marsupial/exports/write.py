@@ -16,21 +16,11 @@ from marsupial.replay.palette import DARK, LIGHT, Palette
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportOptions:
-    """The options of an export.
+    """The options of an export."""
 
-    Attributes
-    ----------
-    at_ms
-        The moment that a figure shows; None for the end of the mission.
-    speed
-        Seconds of the mission per second of a film; None makes the film some 20 s long.
-    dark
-        Whether figures and films have a dark background.
-    """
-
-    at_ms: int | None = None
-    speed: float | None = None
-    dark: bool = False
+    at_ms: int | None = None  # the moment that a figure shows; None for the end of the mission
+    speed: float | None = None  # seconds of the mission per second of a film; None makes the film some 20 s long
+    dark: bool = False  # whether figures and films have a dark background
 
     @property
     def palette(self) -> Palette:
@@ -58,16 +48,14 @@ def _figure(kind: str) -> Callable[[Events, ExportOptions], bytes]:
     return write
 
 
-def _gif(events: Events, options: ExportOptions) -> bytes:
-    from marsupial.exports.film import gif
+def _film(kind: str) -> Callable[[Events, ExportOptions], bytes]:
+    def write(events: Events, options: ExportOptions) -> bytes:
+        from marsupial.exports import film
 
-    return gif(events, speed=options.speed, palette=options.palette)
+        make = film.gif if kind == "gif" else film.mp4
+        return make(events, speed=options.speed, palette=options.palette)
 
-
-def _mp4(events: Events, options: ExportOptions) -> bytes:
-    from marsupial.exports.film import mp4
-
-    return mp4(events, speed=options.speed, palette=options.palette)
+    return write
 
 
 def _mcap(events: Events, options: ExportOptions) -> bytes:
@@ -83,8 +71,8 @@ def _mcap(events: Events, options: ExportOptions) -> bytes:
 _FILM, _FIGURE = frozenset({"speed", "dark"}), frozenset({"at_ms", "dark"})
 
 EXPORTS: Mapping[str, Export] = {
-    ".gif": Export(write=_gif, takes=_FILM),
-    ".mp4": Export(write=_mp4, takes=_FILM),
+    ".gif": Export(write=_film("gif"), takes=_FILM),
+    ".mp4": Export(write=_film("mp4"), takes=_FILM),
     ".svg": Export(write=_figure("svg"), takes=_FIGURE),
     ".png": Export(write=_figure("png"), takes=_FIGURE),
     ".pdf": Export(write=_figure("pdf"), takes=_FIGURE),
@@ -107,12 +95,6 @@ def check_export(suffix: str, options: ExportOptions) -> None:
 
 
 def export_mission(events: Events, suffix: str, options: ExportOptions) -> bytes:
-    """Return the mission as a file of the kind with this suffix.
-
-    Raises
-    ------
-    UsageError
-        If there is no such kind of file, it does not take these options, or its library is not installed.
-    """
+    """Return the mission as a file of the kind with this suffix; raise a `UsageError` if that can't be made here."""
     check_export(suffix, options)
     return EXPORTS[suffix.lower()].write(events, options)

@@ -37,15 +37,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
 
 
 class Notes:
-    """The problems of one part of a file or request.
-
-    Parameters
-    ----------
-    path
-        Path of the part, empty for the whole.
-    problems
-        The problems so far, shared by all parts.
-    """
+    """The problems of one part, at `path`, of a file or request; all parts share the list `problems`."""
 
     def __init__(self, path: str = "", problems: list[Problem] | None = None) -> None:
         self.path = path
@@ -75,19 +67,7 @@ class Notes:
 
 
 class Fields(Notes):
-    """One mapping of a file, read field by field.
-
-    A field with a default may be absent; without a default it is required.
-
-    Parameters
-    ----------
-    data
-        The parsed mapping.
-    path
-        Its path in the file, empty for the whole.
-    problems
-        The problems so far, shared by all parts of one file.
-    """
+    """The mapping `data` at `path` of a file, read field by field. A field without a default is required."""
 
     def __init__(self, data: Mapping[Any, Any], path: str, problems: list[Problem]) -> None:
         super().__init__(path, problems)
@@ -106,7 +86,7 @@ class Fields(Notes):
 
     def integer(self, key: str, default: int | None = None, bound: Bound = FINITE) -> int:
         """Read an integer within the bound."""
-        return int(self._take(key, default, 0, lambda value: _integer_fault(value) or bound.fault(value)))
+        return int(self._take(key, default, 0, lambda v: _unless(is_whole(v), "an integer", v) or bound.fault(v)))
 
     def quantity(self, key: str, default: float | None = None) -> float:
         """Read a number within the bound of that name."""
@@ -118,11 +98,11 @@ class Fields(Notes):
 
     def text(self, key: str, default: str | None = None) -> str:
         """Read a text that is not empty."""
-        return str(self._take(key, default, "", _text_fault))
+        return str(self._take(key, default, "", lambda v: _unless(_is_text(v), "a text", v)))
 
-    def name(self, key: str, default: str | None = None) -> str:
+    def name(self, key: str) -> str:
         """Read a name: a letter, then letters, digits, ``_`` and ``-``."""
-        value = self.text(key, default)
+        value = self.text(key)
         if value and not _NAME.match(value):
             self.wrong(key, f"must be a letter followed by letters, digits, '_' or '-', got {shown(value)}")
             return ""
@@ -133,7 +113,7 @@ class Fields(Notes):
 
     def flag(self, key: str, default: bool) -> bool:
         """Read true or false."""
-        return bool(self._take(key, default, default, _flag_fault))
+        return bool(self._take(key, default, default, lambda v: _unless(isinstance(v, bool), "true or false", v)))
 
     def choice(self, key: str, options: Iterable[str], default: str | None = None, *, what: str = "") -> str:
         """Read one of `options`; `what` names their kind (``robot type``)."""
@@ -151,20 +131,30 @@ class Fields(Notes):
         self, key: str, count: int, default: tuple[float, ...] | None = None, bound: Bound = FINITE
     ) -> tuple[float, ...]:
         """Read a list of `count` finite numbers within the bound; empty if it has a problem."""
-        numbers = self._take(key, default, (), lambda v: _numbers_fault(v, count))
+
+        def fault_of(value: object) -> str | None:
+            fine = isinstance(value, list) and len(value) == count and not any(map(number_fault, value))
+            return _unless(fine, f"a list of {count} numbers", value)
+
+        numbers = self._take(key, default, (), fault_of)
         faults = [(i, fault) for i, number in enumerate(numbers) if (fault := bound.fault(number)) is not None]
         for i, fault in faults:
             self.wrong(f"{key}[{i}]", fault)
         return () if faults else tuple(float(number) for number in numbers)
 
-    def texts(self, key: str) -> list[str]:
-        """Read a list of texts that is not empty; empty if it has a problem."""
-        if not self._present(key, required=True):
+    def items(self, key: str, wanted: str, *, required: bool = True, least: int = 0) -> list[Any]:
+        """Read a list of at least so many items, which are not checked; empty if it is absent or has a problem."""
+        if not self._present(key, required=required):
             return []
         value = self.data[key]
-        if not isinstance(value, list) or not value:
-            self.wrong(key, f"must be a list of texts, got {shown(value)}")
-            return []
+        if isinstance(value, list) and len(value) >= least:
+            return value
+        self.wrong(key, f"must be {wanted}, got {shown(value)}")
+        return []
+
+    def texts(self, key: str) -> list[str]:
+        """Read a list of texts that is not empty; empty if it has a problem."""
+        value = self.items(key, "a list of texts", least=1)
         wrong = [i for i, item in enumerate(value) if not isinstance(item, str)]
         for i in wrong:
             self.wrong(f"{key}[{i}]", f"must be a text, got {shown(value[i])}")
@@ -172,22 +162,17 @@ class Fields(Notes):
 
     def part(self, key: str, *, required: bool = True) -> Fields:
         """Read a mapping; one without fields if it is absent or has a problem."""
-        if not self._present(key, required=required):
-            return Fields({}, self.at(key), [])  # problems of a placeholder's fields are dropped
-        value = self.data[key]
-        if not isinstance(value, Mapping):
+        value = self.data[key] if self._present(key, required=required) else None
+        if isinstance(value, Mapping):
+            return Fields(value, self.at(key), self.problems)
+        if self.has(key):
             self.wrong(key, f"must be a mapping of fields, got {shown(value)}")
-            return Fields({}, self.at(key), [])
-        return Fields(value, self.at(key), self.problems)
+        return Fields({}, self.at(key), [])  # problems of a placeholder's fields are dropped
 
     def parts(self, key: str, *, required: bool = True) -> list[Fields]:
         """Read a list of mappings; other items are left out."""
-        value = self.data[key] if self._present(key, required=required) else []
-        if not isinstance(value, list):
-            self.wrong(key, f"must be a list, got {shown(value)}")
-            return []
         found = []
-        for i, item in enumerate(value):
+        for i, item in enumerate(self.items(key, "a list", required=required)):
             if isinstance(item, Mapping):
                 found.append(Fields(item, f"{self.at(key)}[{i}]", self.problems))
             else:
@@ -253,20 +238,14 @@ def number_fault(value: object) -> str | None:
     return None
 
 
-def _integer_fault(value: object) -> str | None:
-    whole = isinstance(value, int) and not isinstance(value, bool)
-    return None if whole else f"must be an integer, got {shown(value)}"
+def is_whole(value: object) -> bool:
+    """Return whether `value` is an integer; to Python a boolean is one too, but not in a file."""
+    return isinstance(value, int) and not isinstance(value, bool)
 
 
-def _text_fault(value: object) -> str | None:
-    return None if isinstance(value, str) and value.strip() else f"must be a text, got {shown(value)}"
+def _is_text(value: object) -> bool:
+    return isinstance(value, str) and bool(value.strip())
 
 
-def _flag_fault(value: object) -> str | None:
-    return None if isinstance(value, bool) else f"must be true or false, got {shown(value)}"
-
-
-def _numbers_fault(value: object, count: int) -> str | None:
-    if isinstance(value, list) and len(value) == count and not any(number_fault(item) for item in value):
-        return None
-    return f"must be a list of {count} numbers, got {shown(value)}"
+def _unless(fine: bool, wanted: str, value: object) -> str | None:
+    return None if fine else f"must be {wanted}, got {shown(value)}"

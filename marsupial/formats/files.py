@@ -10,15 +10,17 @@ import errno
 import io
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from marsupial.errors import InputError, UsageError
+from marsupial.errors import InputError, MapError, Problem, UsageError
 
 NO_SUCH_FILE = "no such file"
 
 MOST_BYTES = 256 * 1024 * 1024
+
+MAX_PROBLEMS = 10  # most faults of a map file to report: a file with more is probably of another kind
 
 
 def file_fault(path: Path, limit_bytes: int | None = None) -> str | None:
@@ -39,13 +41,7 @@ def file_fault(path: Path, limit_bytes: int | None = None) -> str | None:
 
 
 def read_bytes(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTES) -> bytes:
-    """Return the content of a file.
-
-    Raises
-    ------
-    InputError
-        Of kind `error`, where the file is missing, no regular file, unreadable or longer than `limit_bytes`.
-    """
+    """Return the content of a file; raise `error` if it is missing, no regular file, unreadable or too long."""
     fault = file_fault(path, limit_bytes)
     if fault is None:
         try:
@@ -67,6 +63,15 @@ def read_text(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTES
         return io.TextIOWrapper(data, encoding="utf-8-sig").read()
     except UnicodeDecodeError as failure:
         raise error("is not UTF-8 text", source=str(path)) from failure
+
+
+def raise_any(problems: Sequence[Problem], source: str) -> None:
+    """Raise a MapError with the first problems and the number of the others; do nothing if there are none."""
+    shown, rest = list(problems[:MAX_PROBLEMS]), len(problems) - MAX_PROBLEMS
+    if rest > 0:
+        shown.append(Problem("", f"and {rest} more faults like these"))
+    if shown:
+        raise MapError(shown, source=source)
 
 
 def replace_file(path: Path, data: bytes) -> None:

@@ -12,13 +12,7 @@ class JsonFault(ValueError):
 
 
 def parse_json(text: str) -> Any:
-    """Return the value of a JSON text.
-
-    Raises
-    ------
-    JsonFault
-        If it is no JSON, is nested too deep, or has a number that is not finite or has thousands of digits.
-    """
+    """Return the value of a JSON text; raise a `JsonFault` if it is invalid, too deep, or has an infinite number."""
     try:
         return json.loads(text, parse_constant=_no_number, parse_float=_finite)
     except RecursionError:

@@ -11,11 +11,9 @@ from typing import Any
 
 from marsupial.errors import Problem
 from marsupial.formats.mapfiles.images import MAX_CELLS
+from marsupial.model import UNKNOWN, Action, ActionName, Cell, RobotType, Role
 from marsupial.model import mission as m
 from marsupial.model.bounds import BOUNDS
-from marsupial.model.grid import UNKNOWN, Cell
-from marsupial.model.plan import Action, ActionName
-from marsupial.model.robots import RobotType, Role
 from marsupial.paths.routes import route_of
 
 
@@ -106,14 +104,13 @@ class LogChecker:
             self._width, self._height = event.width, event.height
 
     def _drive_started(self, event: m.DriveStarted) -> Iterator[Problem]:
-        yield from self._robot("robot", event.robot)
-        yield from self._cell("cell", event.cell)
+        yield from self._robot_and_cell(event)
         if not set(event.steps) <= set("01234567"):
             yield Problem("steps", f"must be digits from 0 to 7, got {event.steps[:40]!r}")
         elif not all(map(self._contains, route_of(event.cell, event.steps))):
             yield Problem("steps", "leave the map")
 
-    def _drive_ended(self, event: m.DriveEnded) -> Iterator[Problem]:
+    def _robot_and_cell(self, event: m.DriveStarted | m.DriveEnded) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
         yield from self._cell("cell", event.cell)
 
@@ -129,12 +126,6 @@ class LogChecker:
     def _action_started(self, event: m.ActionStarted) -> Iterator[Problem]:
         yield from self._action("action", event.action)
         yield from self._cell("cell", event.cell)
-
-    def _action_ended(self, event: m.ActionEnded) -> Iterator[Problem]:
-        yield from self._action("action", event.action)
-
-    def _robot_lost(self, event: m.RobotLost) -> Iterator[Problem]:
-        yield from self._robot("robot", event.robot)
 
     def _mission_ended(self, event: m.MissionEnded) -> Iterator[Problem]:
         for i, frontier in enumerate(event.remaining):
@@ -192,10 +183,10 @@ _CHECKS: dict[type, Callable[[LogChecker, Any], Iterator[Problem]]] = {
     m.Changed: LogChecker._revealed,
     m.FrameGrown: LogChecker._frame_grown,
     m.DriveStarted: LogChecker._drive_started,
-    m.DriveEnded: LogChecker._drive_ended,
+    m.DriveEnded: LogChecker._robot_and_cell,
     m.Planned: LogChecker._planned,
     m.ActionStarted: LogChecker._action_started,
-    m.ActionEnded: LogChecker._action_ended,
-    m.RobotLost: LogChecker._robot_lost,
+    m.ActionEnded: lambda checker, event: checker._action("action", event.action),
+    m.RobotLost: lambda checker, event: checker._robot("robot", event.robot),
     m.MissionEnded: LogChecker._mission_ended,
 }

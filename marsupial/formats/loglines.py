@@ -16,8 +16,8 @@ Three things keep logs small:
 So writing and reading depend on the lines before: `LogEncoder` and `LogDecoder` hold the width of the map and the
 parts of the last plan. Reading follows the type hints of the event classes (`_read`): a new field needs no code here.
 
-A log is written during the mission, when nobody knows whether the map will change. Its first line says version 2; lines
-about a map that changes or grows say version 3 themselves. The format for other programs: ``docs/mission-log.md``.
+A log is written during the mission, before it is known whether the map will change. Its first line says version 2;
+lines about a map that changes or grows say version 3. The format for other programs: ``docs/mission-log.md``.
 """
 
 from __future__ import annotations
@@ -41,8 +41,7 @@ from marsupial.model.grid import Cell
 FORMAT = "marsupial-log"
 VERSION = 2
 
-CHANGES_VERSION = 3
-"""The version of lines about a map that changes or grows."""
+CHANGES_VERSION = 3  # the version of lines about a map that changes or grows
 
 EVENTS: dict[str, type[m.MissionEvent]] = {
     "mission": m.MissionStarted,
@@ -59,6 +58,7 @@ EVENTS: dict[str, type[m.MissionEvent]] = {
 }
 """The event class of each line's `event`."""
 
+_VERSIONS = {"mission": VERSION, "change": CHANGES_VERSION, "frame": CHANGES_VERSION}
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
 _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone
 
@@ -107,7 +107,12 @@ class LogEncoder:
         elif isinstance(event, m.FrameGrown):
             head |= {"version": CHANGES_VERSION}
         elif isinstance(event, m.Planned):
-            values |= {"trigger": trigger_text(event.trigger)} | {name: self._changed(event, name) for name in _NAMED}
+            values["trigger"] = trigger_text(event.trigger)
+            for part in _NAMED:
+                # Names alone stand for items that are equal to those of the plan before.
+                before, things = self._before.get(part, {}), values[part]
+                self._before[part] = {thing.name: thing for thing in things}
+                values[part] = [thing.name if before.get(thing.name) == thing else thing for thing in things]
         return _json(head | values)
 
     def _looks(self, seen: Sequence[m.Revealed | m.Changed], **head: int) -> str:
@@ -116,12 +121,6 @@ class LogEncoder:
         first_ms = seen[0].t_ms
         looks = [(one.robot, one.t_ms - first_ms, strips.text_of(one.runs, self._width)) for one in seen]
         return _json({"event": _TAGS[type(seen[0])], **head, "t_ms": first_ms, "looks": looks})
-
-    def _changed(self, plan: m.Planned, part: str) -> list[object]:
-        """Return a list of the plan, with names alone for items that are equal to those of the plan before."""
-        before, things = self._before.get(part, {}), getattr(plan, part)
-        self._before[part] = {thing.name: thing for thing in things}
-        return [thing.name if before.get(thing.name) == thing else thing for thing in things]
 
 
 def log_lines(events: Iterable[m.MissionEvent]) -> Iterator[str]:
@@ -157,13 +156,7 @@ class LogDecoder:
         self._before: dict[str, dict[str, object]] = {}
 
     def events(self, line: str) -> tuple[m.MissionEvent, ...]:
-        """Return the events of the next line; `LogChecker` checks whether they are consistent.
-
-        Raises
-        ------
-        LogError
-            If it is no line of a log.
-        """
+        """Return the events of the next line, for `LogChecker` to check; raise a `LogError` if it is invalid."""
         problems: list[Problem] = []
         events = self.read(line.encode(), problems)
         if problems:
@@ -179,10 +172,12 @@ class LogDecoder:
         if not isinstance(tag, str) or tag not in EVENTS:
             problems.append(Problem("event", f"must be one of {', '.join(EVENTS)}, got {_shown(tag)}"))
             return ()
-        if tag == "mission":
-            _check_header(value, problems)
-        elif tag in ("change", "frame"):
-            _check_changes(value, problems)
+        if tag == "mission" and (name := value.pop("format", None)) != FORMAT:
+            problems.append(Problem("format", f'must be "{FORMAT}", got {_shown(name)}'))
+        elif tag in _VERSIONS:
+            version = value.pop("version", None)
+            if version != _VERSIONS[tag] or isinstance(version, bool):
+                problems.append(Problem("version", f"must be {_VERSIONS[tag]}, got {_shown(version)}"))
         elif tag == "plan":
             self._add_named(value, problems)
         looks = tag in ("change", "reveal")
@@ -251,21 +246,6 @@ def _refuse_constant(name: str) -> None:
     raise ValueError(f"{name} is not a number")
 
 
-def _check_header(value: dict[str, Any], problems: list[Problem]) -> None:
-    name, version = value.pop("format", None), value.pop("version", None)
-    if name != FORMAT:
-        problems.append(Problem("format", f'must be "{FORMAT}", got {_shown(name)}'))
-    elif version != VERSION or isinstance(version, bool):
-        problems.append(Problem("version", f"must be {VERSION}, got {_shown(version)}"))
-
-
-def _check_changes(value: dict[str, Any], problems: list[Problem]) -> None:
-    """Remove and check the version of a line about changes."""
-    version = value.pop("version", None)
-    if version != CHANGES_VERSION or isinstance(version, bool):
-        problems.append(Problem("version", f"must be {CHANGES_VERSION}, got {_shown(version)}"))
-
-
 def _shown(value: Any) -> str:
     text = json.dumps(value)
     return text if len(text) <= 40 else text[:37] + "..."
@@ -317,7 +297,10 @@ def _read(hint: Any, value: Any, path: str, problems: list[Problem]) -> Any:
     if is_dataclass(hint):
         return _read_object(hint, value, path, problems)  # type: ignore[arg-type]
     if issubclass(hint, StrEnum):
-        return _read_enum(hint, value, path, problems)
+        if isinstance(value, str) and value in set(hint):
+            return hint(value)
+        problems.append(Problem(path, f"must be one of {', '.join(hint)}, got {_shown(value)}"))
+        return None
     return _read_scalar(hint, value, path, problems)
 
 
@@ -331,13 +314,6 @@ def _read_array(hints: tuple[Any, ...], value: Any, path: str, problems: list[Pr
         return tuple(value)  # a shortcut for the usual case: long arrays of one scalar type
     kinds = [hints[0]] * len(value) if repeats else hints
     return tuple(_read(kinds[i], item, f"{path}[{i}]", problems) for i, item in enumerate(value))
-
-
-def _read_enum(hint: type[StrEnum], value: Any, path: str, problems: list[Problem]) -> StrEnum | None:
-    if isinstance(value, str) and value in set(hint):
-        return hint(value)
-    problems.append(Problem(path, f"must be one of {', '.join(hint)}, got {_shown(value)}"))
-    return None
 
 
 _NAMES = {bool: "true or false", int: "a whole number", float: "a number", str: "a string"}

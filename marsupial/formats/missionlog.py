@@ -13,7 +13,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from types import TracebackType
 from typing import TextIO
 
 from marsupial.errors import LogError, Problem
@@ -26,16 +25,10 @@ _MOST_PROBLEMS = 50  # a file of another kind has a problem on every line
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionLog:
-    """The content of a log file.
-
-    Parameters
-    ----------
-    truncated
-        Whether its last line was cut off; that line is not among the events.
-    """
+    """The content of a log file."""
 
     events: tuple[m.MissionEvent, ...]
-    truncated: bool = False
+    truncated: bool = False  # whether its last line was cut off; that line is not among the events
 
     @property
     def mission(self) -> m.MissionStarted:
@@ -52,10 +45,7 @@ class MissionLog:
 
 
 class LogWriter:
-    """Writes events to a file or a text stream, each at once; `Revealed` events wait for another kind of event.
-
-    A file is closed on exit; a stream is left open.
-    """
+    """Writes events to a file or a text stream, each at once; `Revealed` events wait for another kind of event."""
 
     def __init__(self, target: str | PathLike[str] | TextIO) -> None:
         self._target = target
@@ -71,9 +61,7 @@ class LogWriter:
             self._stream = self._target
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         with self._stack:
             self._write(self._encoder.rest())
         self._stream = None
@@ -87,17 +75,11 @@ class LogWriter:
             raise ValueError("a LogWriter writes only inside its with block")
         for line in lines:
             self._stream.write(line + "\n")
-            self._stream.flush()
+            self._stream.flush()  # a killed run loses at most one line
 
 
 def read_log(path: str | PathLike[str]) -> MissionLog:
-    """Read a log file; `-` is standard input.
-
-    Raises
-    ------
-    LogError
-        With every problem found (the first 50), each with its line and field.
-    """
+    """Read a log file, `-` for standard input; a `LogError` has the first 50 problems with their lines and fields."""
     try:
         data = sys.stdin.buffer.read() if str(path) == "-" else Path(path).read_bytes()
     except OSError as error:

@@ -28,18 +28,10 @@ from typing import Any
 import numpy as np
 
 from marsupial.errors import Problem, SituationError
-from marsupial.formats.fields import Fields, Notes, shown
+from marsupial.formats.fields import Fields, Notes, is_whole, shown
+from marsupial.model import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo, TravelTable
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.robots import Role
-from marsupial.model.situation import (
-    UNREACHABLE,
-    PlanningType,
-    RobotState,
-    Situation,
-    SituationGoal,
-    TargetInfo,
-    TravelTable,
-)
 from marsupial.wording import suggestion
 
 FORMAT, VERSION = "marsupial situation", 1
@@ -48,15 +40,16 @@ _DURATION = BOUNDS["duration_ms"]
 
 
 def situation_to_json(situation: Situation) -> str:
-    """Return `situation` as JSON text, with one row of a travel table per line.
-
-    Raises
-    ------
-    SituationError
-        If a target's reveal is no finite number.
-    """
+    """Return `situation` as JSON text, with one row of a travel table per line."""
     try:
-        head = json.dumps(_head(situation), indent=2, ensure_ascii=False, allow_nan=False, default=_plain)
+        # Beside the types of JSON there are sets of names, and numpy's integers.
+        head = json.dumps(
+            _head(situation),
+            indent=2,
+            ensure_ascii=False,
+            allow_nan=False,
+            default=lambda value: sorted(value) if isinstance(value, frozenset) else int(value),
+        )
     except ValueError as error:
         raise SituationError([Problem("targets", f"reveal_m2 must be a finite number ({error})")]) from None
     tables = ",\n".join(_table_text(kind.name, situation.travel_ms[kind.name]) for kind in situation.types)
@@ -64,13 +57,7 @@ def situation_to_json(situation: Situation) -> str:
 
 
 def situation_from_json(text: str) -> Situation:
-    """Return the situation that JSON text describes.
-
-    Raises
-    ------
-    SituationError
-        With every problem found and its path, or the line where the text is no JSON.
-    """
+    """Return the situation that JSON text describes; a `SituationError` has every problem with its path."""
     if not text.strip():
         raise SituationError("is empty")
     try:
@@ -85,40 +72,28 @@ def situation_from_json(text: str) -> Situation:
 
 
 def situation_from_fields(data: Mapping[str, Any]) -> Situation:
-    """Return the situation that a parsed JSON object describes.
-
-    Raises
-    ------
-    SituationError
-        With every problem found and its path.
-    """
-    problems: list[Problem] = []
-    situation = _read(Fields(data, "", problems))
+    """Return the situation that a parsed JSON object describes; a `SituationError` has every problem with its path."""
+    fields = Fields(data, "", [])
+    situation = _read(fields)
     if situation is None:
-        raise SituationError(problems)
+        raise SituationError(fields.problems)
     return situation
 
 
 def _head(situation: Situation) -> dict[str, Any]:
     """Return all fields but the travel tables, which `json` would write with one number per line."""
+    robots = [{key: value for key, value in asdict(one).items() if value is not None} for one in situation.robots]
     return {
         "format": FORMAT,
         "version": VERSION,
         "types": [asdict(kind) for kind in situation.types],
-        "robots": [
-            {key: value for key, value in asdict(robot).items() if value is not None} for robot in situation.robots
-        ],
+        "robots": robots,
         "targets": [asdict(target) | {"reveal_m2": float(target.reveal_m2)} for target in situation.targets],
         "meetings": situation.meetings,
         "homes": situation.homes,
         "goal": asdict(situation.goal),
         "places": situation.places,
     }
-
-
-def _plain(value: Any) -> Any:
-    """Return a set of names or a numpy integer in the types of JSON."""
-    return sorted(value) if isinstance(value, frozenset) else int(value)
 
 
 def _table_text(kind: str, table: TravelTable) -> str:
@@ -128,7 +103,6 @@ def _table_text(kind: str, table: TravelTable) -> str:
 
 
 def _read(fields: Fields) -> Situation | None:
-    """Return the situation, or None with all problems noted."""
     if fields.text("format", FORMAT) != FORMAT:
         fields.wrong("format", f"must be {FORMAT!r}")
     if fields.integer("version", VERSION) != VERSION:
@@ -147,13 +121,7 @@ def _read(fields: Fields) -> Situation | None:
     if fields.problems:
         return None
     return Situation(
-        types=types,
-        robots=robots,
-        targets=targets,
-        meetings=meetings,
-        homes=homes,
-        travel_ms=travel,
-        goal=goal,
+        types=types, robots=robots, targets=targets, meetings=meetings, homes=homes, travel_ms=travel, goal=goal
     )
 
 
@@ -196,7 +164,6 @@ def _target(fields: Fields) -> TargetInfo:
 
 
 def _goal(fields: Fields) -> SituationGoal:
-    """Read the goals besides exploring; a flag that is absent is false."""
     goal = SituationGoal(
         recover_rovers=fields.flag("recover_rovers", False), return_home=fields.flag("return_home", False)
     )
@@ -227,15 +194,7 @@ def _is_name(value: object) -> bool:
 
 
 def _names(fields: Fields, key: str, *, required: bool = True) -> tuple[str, ...]:
-    """Read a list of names, which may be empty."""
-    if not fields.has(key):
-        if required:
-            fields.wrong(key, "missing")
-        return ()
-    value = fields.data[key]
-    if not isinstance(value, list):
-        fields.wrong(key, f"must be a list of names, got {shown(value)}")
-        return ()
+    value = fields.items(key, "a list of names", required=required)
     for i, item in enumerate(value):
         if not _is_name(item):
             fields.wrong(f"{key}[{i}]", f"must be a name, got {shown(item)}")
@@ -258,7 +217,7 @@ def _row(fields: Fields, key: str, row: object) -> list[int | None]:
         fields.wrong(key, f"must be a list of times, got {shown(row)}")
         return []
     for i, ms in enumerate(row):
-        if ms is not None and (isinstance(ms, bool) or not isinstance(ms, int) or _DURATION.fault(ms)):
+        if ms is not None and (not is_whole(ms) or _DURATION.fault(ms)):
             fields.wrong(f"{key}[{i}]", f"must be whole milliseconds, 0 or more, or null for no path, got {shown(ms)}")
             return [None] * len(row)
     return row
@@ -273,10 +232,7 @@ def check_places(given: object, places: Sequence[str], notes: Notes) -> None:
 def travel_tables(
     travel: Mapping[str, Sequence[Sequence[int | None]]], types: Sequence[PlanningType], size: int, notes: Notes
 ) -> dict[str, TravelTable]:
-    """Return the travel tables of `size` places from rows of times, in which None means no path.
-
-    Note a problem for a table that is missing, of another size or of an unknown robot type.
-    """
+    """Return the travel tables of `size` places from rows of times, in which None means no path, and note problems."""
     names = [kind.name for kind in types]
     for kind in travel:
         if kind not in names:

@@ -30,11 +30,10 @@ from marsupial.native import inlined, native
 DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"
 """The digits of base 64: five bits of a number each, the lowest first; the sixth bit says that more follow."""
 
-ALIKE = 1
-"""The step to a row whose run has the same column and length; the number of further such rows follows."""
+ALIKE = 1  # the step to a row whose run has the same column and length; the number of further such rows follows
 
 REACH = 15
-"""A strip goes on with a run that begins at most so many columns off; beyond that a new strip takes no more digits."""
+"""A strip continues with a run that begins at most this many columns off; else a new strip takes no more digits."""
 
 _MOST_DIGITS = 32  # of a run: a code, the number of strips, and a strip of one row, on a map of less than 2**30 cells
 _CODES = np.frombuffer(DIGITS.encode("ascii"), dtype=np.uint8)
@@ -53,13 +52,7 @@ def text_of(runs: Sequence[int], width: int) -> str:
 
 
 def runs_in(text: str, width: int, height: int) -> tuple[int, ...]:
-    """Return the runs that a text holds, in ascending order and as long as can be.
-
-    Raises
-    ------
-    ValueError
-        If it holds none, or cells that are not on the map.
-    """
+    """Return the runs in a text, ascending and as long as possible; raise a `ValueError` if it is invalid."""
     numbers = _numbers(text)
     rows: list[tuple[int, int, int]] = []
     cells_left = width * height
@@ -128,10 +121,8 @@ def _cut(runs: Ints, width: int, rows: Ints) -> None:
 
 @inlined
 def _link(rows: Ints, mine: Ints, below: Ints, above: Ints) -> int:
-    """Link each run to the nearest run of the row below within `REACH`; return the number of runs without one.
-
-    Those begin a strip. `below` and `above` hold the linked run's index in `rows`, or -1.
-    """
+    """Link each run to the nearest run of the row below within `REACH`; return the number of runs without one."""
+    # Those begin a strip. `below` and `above` hold the linked run's index in `rows`, or -1.
     strips, j = 0, 0
     for k in range(len(mine)):
         i = mine[k]
@@ -236,12 +227,8 @@ def _strip(
 
 
 def _pair(number: int) -> tuple[int, int]:
-    """Return the two numbers that make this one: b * b + a where a < b, else a * a + a + b.
-
-    References
-    ----------
-    Szudzik, An elegant pairing function, NKS 2006.
-    """
+    """Return the two numbers that make this one: b * b + a where a < b, else a * a + a + b."""
+    # Szudzik, An elegant pairing function, NKS 2006.
     root = isqrt(number)
     rest = number - root * root
     return (rest, root) if rest < root else (root, rest - root)

@@ -5,28 +5,35 @@ through. `parse_yaml` turns all of them into a `YamlFault`, with the line if it 
 
 A few lines of YAML can stand for gigabytes, by nesting or by aliases of aliases. So `parse_yaml` walks the parser's
 events first, which takes no memory, and refuses what is nested or repeated beyond a limit.
+
+Plain values have no line numbers. Only if there are problems, `with_lines` parses the text a second time, into nodes
+that have them.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable
+from dataclasses import replace
 from typing import Any
 
 import yaml
+
+from marsupial.errors import Problem
 
 try:
     from yaml import CSafeLoader as SafeLoader
 except ImportError:  # PyYAML without libyaml
     from yaml import SafeLoader  # type: ignore[assignment]
 
-MOST_LEVELS = 20
-"""Most levels of nested lists and mappings; no file of ours needs more."""
+MOST_LEVELS = 20  # most levels of nested lists and mappings; no file of ours needs more
 
 TOO_DEEP = f"lists and mappings are nested more than {MOST_LEVELS} levels deep"
 
-MOST_ALIASED = 100_000
-"""Most values that all aliases together repeat."""
+MOST_ALIASED = 100_000  # most values that all aliases together repeat
+
+
+_INDEX = re.compile(r"\[(\d+)\]")
 
 
 class YamlFault(Exception):
@@ -37,7 +44,6 @@ class PlainLoader(SafeLoader):
     """Safe YAML whose values can be written again: no half of a surrogate pair, no number of thousands of digits."""
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-        """Build the value of a node."""
         try:
             value = super().construct_object(node, deep)
             if isinstance(value, str):
@@ -56,7 +62,6 @@ class StrictLoader(PlainLoader):
     """Also reads JSON's numbers (``1e3``), and refuses a field that is given twice."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        """Build a mapping from a node."""
         seen: set[str] = set()
         for key, _ in node.value:
             if isinstance(key, yaml.ScalarNode) and key.value in seen:
@@ -73,25 +78,13 @@ StrictLoader.add_implicit_resolver(
 
 
 def parse_yaml(text: str | bytes, loader: type[PlainLoader] = StrictLoader, *, aliases: bool = True) -> Any:
-    """Return the value of a YAML text.
-
-    Parameters
-    ----------
-    aliases
-        Whether aliases and tags are allowed.
-
-    Raises
-    ------
-    YamlFault
-        If it can't be read, for whatever reason.
-    """
+    """Return the value of a YAML text, with or without aliases and tags; raise a `YamlFault` if that fails."""
     return _guarded(text, loader, aliases, "get_single_data")
 
 
 def compose_yaml(text: str | bytes) -> yaml.Node | None:
     """Return the tree of nodes of a YAML text; see `parse_yaml`."""
-    node: yaml.Node | None = _guarded(text, PlainLoader, True, "get_single_node")
-    return node
+    return _guarded(text, PlainLoader, True, "get_single_node")
 
 
 def _guarded(text: str | bytes, loader: type[PlainLoader], aliases: bool, take: str) -> Any:
@@ -156,3 +149,47 @@ def _fault(error: Exception, text: str | bytes) -> str:
     tab = bool(rest) and rest[0][mark.column : mark.column + 1] in ("\t", b"\t")
     words = "a tab can't stand here: YAML is indented by spaces" if tab else error.problem
     return f"line {mark.line + 1}, column {mark.column + 1}: {words}"
+
+
+def with_lines(problems: Iterable[Problem], text: str | bytes) -> list[Problem]:
+    """Return the problems with the line of their field, or of the part that it is missing from."""
+    # A text of a single line, as JSON may be, gets no line numbers.
+    problems = list(problems)
+    root = compose_yaml(text) if problems else None
+    if root is None or root.start_mark.line == root.end_mark.line:
+        return problems
+    return [replace(problem, line=_line(root, problem.path)) for problem in problems]
+
+
+def _line(node: yaml.Node, path: str) -> int | None:
+    """Return the line of the last existing part of a path (``robot_types[1].speed_mps``); None if none exists."""
+    line = None
+    rest = path
+    while rest:
+        found = _key(node, rest) if isinstance(node, yaml.MappingNode) else _item(node, rest)
+        if found is None:
+            break
+        named, node, rest = found
+        line = named.start_mark.line + 1
+    return line
+
+
+def _key(node: yaml.MappingNode, path: str) -> tuple[yaml.Node, yaml.Node, str] | None:
+    """Return the node of the key that a path begins with, the node of its value, and the rest of the path."""
+    path = path.removeprefix(".")
+    # Keys may hold dots and brackets themselves: take the longest key that the path begins with.
+    fitting = [
+        (key, value, path[len(key.value) :])
+        for key, value in node.value
+        if isinstance(key, yaml.ScalarNode) and key.value and path.startswith(key.value)
+    ]
+    ending = [found for found in fitting if not found[2] or found[2][0] in ".["]
+    return min(ending, key=lambda found: len(found[2]), default=None)
+
+
+def _item(node: yaml.Node, path: str) -> tuple[yaml.Node, yaml.Node, str] | None:
+    match = _INDEX.match(path)
+    if match is None or not isinstance(node, yaml.SequenceNode) or int(match[1]) >= len(node.value):
+        return None
+    item = node.value[int(match[1])]
+    return item, item, path[match.end() :]

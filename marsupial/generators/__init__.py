@@ -20,37 +20,21 @@ from marsupial.generators.rooms import rooms
 from marsupial.model.grid import Grid
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Generator:
-    """A map generator.
+    """A map generator."""
 
-    Parameters
-    ----------
-    carve
-        Carves a map out of cells (height, width) that are all obstacle; takes them, a random generator, a `CanvasSize`,
-        and the `options` by keyword.
-    least_m
-        Smallest width and height that it can fill.
-    options
-        Further parameters, numbers from 0 on, with their defaults.
-    most
-        Highest value of each option.
-    """
-
+    # carves a map out of cells (height, width) that are all obstacle; takes them, a random generator, a `CanvasSize`,
+    # and the `options` by keyword
     carve: Callable[..., None]
-    least_m: tuple[float, float]
+    least_m: tuple[float, float]  # smallest width and height that it can fill
     summary: str
+    # further parameters, numbers from 0 on, with their defaults
     options: Mapping[str, float] = field(default_factory=dict)
-    most: Mapping[str, float] = field(default_factory=dict)
+    most: Mapping[str, float] = field(default_factory=dict)  # highest value of each option
 
     def make(self, *, width_m: float, height_m: float, resolution_m: float, seed: int, **options: float) -> Grid:
-        """Generate a map with its lower left corner at the origin.
-
-        Raises
-        ------
-        MapError
-            With every parameter that is out of range.
-        """
+        """Generate a map with its lower left corner at the origin; raise a `MapError` with every wrong parameter."""
         wrong = {key: value for key, value in options.items() if not 0 <= value <= self.most[key]}
         if wrong:
             raise MapError([Problem(key, f"must be 0 to {self.most[key]}, got {wrong[key]}") for key in wrong])
@@ -61,20 +45,12 @@ class Generator:
 
 
 GENERATORS: dict[str, Generator] = {
-    "office": Generator(
-        carve=office, least_m=(30, 24), summary="two corridors and rooms on both sides, half of them for rovers only"
-    ),
-    "maze": Generator(
-        carve=maze, least_m=(24, 24), summary="a maze around a centre for rovers only with several openings"
-    ),
-    "rooms": Generator(carve=rooms, least_m=(12, 12), summary="rooms without corridors, some behind narrow doors"),
+    "office": Generator(office, (30, 24), "two corridors and rooms on both sides, half of them for rovers only"),
+    "maze": Generator(maze, (24, 24), "a maze around a centre for rovers only with several openings"),
+    "rooms": Generator(rooms, (12, 12), "rooms without corridors, some behind narrow doors"),
     "random": Generator(
-        carve=random_obstacles,
-        least_m=(6, 6),
-        summary="open ground with random boxes",
-        options={"share": DEFAULT_SHARE},
-        most={"share": MOST_SHARE},
+        random_obstacles, (6, 6), "open ground with random boxes", {"share": DEFAULT_SHARE}, {"share": MOST_SHARE}
     ),
-    "cave": Generator(carve=cave, least_m=(15, 15), summary="winding halls with patches of rough ground"),
-    "lobby": Generator(carve=lobby, least_m=(8, 9), summary="one hall with a few rooms"),
+    "cave": Generator(cave, (15, 15), "winding halls with patches of rough ground"),
+    "lobby": Generator(lobby, (8, 9), "one hall with a few rooms"),
 }

@@ -5,9 +5,7 @@ A built-in map never changes: its generator, size and seed are constants here; t
 ``comb`` of `FOOTPRINT_MAPS`, with the default robots of a bare map.
 Carriers are twice as fast as rovers and see twice as far, as in the paper's section IV-C.
 
-References
-----------
-Wurm et al., Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning, section IV-C.
+References: Wurm et al. 2010, section IV-C (see `marsupial.papers.wurm2010`).
 """
 
 from __future__ import annotations
@@ -19,10 +17,9 @@ from dataclasses import dataclass, field, replace
 from marsupial.errors import Problem, ScenarioError
 from marsupial.generators import GENERATORS
 from marsupial.generators.footprint import FOOTPRINT_MAPS
+from marsupial.model import FLOOR, ROUGH, Goal, Grid, RobotType, Scenario, TeamMember
 from marsupial.model.bounds import BOUNDS, team_fault
-from marsupial.model.grid import FLOOR, ROUGH, Grid
-from marsupial.model.robots import RobotType, TeamMember, default_types, uniform_team
-from marsupial.model.scenario import Goal, Scenario
+from marsupial.model.robots import default_types, uniform_team
 from marsupial.model.sizes import MOST, Extent, ground_faults, radius_fault
 
 DEFAULT_CARRIERS, DEFAULT_ROVERS = 2, 2
@@ -32,25 +29,17 @@ ROUGH_ONLY = frozenset({ROUGH})
 EVERYWHERE = frozenset({FLOOR, ROUGH})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class BuiltIn:
-    """A built-in scenario: a generated map and the terrains that its rovers can drive on.
+    """A built-in scenario: a generated map and the terrains that its rovers can drive on."""
 
-    Parameters
-    ----------
-    generator
-        Name in `GENERATORS`.
-    options
-        The generator's options.
-    """
-
-    summary: str
-    generator: str
+    generator: str  # name in `GENERATORS`
     width_m: float
     height_m: float
     seed: int
     rover_terrains: frozenset[int]
-    options: Mapping[str, float] = field(default_factory=dict)
+    summary: str
+    options: Mapping[str, float] = field(default_factory=dict)  # the generator's options
 
     def grid(self) -> Grid:
         """Generate the map."""
@@ -60,53 +49,26 @@ class BuiltIn:
 
 SCENARIOS: dict[str, BuiltIn] = {
     "office": BuiltIn(
-        summary="the paper's office: two corridors, rooms, half of them for rovers only",
-        generator="office",
-        width_m=60.0,
-        height_m=36.0,
-        seed=3,
-        rover_terrains=ROUGH_ONLY,
+        "office", 60.0, 36.0, 3, ROUGH_ONLY, "the paper's office: two corridors, rooms, half of them for rovers only"
     ),
     "maze": BuiltIn(
-        summary="the paper's maze: a centre for rovers only with several meeting points",
-        generator="maze",
-        width_m=50.0,
-        height_m=50.0,
-        seed=1,
-        rover_terrains=ROUGH_ONLY,
+        "maze", 50.0, 50.0, 1, ROUGH_ONLY, "the paper's maze: a centre for rovers only with several meeting points"
     ),
     "rooms": BuiltIn(
-        summary="rooms without corridors, some behind doors too narrow for carriers",
-        generator="rooms",
-        width_m=40.0,
-        height_m=30.0,
-        seed=1,
-        rover_terrains=EVERYWHERE,
+        "rooms", 40.0, 30.0, 1, EVERYWHERE, "rooms without corridors, some behind doors too narrow for carriers"
     ),
     "random": BuiltIn(
-        summary="open ground strewn with boxes, gaps too narrow for carriers",
-        generator="random",
-        width_m=40.0,
-        height_m=40.0,
-        seed=1,
-        rover_terrains=EVERYWHERE,
-        options={"share": 0.25},
+        "random",
+        40.0,
+        40.0,
+        1,
+        EVERYWHERE,
+        "open ground strewn with boxes, gaps too narrow for carriers",
+        {"share": 0.25},
     ),
-    "cave": BuiltIn(
-        summary="winding halls with patches of rough ground for rovers",
-        generator="cave",
-        width_m=50.0,
-        height_m=40.0,
-        seed=1,
-        rover_terrains=EVERYWHERE,
-    ),
+    "cave": BuiltIn("cave", 50.0, 40.0, 1, EVERYWHERE, "winding halls with patches of rough ground for rovers"),
     "lobby": BuiltIn(
-        summary="a hall with four rooms, three of them for rovers only: for quick tries",
-        generator="lobby",
-        width_m=14.0,
-        height_m=11.0,
-        seed=3,
-        rover_terrains=ROUGH_ONLY,
+        "lobby", 14.0, 11.0, 3, ROUGH_ONLY, "a hall with four rooms, three of them for rovers only: for quick tries"
     ),
 }
 
@@ -125,13 +87,7 @@ def _drawn(name: str) -> tuple[str, int] | None:
 
 
 def builtin_scenario(name: str, carriers: int = DEFAULT_CARRIERS, rovers: int = DEFAULT_ROVERS) -> Scenario:
-    """Return the built-in scenario `name`, or that of a drawn map, with a team of `carriers`, each with `rovers`.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such scenario, or the team is too large or has no carrier.
-    """
+    """Return the built-in scenario `name`, or that of a drawn map, with a team of `carriers`, each with `rovers`."""
     if not is_builtin(name):
         raise ScenarioError(f"unknown scenario {name!r}; built in: {', '.join(SCENARIOS)}")
     check_team_size(carriers, rovers)
@@ -139,8 +95,10 @@ def builtin_scenario(name: str, carriers: int = DEFAULT_CARRIERS, rovers: int = 
     if seed is not None and kind in FOOTPRINT_MAPS:
         return bare_map_scenario(name, FOOTPRINT_MAPS[kind].grid(seed), carriers, rovers)
     entry = SCENARIOS[kind] if seed is None else replace(SCENARIOS[kind], seed=seed)
-    kinds = _types(entry.rover_terrains, capacity=max(1, rovers))
-    return Scenario(name=name, grid=entry.grid(), robot_types=kinds, team=uniform_team(carriers, rovers))
+    carrier, rover = default_types(max(1, rovers))
+    carrier = replace(carrier, radius_m=CARRIER_RADIUS_M)
+    rover = replace(rover, radius_m=ROVER_RADIUS_M, terrains=entry.rover_terrains)
+    return Scenario(name=name, grid=entry.grid(), robot_types=(carrier, rover), team=uniform_team(carriers, rovers))
 
 
 def bare_map_scenario(
@@ -150,13 +108,7 @@ def bare_map_scenario(
     rovers: int = DEFAULT_ROVERS,
     most: Mapping[str, float] = MOST,
 ) -> Scenario:
-    """Return the scenario of a map without a scenario file: the default types and team on `grid`, within limits `most`.
-
-    Raises
-    ------
-    ScenarioError
-        If the team is too large or has no carrier, or a robot covers too many cells.
-    """
+    """Return the default robot types and team on a map without a scenario file, within the limits `most`."""
     check_team_size(carriers, rovers)
     kinds = default_types(max(1, rovers))
     extent = Extent(grid.cells.size, grid.resolution_m)
@@ -175,19 +127,9 @@ def explorers(name: str, grid: Grid, kind: RobotType, robots: int) -> Scenario:
 
 def check_team_size(carriers: int, rovers: int) -> None:
     """Raise a `ScenarioError` unless these numbers of carriers and of rovers per carrier are within bounds."""
-    faults = {
-        "carriers": BOUNDS["carriers"].fault(carriers),
-        "rovers": BOUNDS["rovers_per_carrier"].fault(rovers),
-    }
+    faults = {"carriers": BOUNDS["carriers"].fault(carriers), "rovers": BOUNDS["rovers_per_carrier"].fault(rovers)}
     if not any(faults.values()):
         faults["carriers"] = team_fault(carriers * (1 + rovers))
     problems = [Problem(field, fault) for field, fault in faults.items() if fault is not None]
     if problems:
         raise ScenarioError(problems)
-
-
-def _types(rover_terrains: frozenset[int], *, capacity: int) -> tuple[RobotType, RobotType]:
-    carrier, rover = default_types(capacity)
-    carrier = replace(carrier, radius_m=CARRIER_RADIUS_M)
-    rover = replace(rover, radius_m=ROVER_RADIUS_M, terrains=rover_terrains)
-    return carrier, rover

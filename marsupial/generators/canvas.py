@@ -18,6 +18,7 @@ from marsupial.model.grid import OBSTACLE, CellArray
 LEAST_RESOLUTION_M, MOST_RESOLUTION_M = 0.02, 0.5
 MOST_SIZE_M = 500.0
 MOST_CELLS = 4000
+# Ordinary doors let carriers of the default radius of 0.5 m through, narrow ones only rovers.
 WALL_M = 0.25
 DOOR_M = 1.25
 NARROW_DOOR_M = 0.4
@@ -47,13 +48,7 @@ class Box(NamedTuple):
 
 
 def solid(size: CanvasSize, seed: int, least_m: tuple[float, float]) -> CellArray:
-    """Return an array (height, width) of obstacles to carve; its size must be at least `least_m`.
-
-    Raises
-    ------
-    MapError
-        With every parameter that is out of range.
-    """
+    """Return obstacles (height, width) to carve, at least `least_m`; raise a `MapError` with every wrong parameter."""
     width_m, height_m, resolution_m = size
     problems = []
     if not LEAST_RESOLUTION_M <= resolution_m <= MOST_RESOLUTION_M:

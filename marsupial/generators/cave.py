@@ -3,9 +3,8 @@
 Random noise on squares of half a metre is smoothed: a square becomes rock if most of its neighbours are, which leaves
 winding halls and passages. Rough ground is where a second, blurred noise is highest. Unreachable pockets are filled.
 
-References
-----------
-Johnson, Yannakakis, Togelius, Cellular automata for real-time generation of infinite cave levels (PCGames 2010).
+References: Johnson, Yannakakis, Togelius, Cellular automata for real-time generation of infinite cave levels (PCGames
+2010).
 """
 
 from __future__ import annotations

@@ -22,8 +22,7 @@ OPENINGS_PER_SIDE = 2
 RING_LOOPS, CENTRE_LOOPS = 0.12, 0.3
 
 Square = tuple[int, int]
-Passage = tuple[Square, Square]
-"""Two neighbouring squares (column, row), the lower or left one first."""
+Passage = tuple[Square, Square]  # two neighbouring squares (column, row), the lower or left one first
 
 
 def maze(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
@@ -77,14 +76,15 @@ def _is_middle(i: int, count: int) -> bool:
     return count / 4 <= i + 0.5 <= count * 3 / 4
 
 
+def _around(square: Square) -> tuple[Square, ...]:
+    i, j = square
+    return (i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)
+
+
 def _neighbours(squares: Iterable[Square], others: set[Square]) -> list[Passage]:
     """Return the pairs of a square in `squares` and a neighbour in `others`, the lower or left one first."""
-    found = set()
-    for i, j in squares:
-        for other in ((i + 1, j), (i, j + 1), (i - 1, j), (i, j - 1)):
-            if other in others:
-                found.add((min((i, j), other), max((i, j), other)))
-    return sorted(found)
+    pairs = ((square, other) for square in squares for other in _around(square) if other in others)
+    return sorted({(min(pair), max(pair)) for pair in pairs})
 
 
 def _passages(rng: np.random.Generator, squares: set[Square], *, loops: float) -> list[Passage]:
@@ -94,14 +94,12 @@ def _passages(rng: np.random.Generator, squares: set[Square], *, loops: float) -
     start = min(squares)
     path, seen = [start], {start}
     while path:
-        i, j = path[-1]
-        around = ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1))
-        fresh = [other for other in around if other in squares and other not in seen]
+        fresh = [other for other in _around(path[-1]) if other in squares and other not in seen]
         if not fresh:
             path.pop()
             continue
         chosen = fresh[int(rng.integers(len(fresh)))]
-        tree.add((min((i, j), chosen), max((i, j), chosen)))
+        tree.add((min(path[-1], chosen), max(path[-1], chosen)))
         seen.add(chosen)
         path.append(chosen)
     return [pair for pair in _neighbours(squares, squares) if pair in tree or rng.random() < loops]
@@ -121,7 +119,6 @@ def _openings(rng: np.random.Generator, squares: set[Square], centre: set[Square
 
 
 def _part_of(rng: np.random.Generator, wall: Box, passage: Passage, *, width: int) -> Box:
-    """Return a piece of a wall, `width` cells long."""
     if passage[0][0] == passage[1][0]:
         x0 = int(rng.integers(wall.x0, wall.x1 - width + 1))
         return wall._replace(x0=x0, x1=x0 + width)

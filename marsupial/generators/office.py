@@ -21,9 +21,7 @@ rough, so that both kinds occur. An office building, after the paper's figure 5 
 
 A lobby has one corridor, its hall, between two bands.
 
-References
-----------
-Wurm et al., Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning, section IV-C.
+References: Wurm et al. 2010, section IV-C (see `marsupial.papers.wurm2010`).
 """
 
 from __future__ import annotations
@@ -39,8 +37,7 @@ HALL_M = 3.0
 MEAN_ROOM_M = 5.5
 SECOND_DOOR_SHARE = 0.25
 
-Rows = tuple[int, int]
-"""Rows y0 <= y < y1 of a wall."""
+Rows = tuple[int, int]  # rows y0 <= y < y1 of a wall
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

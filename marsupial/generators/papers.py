@@ -4,9 +4,7 @@ The divided halls are drawn after the areas with structured obstacles of Mei et 
 has three rooms with small openings at the doors. Of the figures of the others only the time is known that a robot takes
 to explore them.
 
-References
-----------
-Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections III-A, V-A and V-C;
+References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections III-A, V-A and V-C;
 Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots, section II.
 """
 
@@ -19,8 +17,7 @@ import numpy as np
 from marsupial.generators.canvas import Box, carve, close_border
 from marsupial.model.grid import FLOOR, OBSTACLE, Grid
 
-SIDE = 100
-"""Side of the divided halls in cells."""
+SIDE = 100  # side of the divided halls in cells
 
 
 def scattered(columns: int, rows: int, obstacles: int, seed: int) -> Grid:

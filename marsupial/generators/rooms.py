@@ -9,15 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.generators.canvas import (
-    NARROW_DOOR_M,
-    WALL_M,
-    Box,
-    CanvasSize,
-    carve,
-    cells_of,
-    door_cells,
-)
+from marsupial.generators.canvas import NARROW_DOOR_M, WALL_M, Box, CanvasSize, carve, cells_of, door_cells
 from marsupial.model.grid import FLOOR, CellArray
 
 LEAST_ROOM_M, MOST_ROOM_M = 4.0, 8.0

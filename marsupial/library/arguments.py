@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from marsupial.errors import UsageError
+from marsupial.model import Decider, Engine, EngineInfo
 from marsupial.model.arguments import refuse, text
-from marsupial.model.planning import Engine, EngineInfo
-from marsupial.model.strategy import Decider
 from marsupial.planning.extensions import CheckedEngine
 from marsupial.sim.sensors import Sensor
 

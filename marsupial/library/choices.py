@@ -12,18 +12,11 @@ from marsupial.strategies.registry import asks_planner
 
 DEFAULT_PLANNER = "auto"
 
-DEFAULT_BUDGET_S = 1.0
-"""Seconds per planning call."""
+DEFAULT_BUDGET_S = 1.0  # seconds per planning call
 
 
 def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DEFAULT_BUDGET_S) -> Budget:
-    """Return the budget of a planning call; `default_s` seconds if neither is given.
-
-    Raises
-    ------
-    UsageError
-        If both are given, or one that is no number, or not positive and finite.
-    """
+    """Return the budget of a planning call, `default_s` seconds if neither is given; raise a `UsageError` for both."""
     if seconds is None and steps is None:
         return Budget(seconds=default_s)
     return Budget(seconds=seconds, steps=steps)
@@ -35,11 +28,5 @@ def takes_budget(strategy: str) -> bool:
 
 
 def planner_for(strategy: str | Decider, planner: str | Engine) -> str | Engine:
-    """Return `planner`, or `NO_PLANNER` if the strategy is an object or asks no planner.
-
-    Raises
-    ------
-    EngineUnavailable
-        If the strategy comes from an installed package and can't be loaded.
-    """
+    """Return `planner`, or `NO_PLANNER` if the strategy is an object or asks no planner."""
     return planner if isinstance(strategy, str) and asks_planner(strategy) else NO_PLANNER

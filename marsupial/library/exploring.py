@@ -19,13 +19,9 @@ from marsupial.library.recording import LogFile, Recorder
 from marsupial.library.scenarios import scenario as named_scenario
 from marsupial.mission.observer import Observers
 from marsupial.mission.rebuild import moment_at
+from marsupial.model import Decider, Engine, MissionEvent, Scenario, Situation
 from marsupial.model.arguments import number, target, whole
 from marsupial.model.bounds import BOUNDS
-from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Engine
-from marsupial.model.scenario import Scenario
-from marsupial.model.situation import Situation
-from marsupial.model.strategy import Decider
 from marsupial.sim.sensors import Sensor
 
 if TYPE_CHECKING:
@@ -150,16 +146,12 @@ def explore(
     loaded = scenario if isinstance(scenario, Scenario) else named_scenario(scenario)
     planner = planner_for(strategy, planner)
     prepare_mission(loaded, strategy, planner)()
+    # The log file is written during the mission, so that it survives an exception of the caller's own code.
     recorder = Recorder()
     with nullcontext() if log_path is None else LogFile(log_path) as file:
+        watcher = recorder if file is None else Observers([recorder, file])
         summary = simulate(
-            loaded,
-            strategy=strategy,
-            planner=planner,
-            budget=limit,
-            seed=seed,
-            observer=recorder if file is None else Observers([recorder, file]),
-            sensor=sensor,
+            loaded, strategy=strategy, planner=planner, budget=limit, seed=seed, observer=watcher, sensor=sensor
         )
     values = {each.name: getattr(summary, each.name) for each in fields(Summary)} | {"log": log_path}
     return Exploration(**values, events=tuple(recorder.events))

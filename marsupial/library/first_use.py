@@ -36,12 +36,9 @@ from marsupial.arrays import Ints
 from marsupial.codecache import is_lasting
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
-from marsupial.model.objective import ObjectiveName
-from marsupial.model.planning import NO_PLANNER, Budget, Engine
-from marsupial.model.robots import Role
-from marsupial.model.scenario import Scenario
+from marsupial.model import Budget, Decider, Engine, ObjectiveName, Role, Scenario
+from marsupial.model.planning import NO_PLANNER
 from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
-from marsupial.model.strategy import Decider
 from marsupial.planning.engines import PRELOAD, PROCESSES, engine
 from marsupial.planning.external.commands import PREFIX
 from marsupial.processes.launcher import warm_up
@@ -51,8 +48,7 @@ from marsupial.strategies.registry import STRATEGIES
 FALLBACK = "greedy"
 """The planner that missions fall back on where another one has no plan, and that gives others their first plan."""
 
-STAND_IN = "heuristic"
-"""The strategy that is tried in place of another package's."""
+STAND_IN = "heuristic"  # the strategy that is tried in place of another package's
 
 SMALL_MAP = "lobby"
 
@@ -68,25 +64,20 @@ Say = Callable[[str], None]
 
 def prepare_planner(planner: str, say: Say = lambda text: None) -> Callable[[], None]:
     """Start to load or compile a planner; return a function that waits for it. `say` gets the progress of compiling."""
-    if _has_processes(planner):
-        return _begin((lambda: try_planner(FALLBACK),), say, processes=True)
-    return _begin((lambda: try_planner(planner),), say)
+    processes = _has_processes(planner)
+    return _begin((lambda: try_planner(FALLBACK if processes else planner),), say, processes=processes)
 
 
 def prepare_mission(
     scenario: Scenario, strategy: str | Decider, planner: str | Engine, say: Say = lambda text: None
 ) -> Callable[[], None]:
-    """Start to load or compile what a mission needs; return a function that waits for it.
-
-    `say` gets the progress of compiling.
-    """
+    """Start to load or compile what a mission needs, reporting to `say`; return a function that waits for it."""
     is_ours = isinstance(strategy, str) and (strategy == CLAIRVOYANT or strategy.split("/")[0] in STRATEGIES)
     tried = strategy if isinstance(strategy, str) and is_ours else STAND_IN
     rovers = any(scenario.type_of(member).role is Role.ROVER for member in scenario.team)
-    if not isinstance(planner, str) or planner == NO_PLANNER:
-        return _begin((lambda: try_mission(tried, FALLBACK, rovers),), say)
-    if _has_processes(planner):
-        return _begin((lambda: try_mission(tried, FALLBACK, rovers),), say, processes=True)
+    processes = isinstance(planner, str) and _has_processes(planner)
+    if not isinstance(planner, str) or planner == NO_PLANNER or processes:
+        return _begin((lambda: try_mission(tried, FALLBACK, rovers),), say, processes=processes)
     trials = [lambda: try_mission(tried, planner, rovers)]
     # The tiny map asks such a planner for so little that most of its code is not called.
     if ObjectiveName.PRICED_ARRIVAL not in engine(planner).info.objectives:
@@ -148,50 +139,30 @@ def try_planner(planner: str) -> None:
 @cache
 def try_mission(strategy: str, planner: str, rovers: bool) -> None:
     """Explore a small map with one carrier, with or without a rover, by one of our strategies and planners."""
-    simulate(
-        builtin_scenario(SMALL_MAP, carriers=1, rovers=int(rovers)),
-        strategy=strategy,
-        planner=planner,
-        budget=ONE_STEP,
-        seed=1,
-    )
+    scenario = builtin_scenario(SMALL_MAP, carriers=1, rovers=int(rovers))
+    simulate(scenario, strategy=strategy, planner=planner, budget=ONE_STEP, seed=1)
 
 
 def trial_situation() -> Situation:
-    """Return a situation with all kinds of actions: undock, explore, dock, drive home.
-
-    It is about the smallest whose optimal plan takes a search to prove: a smaller one would end before the search's
-    code is called.
-    """
-    carriers, rovers = _named("carrier", CARRIERS), _named("rover", CARRIERS)
-    starts, homes = _named("start", CARRIERS), _named("home", CARRIERS)
-    targets, meetings = _named("target", TARGETS), _named("meeting", MEETINGS)
+    """Return a situation with all kinds of actions: undock, explore, dock, drive home."""
+    # It is about the smallest whose optimal plan takes a search to prove: a smaller one would end before the search's
+    # code is called.
+    crews, kind = range(1, CARRIERS + 1), frozenset({"rover"})
+    carriers = (RobotState(name=f"carrier{i}", type="carrier", place=f"start{i}", home=f"home{i}") for i in crews)
+    rovers = (RobotState(name=f"rover{i}", type="rover", carrier=f"carrier{i}") for i in crews)
     times = _travel_ms(2 * CARRIERS + TARGETS + MEETINGS)
     return Situation(
         types=(
             PlanningType(name="carrier", role=Role.CARRIER, capacity=1),
             PlanningType(name="rover", role=Role.ROVER, dock_ms=1000, undock_ms=1000),
         ),
-        robots=(
-            *(
-                RobotState(name=name, type="carrier", place=start, home=home)
-                for name, start, home in zip(carriers, starts, homes, strict=True)
-            ),
-            *(
-                RobotState(name=name, type="rover", carrier=carrier)
-                for name, carrier in zip(rovers, carriers, strict=True)
-            ),
-        ),
-        targets=tuple(TargetInfo(name=name, explorers=frozenset({"rover"})) for name in targets),
-        meetings=meetings,
-        homes=homes,
+        robots=(*carriers, *rovers),
+        targets=tuple(TargetInfo(name=f"target{i}", explorers=kind) for i in range(1, TARGETS + 1)),
+        meetings=tuple(f"meeting{i}" for i in range(1, MEETINGS + 1)),
+        homes=tuple(f"home{i}" for i in crews),
         travel_ms={"carrier": times, "rover": times},
         goal=SituationGoal(recover_rovers=True, return_home=True),
     )
-
-
-def _named(what: str, count: int) -> tuple[str, ...]:
-    return tuple(f"{what}{number}" for number in range(1, count + 1))
 
 
 def _travel_ms(places: int) -> Ints:

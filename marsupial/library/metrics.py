@@ -16,10 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from marsupial.model.mission import MissionEnded, Remaining, Status
-from marsupial.model.robots import Role
-from marsupial.model.scenario import Scenario
-from marsupial.model.strategy import PlanningReport
+from marsupial.model import MissionEnded, PlanningReport, Remaining, Role, Scenario, Status
 from marsupial.wording import clock
 
 
@@ -80,41 +77,33 @@ class Metric:
         return int(text) if self.decimals is None else float(text)
 
 
-def _clock_or_never(seconds: float | None) -> str:
-    return "never done" if seconds is None else clock(seconds)
-
-
 def _digits(count: int, unit: str = "") -> Callable[[float], str]:
     return f"{{:.{count}f}}{f' {unit}' if unit else ''}".format
 
 
 def _metric(title: str, unit: str, definition: str, **rest: Any) -> Any:
-    """Return a dataclass field with a metric in its metadata."""
     return field(metadata={"metric": Metric(title=title, unit=unit, definition=definition, **rest)})
+
+
+def _planning_time(title: str, definition: str, column: str, digits: int = 3) -> Any:
+    return _metric(title, "s", definition, text=_digits(digits, "s"), better=-1, decimals=6, column=column)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningTimes:
     """Wall-clock seconds of planning over the replannings of one mission; 0 if there was none."""
 
-    median: float = _metric(
-        "planning, median", "s", "wall-clock time from a situation to the decision, median over all replannings",
-        text=_digits(3, "s"), better=-1, decimals=6, column="planning_median_s",
-    )  # fmt: skip
-    p95: float = _metric(
-        "planning, p95", "s", "its 95th percentile",
-        text=_digits(3, "s"), better=-1, decimals=6, column="planning_p95_s",
-    )  # fmt: skip
-    max: float = _metric(
-        "planning, max", "s", "its maximum", text=_digits(3, "s"), better=-1, decimals=6, column="planning_max_s"
+    median: float = _planning_time(
+        "planning, median",
+        "wall-clock time from a situation to the decision, median over all replannings",
+        "planning_median_s",
     )
-    total: float = _metric(
-        "planning, total", "s", "its sum", text=_digits(1, "s"), better=-1, decimals=6, column="planning_total_s"
+    p95: float = _planning_time("planning, p95", "its 95th percentile", "planning_p95_s")
+    max: float = _planning_time("planning, max", "its maximum", "planning_max_s")
+    total: float = _planning_time("planning, total", "its sum", "planning_total_s", digits=1)
+    first_plan: float = _planning_time(
+        "first plan", "median of the wall-clock times to an engine's first plan", "first_plan_s"
     )
-    first_plan: float = _metric(
-        "first plan", "s", "median of the wall-clock times to an engine's first plan",
-        text=_digits(3, "s"), better=-1, decimals=6, column="first_plan_s",
-    )  # fmt: skip
 
     @classmethod
     def of(cls, reports: Sequence[PlanningReport]) -> PlanningTimes:
@@ -152,7 +141,7 @@ class Summary:
     seed: int
     exploration_time_s: float | None = _metric(
         "exploration time", "s", "simulated time at which the last target was gone; none if targets are left",
-        text=_clock_or_never, better=-1, decimals=3,
+        text=lambda seconds: "never done" if seconds is None else clock(seconds), better=-1, decimals=3,
     )  # fmt: skip
     mission_time_s: float = _metric(
         "mission time", "s", "simulated time at which the mission ended", text=clock, better=-1, decimals=3

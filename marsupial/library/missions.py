@@ -14,10 +14,7 @@ from marsupial.maps.explorable import explorable_area
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import Mask
-from marsupial.model.mission import MissionStarted, PlacedRobot
-from marsupial.model.planning import Budget, Engine
-from marsupial.model.scenario import PlanningTime, Scenario
+from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, PlanningTime, Scenario
 from marsupial.model.strategy import Decider, PlanningReport
 from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
@@ -26,11 +23,9 @@ from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 
 def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
-    """Return the mask (height, width) of cells that some robot of the team can reach.
-
-    Carriers drive from their starts; rovers from their own, and from wherever a carrier can set them down on ground
-    that the team can see.
-    """
+    """Return the mask (height, width) of cells that some robot of the team can reach."""
+    # Carriers drive from their starts; rovers from their own, and from wherever a carrier can set them down on ground
+    # that the team can see.
     return explorable_area(scenario.grid, scenario.robot_types, robots)
 
 
@@ -47,21 +42,10 @@ def simulate(
 ) -> Summary:
     """Run one mission in the simulator and return its summary.
 
-    The strategy may also be the clairvoyant (`marsupial.strategies.clairvoyant`), which knows the true map.
-
-    Parameters
-    ----------
-    strategy, planner
-        Names or objects. A name gets a new object for this mission.
-    sensor
-        The robots' sensor; None for the exact field of view.
-
-    Raises
-    ------
-    ScenarioError
-        If the team can't be placed, or does not suit the strategy.
-    EngineUnavailable, UsageError
-        If the strategy or planner can't be used.
+    `strategy` and `planner` are names, which get new objects for this mission, or objects. The strategy may also be the
+    clairvoyant, which knows the true map. `sensor`: the robots' sensor; None for the exact field of view.
+    Raise `ScenarioError` if the team can't be placed, or does not suit the strategy.
+    Raise `EngineUnavailable` or `UsageError` if the strategy or planner can't be used.
     """
     began = perf_counter()
     decider: Decider | None = None
@@ -88,9 +72,8 @@ def simulate(
     if decider is None:
         from marsupial.strategies.clairvoyant.strategy import Clairvoyant  # imports a planner that others may not need
 
-        clairvoyant = Clairvoyant(
-            scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled
-        )
+        grid, types = scenario.grid, scenario.robot_types
+        clairvoyant = Clairvoyant(grid, types, world, scenario.goal, reachable, budget, cancelled)
         mission = MissionLoop(world, kinds, clairvoyant, order, watcher, clairvoyant)
     else:
         mission = MissionLoop(world, kinds, decider, order, watcher)

@@ -18,12 +18,10 @@ from matplotlib.patches import Patch
 
 from marsupial.exports.figures import MapAxes
 from marsupial.exports.ground import frontier, ground_image
-from marsupial.exports.trails import Drive, Handover, drives, handovers, trail
+from marsupial.exports.trails import Handover, drives, handovers, trail
 from marsupial.library.metrics import METRICS, Summary
 from marsupial.mission.playback import Playback
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray
-from marsupial.model.mission import MissionEvent, MissionStarted
-from marsupial.model.plan import ActionName
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, ActionName, CellArray, MissionEvent, MissionStarted
 from marsupial.replay.palette import LIGHT, robot_styles
 
 TITLE = (("exploration_time_s", "mission_time_s"), ("coverage", "distance_m", "quality"))
@@ -55,11 +53,13 @@ def mission_figure(events: Sequence[MissionEvent], summary: Summary) -> MissionF
     cells = playback.cells_at(playback.end_ms)
     axes.imshow(ground_image(cells, LIGHT), origin="lower", extent=frame.extent, interpolation="nearest")
     colours = {name: LIGHT.robot(style) for name, style in robot_styles(mission).items()}
-    _draw_trails(axes, frame, mission, drives(playback), colours)
+    _draw_trails(axes, frame, playback, colours)
     _draw_meetings(axes, frame, handovers(playback), colours)
     _draw_starts(axes, frame, mission, colours)
     frame.label(axes)
-    axes.set_title(_title(summary), fontsize=10, loc="left")
+    lines = (", ".join(f"{METRICS[key].title} {METRICS[key].shown(summary)}" for key in row) for row in TITLE)
+    head = f"{summary.scenario}: {summary.strategy} ({summary.planner}), seed {summary.seed}: {summary.status}"
+    axes.set_title("\n".join([head, *lines]), fontsize=10, loc="left")
     figure.legend(
         handles=[*_legend(mission, colours), *_grounds(mission, cells)],
         loc="outside right upper",
@@ -70,24 +70,12 @@ def mission_figure(events: Sequence[MissionEvent], summary: Summary) -> MissionF
     return figure
 
 
-def _title(summary: Summary) -> str:
-    lines = (", ".join(f"{METRICS[key].title} {METRICS[key].shown(summary)}" for key in row) for row in TITLE)
-    head = f"{summary.scenario}: {summary.strategy} ({summary.planner}), seed {summary.seed}: {summary.status}"
-    return "\n".join([head, *lines])
-
-
-def _draw_trails(
-    axes: Axes,
-    frame: MapAxes,
-    mission: MissionStarted,
-    driven: Mapping[str, list[Drive]],
-    colours: Mapping[str, str],
-) -> None:
-    for robot, found in driven.items():
-        points = trail(found, max(int(drive.times_ms[-1]) for drive in found)) if found else np.empty((0, 2))
+def _draw_trails(axes: Axes, frame: MapAxes, playback: Playback, colours: Mapping[str, str]) -> None:
+    for robot, found in drives(playback).items():
+        points = trail(found, playback.end_ms)
         if len(points):
             x, y = frame.points(points).T
-            axes.plot(x, y, color=colours[robot], **_line(mission, robot))
+            axes.plot(x, y, color=colours[robot], **_line(playback.mission, robot))
 
 
 def _line(mission: MissionStarted, robot: str) -> dict[str, Any]:

@@ -12,10 +12,9 @@ from marsupial.library.arguments import planner_argument
 from marsupial.library.choices import DEFAULT_PLANNER, budget_of
 from marsupial.library.first_use import prepare_planner
 from marsupial.library.situations import situation_of
+from marsupial.model import Budget, Engine, Finished, Improved, Outcome, Plan, Situation
 from marsupial.model.arguments import instance
-from marsupial.model.plan import Plan, checked_plan
-from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model.plan import checked_plan
 from marsupial.planning import checker
 from marsupial.planning.checker import Verdict
 from marsupial.planning.engines import engine_of

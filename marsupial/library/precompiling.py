@@ -24,15 +24,11 @@ from marsupial.model.scenario import with_routes
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import RULES
 
-JOBS = 2
-"""Processes that compile at once."""
+JOBS = 2  # processes that compile at once
 
 
 def precompile(folder: Path) -> int:
-    """Replace a folder's precompiled code; return the number of its files.
-
-    0 on an architecture without a shared processor.
-    """
+    """Replace a folder's precompiled code; return the number of files, 0 without a shared processor to compile for."""
     for file in folder.glob("*.code"):
         file.unlink()
     folder.mkdir(parents=True, exist_ok=True)
@@ -50,27 +46,21 @@ def precompile(folder: Path) -> int:
 
 
 def compile_here(job: int, folder: Path) -> None:
-    """Run one process's share of trials, and write what they compile into a folder.
-
-    The searches of `anytime` and `exact` take longest to compile, so each process gets one of them.
-    """
+    """Run one process's share of trials, and write what they compile into a folder."""
+    # The searches of `anytime` and `exact` take longest to compile, so each process gets one of them.
     precompile_into(folder)
     if job == 0:
         try_planner("anytime")
         strategies: tuple[str, ...] = ("temporal", CLAIRVOYANT)
     else:
-        _try_log_and_energy()
+        # Routes of least energy, and a log: no other trial compiles these.
+        scenario = with_routes(builtin_scenario(SMALL_MAP, CARRIERS, 1), Routes.ENERGY)
+        with tempfile.TemporaryDirectory(prefix="marsupial-") as logs, LogFile(Path(logs, "log.jsonl")) as log:
+            simulate(scenario, strategy="heuristic", planner=DEFAULT_PLANNER, budget=ONE_STEP, seed=1, observer=log)
         try_planner("exact")
         strategies = ("heuristic", "heuristic-plus", "assignment", *RULES)
     for strategy in strategies:
         try_mission(strategy, DEFAULT_PLANNER, rovers=strategy not in RULES)
-
-
-def _try_log_and_energy() -> None:
-    """Run a mission with routes of least energy and a log."""
-    scenario = with_routes(builtin_scenario(SMALL_MAP, CARRIERS, 1), Routes.ENERGY)
-    with tempfile.TemporaryDirectory(prefix="marsupial-") as logs, LogFile(Path(logs, "log.jsonl")) as log:
-        simulate(scenario, strategy="heuristic", planner=DEFAULT_PLANNER, budget=ONE_STEP, seed=1, observer=log)
 
 
 if __name__ == "__main__":

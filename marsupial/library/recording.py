@@ -18,15 +18,11 @@ class Recorder(Observer):
         self.events: list[MissionEvent] = []
 
     def event(self, event: MissionEvent) -> None:
-        """Keep an event."""
         self.events.append(event)
 
 
 class LogFile(Observer):
-    """Writes the log during the mission; the file is not touched before the first event.
-
-    A file that can't be written raises a `UsageError`.
-    """
+    """Writes the log; creates the file at the first event, and raises a `UsageError` if it can't be written."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -41,7 +37,6 @@ class LogFile(Observer):
             self._stack.close()
 
     def event(self, event: MissionEvent) -> None:
-        """Write an event."""
         with writing(self.path):
             if self._writer is None:
                 self._writer = self._stack.enter_context(LogWriter(self.path))

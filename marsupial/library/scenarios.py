@@ -8,23 +8,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.files import NO_SUCH_FILE, file_fault
 from marsupial.formats.mapfiles.read import READERS, names_recording, read_map
 from marsupial.formats.scenario import is_scenario_file, read_scenario_and_map, with_team
-from marsupial.generators.builtin import (
-    DEFAULT_CARRIERS,
-    DEFAULT_ROVERS,
-    SCENARIOS,
-    bare_map_scenario,
-    builtin_scenario,
-    is_builtin,
-)
+from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario, is_builtin
+from marsupial.model import MapReading, Scenario
 from marsupial.model.arguments import path as path_argument
 from marsupial.model.arguments import whole
-from marsupial.model.mapreading import MapReading
-from marsupial.model.scenario import Scenario
 
 
 def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rovers: int | None = None) -> Scenario:
@@ -56,21 +49,11 @@ def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rov
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadedScenario:
-    """A scenario that was loaded.
+    """A scenario that was loaded."""
 
-    Parameters
-    ----------
-    source
-        Its built-in name or path.
-    scenario
-        The scenario, with the team asked for.
-    reading
-        How its map file was interpreted, None if there is none.
-    """
-
-    source: str
-    scenario: Scenario
-    reading: MapReading | None = None
+    source: str  # its built-in name or path
+    scenario: Scenario  # the scenario, with the team asked for
+    reading: MapReading | None = None  # how its map file was interpreted, None if there is none
 
     def warnings(self) -> list[str]:
         """Return what looks wrong about map and starts, each with the name of the file; this analyses the whole map."""
@@ -86,8 +69,10 @@ class LoadedScenario:
 def load_scenario(source: str, carriers: int | None = None, rovers: int | None = None) -> LoadedScenario:
     """Return the scenario that `source` names; see `scenario`."""
     path = Path(source)
+    sizes = {"carriers": carriers, "rovers": rovers}
+    team: dict[str, Any] = {key: size for key, size in sizes.items() if size is not None}  # others keep their default
     if is_builtin(source):
-        return LoadedScenario(source=source, scenario=builtin_scenario(source, *_team(carriers, rovers)))
+        return LoadedScenario(source=source, scenario=builtin_scenario(source, **team))
     # A recording may be a folder, or have a topic behind its path: `read_map` checks it.
     fault = None if names_recording(path) else file_fault(path)
     if fault is not None:
@@ -96,12 +81,7 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
         written, reading = read_scenario_and_map(path)
         return LoadedScenario(source=source, scenario=with_team(written, carriers, rovers), reading=reading)
     reading = read_map(path)
-    bare = bare_map_scenario(path.stem, reading.grid, *_team(carriers, rovers))
-    return LoadedScenario(source=source, scenario=bare, reading=reading)
-
-
-def _team(carriers: int | None, rovers: int | None) -> tuple[int, int]:
-    return DEFAULT_CARRIERS if carriers is None else carriers, DEFAULT_ROVERS if rovers is None else rovers
+    return LoadedScenario(source=source, scenario=bare_map_scenario(path.stem, reading.grid, **team), reading=reading)
 
 
 def _unknown(source: str) -> str:

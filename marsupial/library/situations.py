@@ -17,21 +17,14 @@ from marsupial.model.situation import Situation
 
 
 def situation_of(source: Situation | Mapping[str, Any] | str | PathLike[str]) -> Situation:
-    """Return a situation unchanged, from its JSON as a dict, or from a file (PDDL if its name ends in ``.pddl``).
-
-    Raises
-    ------
-    SituationError
-        With every problem found.
-    """
+    """Return a situation unchanged, from its JSON as a dict, or from a file (PDDL if its name ends in ``.pddl``)."""
     if isinstance(source, Situation):
         return source
     if isinstance(source, Mapping):
         try:
-            written = json.dumps(dict(source))
+            return situation_from_json(json.dumps(dict(source)))
         except (TypeError, ValueError, RecursionError) as error:
             raise SituationError(f"can't be written as JSON ({error})") from error
-        return situation_from_json(written)
     path = path_argument("situation", source)
     content = read_text(path, SituationError)
     with about(path):

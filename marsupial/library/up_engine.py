@@ -14,7 +14,6 @@ from contextlib import closing
 from fractions import Fraction
 from typing import IO, Any
 
-import unified_planning as up
 from unified_planning.engines import Engine, OptimalityGuarantee
 from unified_planning.engines.mixins import AnytimePlannerMixin, OneshotPlannerMixin
 from unified_planning.engines.mixins.anytime_planner import AnytimeGuarantee
@@ -27,19 +26,14 @@ from unified_planning.model import ProblemKind
 from unified_planning.plans import ActionInstance, TimeTriggeredPlan
 
 from marsupial.errors import InvalidPlanError, SituationError
-from marsupial.formats.pddl.plansteps import Step, steps_of
+from marsupial.formats.pddl.plansteps import steps_of
 from marsupial.formats.pddl.text import domain_text, read_problem
 from marsupial.library.plans import Plans
 from marsupial.library.plans import plan as plans_for
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import Outcome, Plan, Situation
 
-NAME = "marsupial"
-"""The engine's name in unified-planning."""
-
-DEFAULT_S = 10.0
-"""Seconds to plan without a timeout."""
+NAME = "marsupial"  # the engine's name in unified-planning
+DEFAULT_S = 10.0  # seconds to plan without a timeout
 
 FEATURES = frozenset(
     {
@@ -72,15 +66,7 @@ def register_with_unified_planning(environment: object | None = None) -> None:
 
 
 class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
-    """An engine for problems of marsupial's domain.
-
-    Parameters
-    ----------
-    planner
-        One of marsupial's planners (``marsupial planners`` lists them).
-    steps
-        Number of counted steps to plan for, which is reproducible; None plans until the timeout.
-    """
+    """An engine for problems of marsupial's domain; it plans for a number of `steps`, or until the timeout if None."""
 
     def __init__(self, planner: str = "auto", steps: int | None = None) -> None:
         Engine.__init__(self)
@@ -91,7 +77,6 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
 
     @property
     def name(self) -> str:
-        """The engine's name."""
         return NAME
 
     @staticmethod
@@ -101,12 +86,10 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
 
     @staticmethod
     def supports(problem_kind: ProblemKind) -> bool:
-        """Return whether a problem of that kind may be of the domain."""
         return bool(problem_kind <= MarsupialEngine.supported_kind())
 
     @staticmethod
     def satisfies(optimality_guarantee: OptimalityGuarantee) -> bool:
-        """Return whether plans are that good; none is promised to be optimal."""
         return bool(optimality_guarantee == OptimalityGuarantee.SATISFICING)
 
     @staticmethod
@@ -121,7 +104,6 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
         timeout: float | None = None,
         output_stream: IO[str] | None = None,
     ) -> PlanGenerationResult:
-        """Return the best plan within the timeout."""
         return list(self._get_solutions(problem, timeout, output_stream))[-1]
 
     def _get_solutions(
@@ -148,25 +130,24 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
 
 
 def situation_of_problem(problem: Any) -> Situation:
-    """Return the situation that a problem of unified-planning describes.
-
-    Raises
-    ------
-    UPUsageError
-        If it is not of marsupial's domain, with every problem found.
-    """
+    """Return the situation of a unified-planning problem; raise a `UPUsageError` if it is not of marsupial's domain."""
     # Compare whole actions, with conditions and effects: a domain may share only names with ours.
     domain = PDDLReader(problem.environment).parse_problem_string(domain_text())
     if set(problem.actions) != set(domain.actions):
         raise UPUsageError("marsupial plans for problems of its own domain only: the actions of pddl/domain.pddl")
-    facts = [_fact(fact, value) for fact, value in problem.explicit_initial_values.items()]
+    facts = []
+    for fact, value in problem.explicit_initial_values.items():
+        if not value.is_bool_constant():
+            facts.append(f"(= {_atom(fact)} {Fraction(value.constant_value())})")
+        elif value.is_true():
+            facts.append(_atom(fact))
     goals = [_atom(part) for goal in problem.goals for part in (goal.args if goal.is_and() else (goal,))]
     text = "\n".join(
         [
             "(define (problem given) (:domain marsupial) (:objects",
             *(f"{each.name} - {each.type.name}" for each in problem.all_objects),
             ") (:init",
-            *filter(None, facts),
+            *facts,
             f") (:goal (and {' '.join(goals)})))",
         ]
     )
@@ -176,13 +157,6 @@ def situation_of_problem(problem: Any) -> Situation:
         raise UPUsageError(f"not a problem of marsupial's domain: {error}") from error
 
 
-def _fact(fact: Any, value: Any) -> str:
-    """Return a fact as text; an empty one for a fact that is false."""
-    if value.is_bool_constant():
-        return _atom(fact) if value.is_true() else ""
-    return f"(= {_atom(fact)} {Fraction(value.constant_value())})"
-
-
 def _atom(fact: Any) -> str:
     if not fact.is_fluent_exp():
         raise UPUsageError(f"not a problem of marsupial's domain, whose goals are facts: {fact}")
@@ -190,28 +164,16 @@ def _atom(fact: Any) -> str:
 
 
 def to_up_plan(plan: Plan, problem: Any, situation: Situation) -> TimeTriggeredPlan:
-    """Return a plan for `situation` as a time-triggered plan of its `problem`.
-
-    Raises
-    ------
-    InvalidPlanError
-        If PDDL can't express it: a name that the situation doesn't have or of the wrong type, or a start before the
-        robot is free.
-    """
+    """Return a plan as a time-triggered plan of `problem`; raise an `InvalidPlanError` if PDDL can't express it."""
     timed = []
     for step in steps_of(plan, situation):
-        action, objects = problem.action(step.name), [_object(problem, word, step) for word in step.args]
-        for parameter, thing in zip(action.parameters, objects, strict=True):
-            if not parameter.type.is_compatible(thing.type):
-                raise InvalidPlanError(
-                    f"({' '.join((step.name, *step.args))}): {thing.name} is no {parameter.type.name}"
-                )
+        action, objects, text = problem.action(step.name), [], f"({' '.join((step.name, *step.args))})"
+        for parameter, word in zip(action.parameters, step.args, strict=True):
+            if not problem.has_object(word):
+                raise InvalidPlanError(f"{text}: there is no {word}")
+            objects.append(problem.object(word))
+            if not parameter.type.is_compatible(objects[-1].type):
+                raise InvalidPlanError(f"{text}: {word} is no {parameter.type.name}")
         args = tuple(problem.environment.expression_manager.ObjectExp(thing) for thing in objects)
         timed.append((step.start, ActionInstance(action, args), step.duration))
     return TimeTriggeredPlan(timed, problem.environment)
-
-
-def _object(problem: Any, word: str, step: Step) -> up.model.Object:
-    if not problem.has_object(word):
-        raise InvalidPlanError(f"({' '.join((step.name, *step.args))}): there is no {word}")
-    return problem.object(word)

@@ -31,5 +31,4 @@ PARTS: Mapping[str, str] = {
 def experiment(name: str) -> Experiment | None:
     """Return the experiment, or part of one, with this name; None if there is none."""
     target = {**PAPERS, **PARTS}.get(name)
-    found: Experiment | None = None if target is None else resolve_name(target)
-    return found
+    return None if target is None else resolve_name(target)

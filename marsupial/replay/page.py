@@ -48,11 +48,17 @@ def replay_page(events: Iterable[MissionEvent], other: Iterable[MissionEvent] | 
     The page's address takes options: ``#t=120`` opens it at 120 s; ``play=1``, ``speed=10``, ``theme=dark`` and the
     layers ``labels``, ``sensors``, ``plan`` and ``trails`` as 0 or 1 may follow, joined by ``&``.
     """
-    missions = [tuple(one) for one in (events, other) if one is not None]
     policy = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
-    logs = (f'<script type="application/gzip" class="log">\n{_packed(one)}\n</script>' for one in missions)
+    titles, logs = [], []
+    for one in (tuple(one) for one in (events, other) if one is not None):
+        first, lines = one[0], "".join(f"{line}\n" for line in log_lines(one))
+        assert isinstance(first, MissionStarted)
+        titles.append(f"{first.scenario}: {first.strategy}, seed {first.seed}")
+        # Browsers can unpack gzip; without a time in it, the same mission is the same page.
+        packed = b64encode(gzip.compress(lines.encode("ascii"), _PACKING, mtime=0)).decode("ascii")
+        logs.append(f'<script type="application/gzip" class="log">\n{packed}\n</script>')
     return page_shell(
-        title=" and ".join(dict.fromkeys(map(_title, missions))),
+        title=" and ".join(dict.fromkeys(titles)),
         head=f"{policy}\n<style>\n{page_style()}\n</style>",
         scripts="\n".join((*logs, f"<script>\n{joined_modules()}\n</script>")),
     )
@@ -80,18 +86,6 @@ def joined_modules() -> str:
 def module_text(name: str) -> str:
     """Return the text of a file of the page: a module, the style, the shell."""
     return files("marsupial.replay").joinpath(name).read_text(encoding="utf-8")
-
-
-def _title(events: tuple[MissionEvent, ...]) -> str:
-    first = events[0]
-    assert isinstance(first, MissionStarted)
-    return f"{first.scenario}: {first.strategy}, seed {first.seed}"
-
-
-def _packed(events: tuple[MissionEvent, ...]) -> str:
-    """Return a mission's log as gzip, which browsers can unpack, in base 64."""
-    log = "".join(f"{line}\n" for line in log_lines(events)).encode("ascii")
-    return b64encode(gzip.compress(log, _PACKING, mtime=0)).decode("ascii")
 
 
 def _variables(palette: Palette) -> str:

@@ -5,10 +5,8 @@ Actions are greys, from light (idle) to dark (docking, with two robots), and yel
 yellow. The hues were found by a search that keeps them distinct for colour-blind readers, so they differ in lightness
 too. With more carriers than hues, the hues repeat with dashed trails.
 
-References
-----------
-G. M. Machado, M. M. Oliveira, L. A. F. Fernandes: A physiologically-based model for simulation of color vision
-deficiency, IEEE TVCG 15(6), 2009: the simulation by which the tests measure distances between colours.
+References: G. M. Machado, M. M. Oliveira, L. A. F. Fernandes: A physiologically-based model for simulation of color
+vision deficiency, IEEE TVCG 15(6), 2009: the simulation by which the tests measure distances between colours.
 """
 
 from __future__ import annotations
@@ -16,39 +14,26 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
-from marsupial.model.mission import MissionStarted
-from marsupial.model.robots import Role
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, MissionStarted, Role
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Palette:
-    """Colours as ``#rrggbb``.
+    """Colours as ``#rrggbb``."""
 
-    Attributes
-    ----------
-    families
-        One tuple for each carrier: its own colour, then the colours of its rovers.
-    page, ink, dim
-        Background, text and outlines, minor text.
-    unknown, free, wall, other
-        Ground: unknown, floor, obstacles, any other terrain.
-    frontier
-        Frontier cells and targets, with an outline of `ink`.
-    actions
-        By activity: ``drive``, ``explore``, ``aboard``, ``dock``, ``undock``, ``wait``.
-    """
-
+    # a tuple for each carrier: its own colour, then the colours of its rovers
     families: tuple[tuple[str, str, str, str], ...]
+    # page, ink, dim: background, text and outlines, minor text
     page: str
     ink: str
     dim: str
+    # ground: unknown, floor, obstacles, any other terrain
     unknown: str
     free: str
     wall: str
     other: str
-    frontier: str
-    actions: Mapping[str, str]
+    frontier: str  # frontier cells and targets, with an outline of `ink`
+    actions: Mapping[str, str]  # by activity: ``drive``, ``explore``, ``aboard``, ``dock``, ``undock``, ``wait``
 
     def ground(self, code: int) -> str:
         """Return the colour of cells with a terrain code."""
@@ -61,22 +46,17 @@ class Palette:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotStyle:
-    """How a robot is drawn, in any palette.
+    """How a robot is drawn, in any palette."""
 
-    Attributes
-    ----------
-    role
-        Chooses the shape.
-    hue, shade
-        Indices of its colour in `Palette.families`.
-    dashed
-        Whether an earlier family has the same colours.
-    """
-
-    role: Role
+    role: Role  # chooses the shape
+    # hue, shade: indices of its colour in `Palette.families`
     hue: int
     shade: int
-    dashed: bool
+    dashed: bool  # whether an earlier family has the same colours
+
+
+def _by_activity(*colours: str) -> dict[str, str]:
+    return dict(zip(("drive", "explore", "aboard", "dock", "undock", "wait"), colours, strict=True))
 
 
 LIGHT = Palette(
@@ -98,14 +78,7 @@ LIGHT = Palette(
     wall="#2f353d",
     other="#f2e8d5",
     frontier="#ffd60a",
-    actions={
-        "drive": "#9097a1",
-        "explore": "#ffd60a",
-        "aboard": "#c6cdd5",
-        "dock": "#111418",
-        "undock": "#5c636d",
-        "wait": "#f4f5f7",
-    },
+    actions=_by_activity("#9097a1", "#ffd60a", "#c6cdd5", "#111418", "#5c636d", "#f4f5f7"),
 )
 
 REACH: Mapping[str, str] = {
@@ -137,14 +110,7 @@ DARK = Palette(
     wall="#9aa4b0",
     other="#473c29",
     frontier="#ffe14d",
-    actions={
-        "drive": "#7d8590",
-        "explore": "#ffe14d",
-        "aboard": "#4a515c",
-        "dock": "#ffffff",
-        "undock": "#b9c0c9",
-        "wait": "#23282f",
-    },
+    actions=_by_activity("#7d8590", "#ffe14d", "#4a515c", "#ffffff", "#b9c0c9", "#23282f"),
 )
 
 ROVER_SHADES = 3

@@ -15,7 +15,7 @@ from marsupial.formats.scenario.filters import read_filters
 from marsupial.formats.scenario.map import read_terrains
 from marsupial.formats.scenario.read import parse, read_goal, read_limits, read_types, read_version
 from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names
-from marsupial.formats.yamllines import with_lines
+from marsupial.formats.yamlvalues import with_lines
 from marsupial.model.bounds import BOUNDS, Bound
 from marsupial.model.grid import Terrain
 from marsupial.model.robots import RobotType, TeamMember

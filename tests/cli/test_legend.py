@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from marsupial.cli.display.legend import legend_rows
+from marsupial.cli.display.map_picture import legend_rows
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 from marsupial.model.mapreading import LegendEntry
 

@@ -12,7 +12,6 @@ from synthetic_mission import RESOLUTION_M, synthetic_mission, truth
 from marsupial.cli.display import progress as module
 from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.progress import progress
-from marsupial.cli.display.watch import MissionWatch
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
@@ -79,7 +78,7 @@ def test_that_a_planner_fails_is_said_once_with_its_words(
 
 
 def test_how_far_a_mission_is_can_be_told_at_any_time() -> None:
-    lines = module._Lines(MissionWatch())
+    lines = module._Lines()
     lines.reachable(np.ones(truth().shape, dtype=np.bool_))
     with Alive(lines.now) as lines.alive:
         assert lines.now() == "preparing the mission ..."
@@ -93,7 +92,7 @@ def test_a_line_is_printed_each_minute_of_simulated_time_and_fewer_in_long_missi
 ) -> None:
     started, *_ = synthetic_mission()
     (plan, *_) = (event for event in synthetic_mission() if isinstance(event, Planned))
-    lines = module._Lines(MissionWatch())
+    lines = module._Lines()
     lines.reachable(np.ones(truth().shape, dtype=np.bool_))
     with Alive(lines.now, first_s=3600) as lines.alive:
         lines.event(started)
@@ -109,7 +108,7 @@ def test_a_line_is_printed_each_minute_of_simulated_time_and_fewer_in_long_missi
 
 def test_an_event_after_a_long_while_makes_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     (plan, *_) = (event for event in synthetic_mission() if isinstance(event, Planned))
-    lines = module._Lines(MissionWatch())
+    lines = module._Lines()
     lines.reachable(np.ones(truth().shape, dtype=np.bool_))
     with Alive(lines.now, first_s=3600) as lines.alive:
         lines.event(synthetic_mission()[0])

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from marsupial.cli.display.picture import doing
-from marsupial.cli.display.watch import MissionWatch
+from marsupial.cli.display.progress import MissionWatch
 from marsupial.mission.state import RobotView
 from marsupial.model.grid import FLOOR, TERRAINS, Cell
 from marsupial.model.mission import (

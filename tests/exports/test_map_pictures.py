@@ -12,12 +12,11 @@ from PIL import Image
 from rich.console import Console
 from small_missions import drawn_grid
 
-from marsupial.cli.display.map_picture import LETTERS, QUARTERS, characters, coarse_map, map_picture
+from marsupial.cli.display.map_picture import QUARTERS, characters, coarse_map, map_picture
 from marsupial.errors import UsageError
 from marsupial.exports.figures import MapAxes
-from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass, map_classes
-from marsupial.exports.mapfigure import map_figure
-from marsupial.exports.marknames import best_place
+from marsupial.exports.mapclasses import LOOKS, MapClass, map_classes
+from marsupial.exports.mapfigure import best_place, map_figure
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.maps.reach import parts
@@ -78,7 +77,7 @@ def test_the_picture_has_the_colours_of_all_that_occurs_and_says_what_they_are()
     png = map_figure(grid, classes, "hall", starts, kind="png", warnings=["something is odd"])
     pixels = np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).reshape(-1, 3)
     shown = {"#" + bytes(colour).hex() for colour in np.unique(pixels, axis=0)}
-    assert {COLOURS[MapClass(int(kind))] for kind in np.unique(classes)} <= shown
+    assert {LOOKS[MapClass(int(kind))].colour for kind in np.unique(classes)} <= shown
     svg = map_figure(grid, classes, "hall", starts, kind="svg", warnings=["something is odd"])
     text = "\n".join(ElementTree.fromstring(svg).itertext())
     assert {"hall", "carrier1", "start", "obstacle", "unknown", "only rovers can"} <= {
@@ -192,8 +191,8 @@ def test_without_colours_letters_say_what_they_would(monkeypatch: pytest.MonkeyP
     assert "\x1b[" in coloured
     assert "\x1b[" not in plain
     for kind in (MapClass.CARRIERS, MapClass.ROVERS, MapClass.ISLAND):
-        assert f"{LETTERS[kind]} {TEXTS[kind]}" in plain
-        assert f"{LETTERS[kind]} {TEXTS[kind]}" not in coloured
+        assert f"{LOOKS[kind].letter} {LOOKS[kind].text}" in plain
+        assert f"{LOOKS[kind].letter} {LOOKS[kind].text}" not in coloured
 
 
 def test_ascii_is_enough() -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from marsupial.errors import Problem
-from marsupial.formats.yamllines import with_lines
+from marsupial.formats.yamlvalues import with_lines
 
 TEXT = """a: 1
 b:

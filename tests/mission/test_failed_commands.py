@@ -16,7 +16,7 @@ from small_missions import (
     rover_on,
 )
 
-from marsupial.cli.display.watch import MissionWatch
+from marsupial.cli.display.progress import MissionWatch
 from marsupial.formats.triggers import trigger_text
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observers

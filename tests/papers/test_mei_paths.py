@@ -15,7 +15,6 @@ from marsupial.papers.mei2006.paths import (
     path_to,
     route_pairs,
     shortest_paths,
-    together,
 )
 from marsupial.paths.energy import MotionCosts
 from marsupial.paths.fields import PathSearch
@@ -64,9 +63,8 @@ def test_where_turning_takes_nothing_there_is_nothing_to_save() -> None:
 
 
 def test_means_of_ratios_and_ratios_of_sums() -> None:
-    one = RoutePairs(shortest=np.array([[10.0, 20.0]]), cheapest=np.array([[11.0, 15.0]]))
-    two = RoutePairs(shortest=np.array([[30.0, 60.0]]), cheapest=np.array([[30.0, 60.0]]))
-    both = together((one, two))
+    shortest, cheapest = np.array([[10.0, 20.0], [30.0, 60.0]]), np.array([[11.0, 15.0], [30.0, 60.0]])
+    both = RoutePairs(shortest=shortest, cheapest=cheapest)
     assert (both.saved, both.longer) == pytest.approx((0.125, 0.05))
     assert (both.saved_in_all, both.longer_in_all) == pytest.approx((5 / 80, 1 / 40))
 

@@ -7,30 +7,14 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.options import completing
-from marsupial.cli.options.late_help import STRATEGIES
-from marsupial.cli.options.shared import (
-    COMPARE_STEPS,
-    Quiet,
-    RayAddress,
-    RetryFailed,
-    RouteChoice,
-    TimeLimit,
-    Verbose,
-    Workers,
-    options_given,
-)
+from marsupial.cli.options import completing, shared
 
 
 def compare(
     context: typer.Context,
     scenarios: Annotated[
         list[str] | None,
-        typer.Argument(
-            autocompletion=completing.scenario_or_file,
-            metavar="SCENARIO...",
-            help="Built-in scenarios, scenario files, nav2 or MovingAI maps.",
-        ),
+        shared.scenario_argument("Built-in scenarios, scenario files, nav2 or MovingAI maps.", metavar="SCENARIO..."),
     ] = None,
     suite: Annotated[
         str | None,
@@ -42,18 +26,13 @@ def compare(
         str | None,
         typer.Option(
             autocompletion=completing.strategies,
-            help=f"STRATEGY or STRATEGY:PLANNER, comma-separated; the last is the baseline. Strategies: {STRATEGIES}. "
-            "[default: temporal,heuristic; of a suite temporal against all others]",
+            help="STRATEGY or STRATEGY:PLANNER, comma-separated; the last is the baseline. "
+            f"Strategies: {shared.STRATEGIES}. [default: temporal,heuristic; of a suite temporal against all others]",
         ),
     ] = None,
     planner: Annotated[
         str | None,
-        typer.Option(
-            "--planner",
-            "-p",
-            autocompletion=completing.planner,
-            help="Planner for strategies given without one [default: auto, of a suite anytime].",
-        ),
+        shared.planner_option("Planner for strategies given without one [default: auto, of a suite anytime]."),
     ] = None,
     carriers: Annotated[str | None, typer.Option(help="Numbers of carriers, such as 1-6 or 2,4.")] = None,
     rovers: Annotated[str | None, typer.Option(help="Numbers of rovers per carrier, such as 1-3.")] = None,
@@ -62,20 +41,20 @@ def compare(
         typer.Option(min=1, max=100_000, help="Missions per case, with seeds 1, 2, ... [default: 30, of a suite 3]"),
     ] = None,
     steps: Annotated[
-        int | None, typer.Option(help=f"Steps per planning call, reproducible [default: {COMPARE_STEPS}].")
+        int | None, typer.Option(help=f"Steps per planning call, reproducible [default: {shared.COMPARE_STEPS}].")
     ] = None,
     budget: Annotated[float | None, typer.Option(help="Seconds per planning call instead, not reproducible.")] = None,
-    routes: RouteChoice = None,
-    time_limit: TimeLimit = None,
-    workers: Workers = None,
-    ray: RayAddress = None,
+    routes: shared.RouteChoice = None,
+    time_limit: shared.TimeLimit = None,
+    workers: shared.Workers = None,
+    ray: shared.RayAddress = None,
     out: Annotated[Path | None, typer.Option(help="Output folder; resumes a comparison found in it.")] = None,
-    retry_failed: RetryFailed = False,
+    retry_failed: shared.RetryFailed = False,
     report: Annotated[
         Path | None, typer.Option(help="Rebuild tables, figures and report from the results in this folder.")
     ] = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
+    quiet: shared.Quiet = False,
+    verbose: shared.Verbose = False,
 ) -> None:
     """Compare strategies and planners on identical missions.
 
@@ -94,7 +73,7 @@ def compare(
     from marsupial.model.bounds import BOUNDS
 
     if report is not None:
-        others = options_given(context, "report", "quiet", "verbose")
+        others = shared.options_given(context, "report", "quiet", "verbose")
         if others:
             raise UsageError(f"--report takes no {' and no '.join(others)}: it only reads and writes its folder")
         from marsupial.cli.work.comparing import report as write_report
@@ -106,7 +85,7 @@ def compare(
     if out is None:
         raise UsageError("needs --out with the folder to write to")
     limits = limits_of(time_limit)
-    chosen = budget_of(budget, COMPARE_STEPS if steps is None and budget is None else steps)
+    chosen = budget_of(budget, shared.COMPARE_STEPS if steps is None and budget is None else steps)
     maps = None if suite is None else suite_named(suite)
     if maps is not None:
         scenarios, runs, planner = maps.sources(), runs or RUNS, planner or PLANNER

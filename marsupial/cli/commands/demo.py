@@ -15,8 +15,7 @@ from marsupial.cli.process.exit_codes import MISSION_CODES
 if TYPE_CHECKING:
     from marsupial.library.metrics import Summary
 
-STEPS = 100
-"""Steps per planning call without a budget: reproducible on every machine."""
+STEPS = 100  # steps per planning call without a budget: reproducible on every machine
 
 
 def demo(
@@ -48,11 +47,11 @@ def demo(
     request = MissionRequest(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget, steps=steps)
     summaries: list[Summary] = []
     logs = []
+    # Both start from the same seed, so the missions differ in their strategy alone.
     baseline = replace(request, strategy="heuristic", budget_s=None, steps=None)  # asks no planner
     for asked in (request, baseline):
         log = out / f"{asked.strategy}.jsonl"
-        summary, _ = carry_out(replace(asked, log=log), again=bool(summaries))
-        summaries.append(summary)
+        summaries.append(carry_out(replace(asked, log=log), again=bool(summaries))[0])
         logs.append(log)
         if summaries[-1].status == "cancelled":
             break

@@ -7,17 +7,11 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.options import completing
-from marsupial.cli.options.shared import Quiet
+from marsupial.cli.options.shared import Quiet, scenario_argument
 
 
 def export(
-    source: Annotated[
-        str,
-        typer.Argument(
-            autocompletion=completing.scenario_or_file, help="A mission log, or a scenario accepted by `marsupial run`."
-        ),
-    ],
+    source: Annotated[str, scenario_argument("A mission log, or a scenario accepted by `marsupial run`.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Output folder.")],
     at: Annotated[float, typer.Option(help="Simulated seconds since the start of the mission.")] = 0.0,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers (scenarios only).")] = None,

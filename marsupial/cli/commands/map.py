@@ -9,24 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from marsupial.cli.options import completing
-from marsupial.cli.options.shared import Json, Quiet
+from marsupial.cli.options.shared import Json, Quiet, scenario_argument
+from marsupial.wording import counted
 
 if TYPE_CHECKING:
     from marsupial.maps.describe import MapDescription
-    from marsupial.model.grid import Cell, CellArray, Grid
-    from marsupial.model.mapreading import MapReading
-    from marsupial.model.robots import RobotType
-    from marsupial.model.scenario import Scenario
+    from marsupial.model import Cell, CellArray, Grid, MapReading, RobotType, Scenario
 
 
 def describe_map(
-    file: Annotated[
-        str,
-        typer.Argument(
-            autocompletion=completing.scenario_or_file, help="A map, a scenario file or a built-in scenario."
-        ),
-    ],
+    file: Annotated[str, scenario_argument("A map, a scenario file or a built-in scenario.")],
     json: Json = False,
     out: Annotated[Path | None, typer.Option(help="Write a picture to this file: .png, .svg or .pdf.")] = None,
     picture: Annotated[bool, typer.Option(help="Draw the map as text.")] = True,
@@ -64,8 +56,8 @@ def describe_map(
         print_json(asdict(description))
     else:
         _print(description)
-    for text in () if json else description.warnings:
-        warn(text)
+        for text in description.warnings:
+            warn(text)
     if clean is not None:
         _write_clean(clean, grid, kinds)
     if boundary is not None:
@@ -77,7 +69,6 @@ def describe_map(
 def _write_clean(out: Path, grid: Grid, kinds: Sequence[RobotType]) -> None:
     from marsupial.maps.describe import cells_below
     from marsupial.maps.specks import without_specks
-    from marsupial.wording import counted
 
     smallest = min(kinds, key=lambda kind: kind.radius_m)
     cleaned, number = without_specks(grid, cells_below(smallest, grid))
@@ -144,11 +135,11 @@ def _starts(scenario: Scenario | None, seed: int = 1) -> tuple[dict[str, Cell], 
     from marsupial.errors import ScenarioError
     from marsupial.mission.placement import place_team
 
-    if scenario is None:
-        return {}, ""
     try:
-        placed = place_team(scenario, seed)
-    except ScenarioError:
+        placed = None if scenario is None else place_team(scenario, seed)
+    except ScenarioError:  # no room for the team
+        placed = None
+    if scenario is None or placed is None:
         return {}, ""
     given = [member.start is not None for member in scenario.team if member.carrier is None]
     by_seed = f"drawn by seed {seed if scenario.start_seed is None else scenario.start_seed}"
@@ -177,8 +168,7 @@ def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None
 
 
 def _print(description: MapDescription) -> None:
-    from marsupial.cli.display.legend import HEADS as LEGEND_HEADS
-    from marsupial.cli.display.legend import legend_rows
+    from marsupial.cli.display.map_picture import LEGEND_HEADS, legend_rows
     from marsupial.cli.display.tables import print_facts, print_table
 
     size = f"{description.width} x {description.height} cells"
@@ -202,14 +192,14 @@ def _print(description: MapDescription) -> None:
     print_table(("robot type", "radius m", "largest reach m2", "gets to the border", "parts"), reach, right=(1, 2, 4))
     legend = legend_rows(description.legend, {share.code: share.name for share in shares})
     if legend:
-        wide = any(commonest for *_, commonest in legend)
-        columns = len(LEGEND_HEADS) if wide else len(LEGEND_HEADS) - 1
+        # The last column is only of use where symbols were joined.
+        columns = len(LEGEND_HEADS) - (not any(commonest for *_, commonest in legend))
         print_table(LEGEND_HEADS[:columns], [row[:columns] for row in legend], right=(2,))
 
 
 def _border(description: MapDescription) -> str:
     if not description.border_cells:
         return "no free cell"
-    cells = "1 free cell" if description.border_cells == 1 else f"{description.border_cells} free cells"
     them = "it" if description.border_cells == 1 else "them"
+    cells = counted(description.border_cells, "free cell")
     return f"{cells}, {description.border_area_m2:.4g} m2 connected to {them}"

@@ -65,7 +65,7 @@ def replay(
         _page(events, None if other is None else _events(other), html)
     if export is not None:
         _export(events, export, options)
-    if html is None and export is None:
+    elif html is None:
         from rich.console import Console
 
         from marsupial.cli.display.terminal_replay import play

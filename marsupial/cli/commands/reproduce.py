@@ -8,27 +8,18 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.options import completing
-from marsupial.cli.options.shared import COMPARE_STEPS, Quiet, RayAddress, RetryFailed, Verbose, Workers
+from marsupial.cli.options.shared import COMPARE_STEPS, Quiet, RayAddress, RetryFailed, Verbose, Workers, planner_option
 
 
 def reproduce(
     paper: Annotated[
-        str,
-        typer.Argument(autocompletion=completing.paper, help="Paper: wurm2010, wurm2008, alkhawaldah or mei."),
+        str, typer.Argument(autocompletion=completing.paper, help="Paper: wurm2010, wurm2008, alkhawaldah or mei.")
     ],
     out: Annotated[Path, typer.Option(help="Output folder; resumes a comparison found in it.")],
     runs: Annotated[
         int | None, typer.Option(min=1, max=100_000, help="Missions per case [default: see above].")
     ] = None,
-    planner: Annotated[
-        str | None,
-        typer.Option(
-            "--planner",
-            "-p",
-            autocompletion=completing.planner,
-            help="Planner for the temporal strategy [default: anytime].",
-        ),
-    ] = None,
+    planner: Annotated[str | None, planner_option("Planner for the temporal strategy [default: anytime].")] = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps per planning call.")] = COMPARE_STEPS,
     maps: Annotated[
         Path | None, typer.Option(help="Folder of real building maps for wurm2008 [default: ../shared/maps].")
@@ -73,6 +64,7 @@ def reproduce(
     mission_engine(planner, budget)  # raises early if it can't be used
     parts = {folder: found for folder, name in whole.parts.items() if (found := experiment(name)) is not None}
     for folder, part in {"": whole, **parts}.items():
+        # --runs is for the experiment itself: its parts may be single missions, as in the paper.
         asked = runs if part is whole else None
         terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or wurm2008.MAPS)
         comparison = part.comparison(terms)

@@ -9,32 +9,27 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from marsupial.cli.options.shared import Json, Quiet
+from marsupial.cli.options.shared import Json, Quiet, check_extra
 from marsupial.cli.process.exit_codes import INTERRUPTED, MISSION_CODES
-from marsupial.errors import EngineUnavailable, UsageError
+from marsupial.errors import UsageError
 
 if TYPE_CHECKING:
     from marsupial_ros.bridge import BridgeOutcome
     from marsupial_ros.journal import Journal
     from marsupial_ros.settings import Settings
 
-PATIENCE_S = 300.0
-"""How long the service may be unreachable; robots finish their drives meanwhile, and wait."""
+PATIENCE_S = 300.0  # how long the service may be unreachable; robots finish their drives meanwhile, and wait
 
 
 def ros(
     settings: Annotated[Path, typer.Argument(help="Settings file with robots, types, topics and frames: docs/ros.md.")],
     server: Annotated[
-        str,
-        typer.Option(help="URL of the planning service; MARSUPIAL_KEY holds the API key."),
+        str, typer.Option(help="URL of the planning service; MARSUPIAL_KEY holds the API key.")
     ] = "http://127.0.0.1:8080",
     rosbridge: Annotated[
         str | None, typer.Option(help="Address of rosbridge (ws://HOST:PORT); overrides the settings.")
     ] = None,
-    state: Annotated[
-        Path | None,
-        typer.Option(help="State file; a restarted bridge resumes from it."),
-    ] = None,
+    state: Annotated[Path | None, typer.Option(help="State file; a restarted bridge resumes from it.")] = None,
     log: Annotated[Path | None, typer.Option(help="Write the mission log to this file at the end.")] = None,
     check: Annotated[bool, typer.Option("--check", help="Check the settings and exit.")] = False,
     json: Json = False,
@@ -46,7 +41,7 @@ def ros(
 
     Example: marsupial ros fleet.yaml --state fleet.state
     """
-    check_extra()
+    check_extra("the bridge to ROS", "ros", "cbor2", "httpx2", "websockets")
     from dataclasses import replace
 
     from marsupial.cli.display.messages import say
@@ -97,13 +92,3 @@ def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | No
         raise UsageError(f"the service can't be reached: {error}") from error
     except ClientError as error:
         raise UsageError(str(error)) from error
-
-
-def check_extra() -> None:
-    """Raise an error that names what to install if libraries of the bridge are missing."""
-    try:
-        import cbor2  # noqa: F401
-        import httpx2  # noqa: F401
-        import websockets  # noqa: F401
-    except ImportError as error:
-        raise EngineUnavailable(f"the bridge to ROS needs {error.name}: pip install 'marsupial[ros]'") from error

@@ -7,43 +7,35 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.options import completing
-from marsupial.cli.options.late_help import STRATEGIES
-from marsupial.cli.options.shared import Json, Planner, PlanningBudget, Quiet, RouteChoice, Seed, TimeLimit, Verbose
+from marsupial.cli.options import completing, shared
 from marsupial.cli.process.exit_codes import MISSION_CODES
 
 
 def run(
     scenario: Annotated[
-        str,
-        typer.Argument(
-            autocompletion=completing.scenario_or_file,
-            help="A built-in scenario, a scenario file, a nav2 map.yaml or a MovingAI .map.",
-        ),
+        str, shared.scenario_argument("A built-in scenario, a scenario file, a nav2 map.yaml or a MovingAI .map.")
     ],
     strategy: Annotated[
-        str,
-        typer.Option("--strategy", "-s", autocompletion=completing.strategy, help=f"{STRATEGIES}."),
+        str, typer.Option("--strategy", "-s", autocompletion=completing.strategy, help=f"{shared.STRATEGIES}.")
     ] = "temporal",
-    planner: Planner = None,
+    planner: shared.Planner = None,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers.")] = None,
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier.")] = None,
-    seed: Seed = None,
-    budget: PlanningBudget = None,
+    seed: shared.Seed = None,
+    budget: shared.PlanningBudget = None,
     steps: Annotated[int | None, typer.Option(help="Steps per planning call instead, reproducible.")] = None,
     log: Annotated[Path | None, typer.Option(help="Write the mission log to this file.")] = None,
-    json: Json = False,
+    json: shared.Json = False,
     planning_time: Annotated[
         str | None, typer.Option(help="instant, or charged to the mission clock [default: the scenario's].")
     ] = None,
-    routes: RouteChoice = None,
-    time_limit: TimeLimit = None,
+    routes: shared.RouteChoice = None,
+    time_limit: shared.TimeLimit = None,
     server: Annotated[
-        str | None,
-        typer.Option(help="URL of a service that plans the mission; MARSUPIAL_KEY holds the API key."),
+        str | None, typer.Option(help="URL of a service that plans the mission; MARSUPIAL_KEY holds the API key.")
     ] = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
+    quiet: shared.Quiet = False,
+    verbose: shared.Verbose = False,
 ) -> None:
     """Run one mission.
 

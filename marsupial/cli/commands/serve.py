@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from marsupial.cli.options.shared import options_given
-from marsupial.errors import EngineUnavailable, UsageError
+from marsupial.cli.options.shared import check_extra, options_given
+from marsupial.errors import UsageError
 
 if TYPE_CHECKING:
     from marsupial_service.keys import Keys
@@ -23,6 +23,9 @@ keys = typer.Typer(no_args_is_help=True, help="Create, list and revoke API keys.
 serve.add_typer(keys, name="keys")
 
 DEFAULT_DATA = Path("marsupial-data")
+
+SERVICE = ("the service", "service", "fastapi", "prometheus_client", "uvicorn")
+"""The part of marsupial, its extra, and the libraries that come with it."""
 
 Data = Annotated[Path, typer.Option(help="Folder for jobs, missions and keys.")]
 Shared = Annotated[
@@ -71,7 +74,7 @@ def run(
     """
     if context.invoked_subcommand is not None:
         return
-    check_extra()
+    check_extra(*SERVICE)
     from marsupial.cli.display.messages import say
     from marsupial.cli.display.tables import print_text
     from marsupial.cli.process.interrupt import Interrupted
@@ -145,10 +148,10 @@ def list_keys(data: Data = DEFAULT_DATA, store: Shared = None) -> None:
 
     now_s = time.time()
     with _keys(data, store) as kept:
-        rows = [
-            (key.name, key.id, ", ".join(key.scopes), _day(key.expires_s), "yes" if key.holds(now_s) else "no")
-            for key in kept.all()
-        ]
+        rows = []
+        for key in kept.all():
+            day = time.strftime("%Y-%m-%d", time.gmtime(key.expires_s))
+            rows.append((key.name, key.id, ", ".join(key.scopes), day, "yes" if key.holds(now_s) else "no"))
     print_table(("name", "id", "scopes", "expires", "good"), rows)
 
 
@@ -170,27 +173,26 @@ def revoke(
 
 @contextmanager
 def _keys(data: Path, store: str | None) -> Iterator[Keys]:
-    check_extra()
-    from marsupial_service.keys import open_keys
+    with store_errors():
+        from marsupial_service.keys import open_keys
+
+        try:
+            with open_keys(data if store is None else store) as kept:
+                yield kept
+        except OSError as error:
+            raise UsageError(f"{error.filename or data}: {(error.strerror or str(error)).lower()}") from error
+
+
+@contextmanager
+def store_errors() -> Iterator[None]:
+    """Raise a `UsageError` for an error of the store inside."""
+    check_extra(*SERVICE)
     from marsupial_service.store import StoreError
 
     try:
-        with open_keys(data if store is None else store) as kept:
-            yield kept
+        yield
     except StoreError as error:
         raise UsageError(str(error)) from error
-    except OSError as error:
-        raise UsageError(f"{error.filename or data}: {(error.strerror or str(error)).lower()}") from error
-
-
-def check_extra() -> None:
-    """Raise an error that names what to install if libraries of the service are missing."""
-    try:
-        import fastapi  # noqa: F401
-        import prometheus_client  # noqa: F401
-        import uvicorn  # noqa: F401
-    except ImportError as error:
-        raise EngineUnavailable(f"the service needs {error.name}: pip install 'marsupial[service]'") from error
 
 
 def _pairs(option: str, given: list[str] | None) -> list[tuple[str, str]]:
@@ -201,7 +203,3 @@ def _pairs(option: str, given: list[str] | None) -> list[tuple[str, str]]:
             raise UsageError(f"{option}: must be NAME=VALUE, got {text!r}")
         pairs.append((name, value))
     return pairs
-
-
-def _day(seconds: float) -> str:
-    return time.strftime("%Y-%m-%d", time.gmtime(seconds))

@@ -12,9 +12,8 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.commands.serve import DEFAULT_DATA, Data, Shared, check_extra
+from marsupial.cli.commands.serve import DEFAULT_DATA, Data, Shared, store_errors
 from marsupial.cli.options.shared import Quiet
-from marsupial.errors import UsageError
 
 store = typer.Typer(no_args_is_help=True, help="Inspect, back up, restore and prune a store.")
 
@@ -108,14 +107,10 @@ def retain(
 
 @contextmanager
 def _upkeep() -> Iterator[ModuleType]:
-    check_extra()
-    from marsupial_service.operations import upkeep
-    from marsupial_service.store import StoreError
+    with store_errors():
+        from marsupial_service.operations import upkeep
 
-    try:
         yield upkeep
-    except StoreError as error:
-        raise UsageError(str(error)) from error
 
 
 def _place(data: Path, store: str | None) -> Path | str:

@@ -12,15 +12,7 @@ FIRST_S, LAST_S = 5.0, 60.0
 
 
 class Alive:
-    """A context manager that prints a message whenever nothing was printed for a while.
-
-    The first comes soon, to show that the program works; the intervals grow, so that hours of work print few lines.
-
-    Parameters
-    ----------
-    what
-        Returns the message; called in another thread.
-    """
+    """A context manager that prints the message from `what`, called in a thread, if nothing was printed for a while."""
 
     def __init__(self, what: Callable[[], str], first_s: float = FIRST_S, last_s: float = LAST_S) -> None:
         self._what = what

@@ -17,11 +17,8 @@ from marsupial.bench.compare.rows import MissionRow
 from marsupial.cli.display.messages import Volume, say, volume
 from marsupial.wording import clock, counted
 
-LINE_EVERY_S = 30.0
-"""Wall-clock time between two lines."""
-
-FRAME_EVERY_S = 0.2
-"""Wall-clock time between two updates of the bar."""
+LINE_EVERY_S = 30.0  # wall-clock time between two lines
+FRAME_EVERY_S = 0.2  # wall-clock time between two updates of the bar
 
 
 @contextmanager
@@ -38,6 +35,8 @@ def compare_progress(now: Callable[[], float] = time.monotonic) -> Iterator[Watc
 class Lines:
     """Prints the progress of a comparison: at its start and end, at each failure, and every `LINE_EVERY_S`."""
 
+    every_s = LINE_EVERY_S
+
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
         self._began_s = now()
@@ -45,7 +44,7 @@ class Lines:
         self._before = 0
 
     def watch(self, row: MissionRow | None, done: int, total: int) -> None:
-        """Print what a finished mission (None: the start) requires."""
+        """Print what a finished mission requires, or the start (None)."""
         if row is None:
             self._began_s = self._printed_s = self._now()
             self._before = done
@@ -55,7 +54,7 @@ class Lines:
             self.tell(f"{row.trial}: {row.status}: {row.reason}")
         elif volume() is Volume.VERBOSE:
             self.tell(f"{row.trial}: {row.status}")
-        if done == total or self._is_due():
+        if done == total or self._now() - self._printed_s >= self.every_s:
             self.show(done, total)
 
     def show(self, done: int, total: int) -> None:
@@ -74,12 +73,11 @@ class Lines:
         ending = f"about {clock(left)} left" if done < total else f"done in {clock(elapsed)}"
         return f"{done:>{len(str(total))}} of {counted(total, 'mission')} ({done / total:.0%}), {ending}"
 
-    def _is_due(self) -> bool:
-        return self._now() - self._printed_s >= LINE_EVERY_S
-
 
 class _Bar(Lines):
     """Redraws a bar a few times a second."""
+
+    every_s = FRAME_EVERY_S
 
     def __init__(self, now: Callable[[], float], live: Live) -> None:
         super().__init__(now)
@@ -95,6 +93,3 @@ class _Bar(Lines):
 
     def tell(self, text: str) -> None:
         self._live.console.print(text, markup=False, highlight=False)
-
-    def _is_due(self) -> bool:
-        return self._now() - self._printed_s >= FRAME_EVERY_S

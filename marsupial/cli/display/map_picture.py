@@ -1,4 +1,4 @@
-"""A map as interpreted, as text: walls as quarters of characters or ``#``, ground in colours or letters.
+"""A map as interpreted, as text: walls as quarters of characters or ``#``, ground in colours or letters; its legend.
 
 A character stands for 2 x 4 small squares of the map. Each of its quarters is a wall if there is one in either of its
 two squares; its background is what most of the ground in it is. Where there are no colours a letter says that, and
@@ -8,6 +8,8 @@ where there are no quarters (ASCII) a character is a wall if a wall crosses it.
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 
 import numpy as np
@@ -15,19 +17,9 @@ from rich.console import Console
 from rich.text import Text
 
 from marsupial.exports.ground import box, coarse
-from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass
-from marsupial.model.grid import CellArray
+from marsupial.exports.mapclasses import LOOKS, MapClass
+from marsupial.model import CellArray, LegendEntry
 from marsupial.replay.palette import LIGHT
-
-LETTERS = {
-    MapClass.WALL: "#",
-    MapClass.CARRIERS: ".",
-    MapClass.ROVERS: "o",
-    MapClass.NARROW: "-",
-    MapClass.ISLAND: "x",
-    MapClass.LEAK: "!",
-    MapClass.UNSEEN: " ",
-}
 
 QUARTERS = " ▘▝▀▖▌▞▛▗▚▐▜▄▙▟█"
 """Characters by the sum of their quarters: 1 upper left, 2 upper right, 4 lower left, 8 lower right."""
@@ -37,8 +29,7 @@ DOTS = np.array([[1, 2], [1, 2], [4, 8], [4, 8]])
 
 ROWS, COLUMNS = DOTS.shape
 
-CROSSING = 2
-"""Small squares of wall that make a letter a wall: a line from side to side has at least as many."""
+CROSSING = 2  # small squares of wall that make a letter a wall: a line from side to side has at least as many
 
 PLAIN_WIDTH, LINES_BESIDE = 80, 4
 """Columns without a terminal; lines of a terminal that are left for the key and the prompt."""
@@ -87,8 +78,8 @@ def _character(square: CellArray, *, blocks: bool, plain: bool) -> tuple[str, Ma
     if blocks and count:
         return QUARTERS[int(np.bitwise_or.reduce(DOTS[walls]))], kind
     if count >= CROSSING:
-        return LETTERS[MapClass.WALL], kind
-    return (LETTERS[kind] if plain else " "), kind
+        return LOOKS[MapClass.WALL].letter, kind
+    return (LOOKS[kind].letter if plain else " "), kind
 
 
 def _runs(line: list[tuple[str, MapClass]], *, coloured: bool) -> list[tuple[str, str]]:
@@ -99,19 +90,55 @@ def _runs(line: list[tuple[str, MapClass]], *, coloured: bool) -> list[tuple[str
 
 
 def _style(kind: MapClass) -> str:
-    return f"{LIGHT.wall} on {COLOURS[kind]}"
+    return f"{LIGHT.wall} on {LOOKS[kind].colour}"
 
 
 def _key(classes: CellArray, wide: int, *, coloured: bool) -> list[Text]:
     """Return the key: lines with the meaning of the colours or letters that occur."""
     there = set(np.unique(classes).tolist())
     lines = [Text(no_wrap=True)]
-    for kind, text in TEXTS.items():
+    for kind, look in LOOKS.items():
         if kind in there and (kind is not MapClass.WALL or not coloured):
-            entry = Text("  " if coloured else LETTERS[kind], _style(kind) if coloured else "").append(
-                f" {text}   ", ""
-            )
+            mark = Text("  " if coloured else look.letter, _style(kind) if coloured else "")
+            entry = mark.append(f" {look.text}   ", "")
             if len(lines[-1]) + len(entry) > wide + 2:
                 lines.append(Text(no_wrap=True))
             lines[-1] = Text.assemble(lines[-1], entry, no_wrap=True)
     return lines
+
+
+_NUMBERED = re.compile(r"(\w+) (\d+)")  # a numbered symbol such as ``grey 205``
+
+MOST_SYMBOLS, LEAST_SHARE = 3, 0.05
+"""More symbols than this become a range; at most this many are named, those with at least this share of its cells."""
+
+LEGEND_HEADS = ("symbol in the file", "means", "cells", "most of them")
+
+
+def legend_rows(legend: Sequence[LegendEntry], names: Mapping[int, str]) -> list[tuple[str, str, str, str]]:
+    """Return rows for `LEGEND_HEADS`; many numbered symbols of the same meaning, such as greys, share a row."""
+    runs: list[list[LegendEntry]] = []
+    for _, alike in groupby(legend, key=_kind):
+        run = list(alike)
+        runs += [run] if len(run) > MOST_SYMBOLS else [[entry] for entry in run]
+    rows = []
+    for run in runs:
+        symbols = run[0].symbol if len(run) == 1 else f"{run[0].symbol} to {run[-1].symbol.rsplit(' ', 1)[1]}"
+        rows.append((symbols, names[run[0].code], str(sum(entry.cells for entry in run)), _commonest(run)))
+    return rows
+
+
+def _kind(entry: LegendEntry) -> tuple[str, int]:
+    """Return the key of an entry's range: the word before its number, and its terrain code."""
+    numbered = _NUMBERED.fullmatch(entry.symbol)
+    return numbered[1] if numbered else entry.symbol, entry.code
+
+
+def _commonest(run: Sequence[LegendEntry]) -> str:
+    """Return the most frequent symbols of a range as text."""
+    if len(run) == 1:
+        return ""
+    cells = sum(entry.cells for entry in run)
+    ranked = sorted(run, key=lambda entry: -entry.cells)[:MOST_SYMBOLS]
+    named = [f"{entry.symbol} ({entry.cells / cells:.1%})" for entry in ranked if entry.cells >= LEAST_SHARE * cells]
+    return ", ".join(named) or f"spread over {len(run)}"

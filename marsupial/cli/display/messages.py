@@ -45,10 +45,8 @@ def warn(text: str) -> None:
 
 
 def complain(text: str) -> None:
-    """Print an error, whatever the volume.
-
-    A full disk behind stderr is ignored, since only messages are lost; a reader that has gone ends the program.
-    """
+    """Print an error, whatever the volume."""
+    # A full disk behind stderr is ignored, since only messages are lost; a reader that has gone ends the program.
     try:
         print(text, file=sys.stderr, flush=True)
     except BrokenPipeError:

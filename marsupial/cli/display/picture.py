@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import groupby
+from itertools import cycle, groupby
 from string import ascii_lowercase, ascii_uppercase
 
 import numpy as np
@@ -20,10 +20,7 @@ from rich.text import Text
 from marsupial.exports.ground import box, coarse
 from marsupial.formats.triggers import trigger_text
 from marsupial.mission.state import RobotView
-from marsupial.model.grid import UNKNOWN, CellArray, Mask
-from marsupial.model.mission import MissionStarted, Planned
-from marsupial.model.plan import ActionName
-from marsupial.model.robots import Role
+from marsupial.model import UNKNOWN, ActionName, CellArray, Mask, MissionStarted, Planned, Role
 from marsupial.replay.palette import LIGHT, robot_styles
 from marsupial.wording import counted
 
@@ -31,20 +28,13 @@ _LINES_BESIDE_MAP = 4  # up to two lines about the mission, and room for the pro
 
 
 class Picture:
-    """Draws the moments of one mission for one console.
-
-    Parameters
-    ----------
-    shown
-        Mask (height, width) of the cells that must be in the picture; all if it is empty.
-    """
+    """Draws the moments of a mission; cells of the mask `shown` (height, width) must be visible, all if it is empty."""
 
     def __init__(self, mission: MissionStarted, shown: Mask, console: Console) -> None:
         self._console = console
         self._box = box(shown)
-        self._colours = {
-            code: LIGHT.ground(code) for code in (UNKNOWN, *(terrain.code for terrain in mission.terrains))
-        }
+        codes = (UNKNOWN, *(terrain.code for terrain in mission.terrains))
+        self._colours = {code: LIGHT.ground(code) for code in codes}
         self._marks = _marks(mission)
 
     def map(self, cells: CellArray, robots: Sequence[RobotView]) -> Text:
@@ -80,10 +70,9 @@ class Picture:
                 marks.get((row, x), ("▀", f"{self._colours[int(upper)]} on {self._colours[int(lower)]}"))
                 for x, (upper, lower) in enumerate(pairs)
             ]
-            runs = [
-                (style, "".join(letter for letter, _ in run)) for style, run in groupby(letters, key=lambda m: m[1])
-            ]
-            lines.append(Text.assemble(*((text, style) for style, text in runs), no_wrap=True))
+            runs = groupby(letters, key=lambda mark: mark[1])  # characters of the same style
+            parts = (("".join(letter for letter, _ in run), style) for style, run in runs)
+            lines.append(Text.assemble(*parts, no_wrap=True))
         return Text("\n").join(lines)
 
 
@@ -121,16 +110,9 @@ def plan_line(plan: Planned) -> str:
 
 def _marks(mission: MissionStarted) -> dict[str, tuple[str, str]]:
     """Return each robot's letter and style: capitals for carriers, the colour of the carrier for its rovers."""
-    carrying = {kind.name for kind in mission.types if kind.role is Role.CARRIER}
-    carriers = [robot.name for robot in mission.robots if robot.type in carrying]
-    rovers = [robot.name for robot in mission.robots if robot.type not in carrying]
-    marks, styles = {}, robot_styles(mission)
-    for robot in mission.robots:
-        lead = robot.name in carriers
-        letters, among = (ascii_uppercase, carriers) if lead else (ascii_lowercase, rovers)
-        colour = LIGHT.families[styles[robot.name].hue][0]
-        marks[robot.name] = (letters[among.index(robot.name) % 26], f"bold white on {colour}")
-    return marks
+    letters = {Role.CARRIER: cycle(ascii_uppercase), Role.ROVER: cycle(ascii_lowercase)}
+    styles = robot_styles(mission).items()
+    return {name: (next(letters[s.role]), f"bold white on {LIGHT.families[s.hue][0]}") for name, s in styles}
 
 
 def _cell(text: str) -> Text:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+import numpy as np
 from rich.console import Console, Group
 from rich.live import Live
 from rich.progress_bar import ProgressBar
@@ -17,28 +18,42 @@ from rich.text import Text
 from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.messages import Volume, volume
 from marsupial.cli.display.picture import Picture, moves, plan_line, plan_text, printable
-from marsupial.cli.display.watch import MissionWatch
 from marsupial.mission.observer import Observer, Observers
-from marsupial.model.grid import Mask
-from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, Planned
-from marsupial.model.planning import Outcome
-from marsupial.model.strategy import PlanningReport
+from marsupial.mission.state import MissionTracker, RobotView, views
+from marsupial.model import UNKNOWN, Mask, MissionEnded, MissionEvent, MissionStarted, Outcome, Planned, PlanningReport
 from marsupial.wording import clock, counted
 
 LINE_EVERY_MS = ((3_600_000, 60_000), (36_000_000, 600_000), (math.inf, 3_600_000))
 """Simulated time between two lines, as (up to this time, interval): longer missions print fewer lines."""
 
-FRAME_EVERY_S = 0.1
-"""Least wall-clock time between two pictures."""
-
-FRAME_SHARE = 0.05
-"""Greatest share of wall-clock time for drawing pictures, which takes long for large maps."""
-
-PREPARING = "preparing the mission ..."
-"""Message before the first event."""
+FRAME_EVERY_S = 0.1  # least wall-clock time between two pictures
+FRAME_SHARE = 0.05  # greatest share of wall-clock time for drawing pictures, which takes long for large maps
+PREPARING = "preparing the mission ..."  # message before the first event
 
 _WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)
 """Outcomes that are no failure of a planner, even without a plan: there was nothing to do."""
+
+
+class MissionWatch(MissionTracker):
+    """The state of a running mission. `area`: mask (height, width) of the cells to explore."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.area: Mask = np.zeros((0, 0), dtype=np.bool_)
+
+    def reachable(self, area: Mask) -> None:
+        """Set the cells to explore."""
+        self.area = area
+
+    @property
+    def coverage(self) -> float:
+        """Known share of the reachable cells, 0 to 1."""
+        wanted = int(np.count_nonzero(self.area))
+        return int(np.count_nonzero(self.cells[self.area] != UNKNOWN)) / wanted if wanted else 1.0
+
+    def views(self) -> tuple[RobotView, ...]:
+        """Return the present state of every robot, in the order of the team."""
+        return views(self.tracks, self.t_ms, whole_cells=True)
 
 
 @contextmanager
@@ -47,68 +62,50 @@ def progress() -> Iterator[Observer]:
     if volume() is Volume.QUIET:
         yield Observer()
         return
-    watch = MissionWatch()
     console = Console(file=sys.stderr)
     if not moves(console):
-        lines = _Lines(watch)
+        lines = _Lines()
         with Alive(lines.now) as lines.alive:
-            yield Observers([lines, *_planning_observers(watch, lines.alive.say)])
+            yield Observers([lines, _Plannings(lines, lines.alive.say)])
         return
     with Live(Text(PREPARING), console=console, auto_refresh=False, transient=True) as live:
-        yield Observers(
-            [_Moving(watch, live, console), *_planning_observers(watch, lambda text: console.print(Text(text)))]
-        )
+        picture = _LivePicture(live, console)
+        yield Observers([picture, _Plannings(picture, lambda text: console.print(Text(text)))])
 
 
-def _planning_observers(watch: MissionWatch, tell: Callable[[str], None]) -> Iterator[Observer]:
-    """Yield the observers that report plannings, beside the picture or the lines."""
-    yield _FirstFailure(tell)
-    if volume() is Volume.VERBOSE:
-        yield _EachPlan(watch, tell)
+def headline(watch: MissionWatch) -> str:
+    """Return mission time and coverage as text."""
+    return f"{clock(watch.t_ms / 1000):>8}  {watch.coverage:>4.0%}"
 
 
-class _FirstFailure(Observer):
-    """Reports the first failure of the planner with its message: nothing else shows it, as other plans are used."""
+class _Plannings(Observer):
+    """Reports the first failure of the planner, and at the volume VERBOSE each plan with the time of planning."""
 
-    def __init__(self, tell: Callable[[str], None]) -> None:
-        self._print = tell
-        self._reported = False
-
-    def planned(self, report: PlanningReport) -> None:
-        if report.detail and report.outcome not in _WITH_PLAN and not self._reported:
-            self._reported = True
-            self._print(printable(f"{report.detail}; the mission goes on without (said once)"))
-
-
-class _EachPlan(Observer):
-    """Reports each plan: its trigger, its size, and the time of planning."""
-
-    def __init__(self, watch: MissionWatch, tell: Callable[[str], None]) -> None:
+    def __init__(self, watch: MissionWatch, report: Callable[[str], None]) -> None:
         self._watch = watch
-        self._print = tell
+        self._print = report
+        self._reported = False
         self._took = ""
 
     def planned(self, report: PlanningReport) -> None:
         self._took = f"; planned in {report.wall_s:.3f} s"
+        # Nothing else shows a failure, as other plans are used then.
+        if report.detail and report.outcome not in _WITH_PLAN and not self._reported:
+            self._reported = True
+            self._print(printable(f"{report.detail}; the mission goes on without (said once)"))
 
     def event(self, event: MissionEvent) -> None:
-        if isinstance(event, Planned):
+        if isinstance(event, Planned) and volume() is Volume.VERBOSE:
             self._print(f"{headline(self._watch)}  {plan_line(event)}{self._took}")
 
 
-class _Lines(Observer):
-    """Prints the start with the first plan, a line a minute of simulated time, and the end.
+class _Lines(MissionWatch):
+    """Prints the start with the first plan, a line a minute of simulated time, and the end."""
 
-    Attributes
-    ----------
-    alive
-        Prints its lines, and `now` if none was printed for a while.
-    """
+    alive: Alive  # prints its lines, and `now` if none was printed for a while
 
-    alive: Alive
-
-    def __init__(self, watch: MissionWatch) -> None:
-        self._watch = watch
+    def __init__(self) -> None:
+        super().__init__()
         self._next_ms = 0
         self._plans = 0
         self._targets = 0
@@ -118,59 +115,44 @@ class _Lines(Observer):
         if not self._plans:
             return PREPARING
         plans, targets = counted(self._plans, "plan"), counted(self._targets, "target")
-        return f"{headline(self._watch)}  {plans} so far, the last for {targets}"
-
-    def reachable(self, area: Mask) -> None:
-        self._watch.reachable(area)
+        return f"{headline(self)}  {plans} so far, the last for {targets}"
 
     def event(self, event: MissionEvent) -> None:
-        self._watch.event(event)
+        super().event(event)
         if isinstance(event, MissionStarted):
             robots = counted(len(event.robots), "robot")
             self.alive.say(f"{event.scenario}: {event.strategy} ({event.planner}), {robots}, seed {event.seed}")
         elif isinstance(event, MissionEnded):
-            self.alive.say(f"{headline(self._watch)}  {event.status}: {event.reason}")
+            self.alive.say(f"{headline(self)}  {event.status}: {event.reason}")
             return
         elif isinstance(event, Planned):
             self._plans += 1
             self._targets = len(event.targets)
         if self._plans and event.t_ms >= self._next_ms and volume() is not Volume.VERBOSE:
-            self._next_ms = _line_after(event.t_ms)
+            # The next line is due at a multiple of the interval.
+            every_ms = next(every for until, every in LINE_EVERY_MS if event.t_ms < until)
+            self._next_ms = (event.t_ms // every_ms + 1) * every_ms
             self.alive.say(self.now())
 
 
-def headline(watch: MissionWatch) -> str:
-    """Return mission time and coverage as text."""
-    return f"{clock(watch.t_ms / 1000):>8}  {watch.coverage:>4.0%}"
-
-
-def _line_after(t_ms: int) -> int:
-    """Return when the next line after `t_ms` is due: at a multiple of the interval."""
-    every_ms = next(every for until, every in LINE_EVERY_MS if t_ms < until)
-    return (t_ms // every_ms + 1) * every_ms
-
-
-class _Moving(Observer):
+class _LivePicture(MissionWatch):
     """Redraws the map, the clock and the robots' actions a few times a second."""
 
-    def __init__(self, watch: MissionWatch, live: Live, console: Console) -> None:
-        self._watch = watch
+    def __init__(self, live: Live, console: Console) -> None:
+        super().__init__()
         self._live = live
         self._console = console
         self._picture: Picture | None = None
         self._title = ""
         self._next_s = 0.0
 
-    def reachable(self, area: Mask) -> None:
-        self._watch.reachable(area)
-
     def event(self, event: MissionEvent) -> None:
         if isinstance(event, MissionStarted):
             self._title = f"{event.scenario}: {event.strategy} ({event.planner}), seed {event.seed}"
-            self._picture = Picture(event, self._watch.area, self._console)
-        elif event.t_ms > self._watch.t_ms:  # between events of the same moment robots seem idle
+            self._picture = Picture(event, self.area, self._console)
+        elif event.t_ms > self.t_ms:  # between events of the same moment robots seem idle
             self._draw()
-        self._watch.event(event)
+        super().event(event)
 
     def _draw(self) -> None:
         began_s = time.monotonic()
@@ -181,10 +163,10 @@ class _Moving(Observer):
             self._next_s = ended_s + max(FRAME_EVERY_S, (ended_s - began_s) / FRAME_SHARE)
 
     def _frame(self, picture: Picture) -> Group:
-        watch, robots = self._watch, self._watch.views()
-        plan = "no plan yet" if watch.plan is None else plan_text(watch.plan)
-        words = f"{clock(watch.t_ms / 1000)}  {self._title}  {plan}"
+        robots = self.views()
+        plan = "no plan yet" if self.plan is None else plan_text(self.plan)
+        words = f"{clock(self.t_ms / 1000)}  {self._title}  {plan}"
         headline = Text(printable(words), no_wrap=True, overflow="ellipsis")
         bar = Table.grid(padding=(0, 1))
-        bar.add_row(ProgressBar(total=1.0, completed=watch.coverage, width=40), f"{watch.coverage:.1%} known")
-        return Group(picture.map(watch.cells, robots), headline, bar, picture.team(robots))
+        bar.add_row(ProgressBar(total=1.0, completed=self.coverage, width=40), f"{self.coverage:.1%} known")
+        return Group(picture.map(self.cells, robots), headline, bar, picture.team(robots))

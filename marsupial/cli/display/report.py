@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from marsupial.cli.display.tables import print_facts, print_table, print_text
 from marsupial.library.metrics import METRICS, Summary
-from marsupial.model.grid import Cell, Grid
-from marsupial.model.mission import Remaining
+from marsupial.model import Cell, Grid, Remaining
 from marsupial.wording import counted
 
 SAVED = ("exploration_time_s", "mission_time_s", "distance_m", "energy_j")
@@ -29,22 +28,19 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     """Return the lines of a mission's summary as names and values."""
     shown = {metric.title: metric.shown(summary) for metric in METRICS.values()}
     times = ("median", "p95", "max", "total")
-    lines = {
-        "status": f"{summary.status}: {summary.reason}",
-        "mission": f"{summary.scenario}, {summary.strategy} ({summary.planner}), seed {summary.seed}",
-        "team": f"{counted(summary.carriers, 'carrier')}, {counted(summary.robots - summary.carriers, 'rover')}",
-        "exploration time": shown["exploration time"],
-        "mission time": shown["mission time"],
-        "coverage": f"{shown['coverage']} ({summary.explored_area_m2:.1f} of {shown['reachable area']})",
-        "distance": shown["distance"],
-        "quality Q": shown["quality Q"],
-        "deployments": f"{shown['deployments']}, retrievals {shown['retrievals']}",
-        "plans": f"{shown['replans']} followed, {shown['invalid plans']} invalid, "
-        f"{shown['refused plans']} refused from engines",
-        "planning": ", ".join(f"{time} {shown[f'planning, {time}']}" for time in times),
-        "analysis": shown["analysis"],
-    }
-    return list(lines.items())
+    refused = f"{shown['invalid plans']} invalid, {shown['refused plans']} refused from engines"
+    return [
+        ("status", f"{summary.status}: {summary.reason}"),
+        ("mission", f"{summary.scenario}, {summary.strategy} ({summary.planner}), seed {summary.seed}"),
+        ("team", f"{counted(summary.carriers, 'carrier')}, {counted(summary.robots - summary.carriers, 'rover')}"),
+        *((title, shown[title]) for title in ("exploration time", "mission time")),
+        ("coverage", f"{shown['coverage']} ({summary.explored_area_m2:.1f} of {shown['reachable area']})"),
+        *((title, shown[title]) for title in ("distance", "quality Q")),
+        ("deployments", f"{shown['deployments']}, retrievals {shown['retrievals']}"),
+        ("plans", f"{shown['replans']} followed, {refused}"),
+        ("planning", ", ".join(f"{time} {shown[f'planning, {time}']}" for time in times)),
+        ("analysis", shown["analysis"]),
+    ]
 
 
 def remaining_lines(summary: Summary, grid: Grid) -> list[str]:

@@ -17,8 +17,7 @@ from rich.table import Table
 
 from marsupial.cli.display.outputs import writing
 
-WIDE = 100
-"""Columns of output that is not a terminal: fits a window, a mail and a page."""
+WIDE = 100  # columns of output that is not a terminal: fits a window, a mail and a page
 
 
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()) -> None:
@@ -42,13 +41,12 @@ def print_facts(facts: Sequence[tuple[str, str]]) -> None:
 
 def print_report(text: str) -> None:
     """Print the lines of a report; long ones are wrapped at words and indented."""
-    lines = (_wrapped(line) if len(line) > WIDE else [line] for line in text.splitlines())
-    print_text("".join(f"{line}\n" for parts in lines for line in parts))
-
-
-def _wrapped(line: str) -> list[str]:
-    inset = " " * (len(line) - len(line.lstrip()) + 2)
-    return textwrap.wrap(line, WIDE, subsequent_indent=inset, break_long_words=False, break_on_hyphens=False) or [line]
+    lines = []
+    for line in text.splitlines():
+        inset = " " * (len(line) - len(line.lstrip()) + 2)
+        wrapped = textwrap.fill(line, WIDE, subsequent_indent=inset, break_long_words=False, break_on_hyphens=False)
+        lines.append(wrapped if len(line) > WIDE else line)
+    print_text("".join(f"{line}\n" for line in lines))
 
 
 def print_text(text: str) -> None:

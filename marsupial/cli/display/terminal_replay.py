@@ -13,8 +13,7 @@ from rich.text import Text
 
 from marsupial.cli.display.picture import Picture, moves, plan_line, plan_text, printable
 from marsupial.mission.playback import Playback
-from marsupial.model.grid import UNKNOWN
-from marsupial.model.mission import MissionEnded, MissionEvent
+from marsupial.model import UNKNOWN, MissionEnded, MissionEvent
 from marsupial.wording import clock, counted
 
 FRAME_S = 0.1
@@ -27,13 +26,7 @@ def play(
     clock: Callable[[], float],
     sleep: Callable[[float], None],
 ) -> None:
-    """Play a mission at `speed` times its own pace.
-
-    Parameters
-    ----------
-    clock, sleep
-        Functions that return the wall-clock seconds, and that wait for some.
-    """
+    """Play a mission at `speed` times its own pace; `clock` returns wall-clock seconds and `sleep` waits for some."""
     playback = Playback(events)
     if moves(console):
         _animate(playback, console, speed, clock, sleep)
@@ -53,38 +46,25 @@ def summary_lines(playback: Playback) -> list[str]:
 def _animate(
     playback: Playback, console: Console, speed: float, clock: Callable[[], float], sleep: Callable[[float], None]
 ) -> None:
-    screen = _Screen(playback, console)
+    picture = Picture(playback.mission, playback.cells_at(playback.end_ms) != UNKNOWN, console)
     begin = clock()
     with Live(console=console, auto_refresh=False) as live:
         while True:
             t_ms = playback.start_ms + round((clock() - begin) * 1000 * speed)
-            live.update(screen.frame(min(t_ms, playback.end_ms)), refresh=True)
+            live.update(_frame(playback, picture, min(t_ms, playback.end_ms)), refresh=True)
             if t_ms >= playback.end_ms:
                 return
             sleep(FRAME_S)
 
 
-class _Screen:
-    """Draws the moments of one mission for one console."""
-
-    def __init__(self, playback: Playback, console: Console) -> None:
-        self._playback = playback
-        self._picture = Picture(playback.mission, playback.cells_at(playback.end_ms) != UNKNOWN, console)
-
-    def frame(self, t_ms: int) -> Group:
-        """Return the screen at `t_ms`."""
-        robots = self._playback.state_at(t_ms).robots
-        cells = self._playback.cells_at(t_ms)
-        return Group(self._picture.map(cells, robots), self._headline(t_ms), self._picture.team(robots))
-
-    def _headline(self, t_ms: int) -> Text:
-        plan = self._playback.plan_at(t_ms)
-        over = t_ms >= self._playback.end_ms
-        news = _end_text(self._playback.ended) if over else plan_text(plan) if plan else "no plan yet"
-        line = Text(no_wrap=True, overflow="ellipsis")
-        line.append(clock(t_ms / 1000), style="bold")
-        line.append(f"  {_known(self._playback, t_ms)}  {news}")
-        return line
+def _frame(playback: Playback, picture: Picture, t_ms: int) -> Group:
+    robots, plan = playback.state_at(t_ms).robots, playback.plan_at(t_ms)
+    over = t_ms >= playback.end_ms
+    news = _end_text(playback.ended) if over else plan_text(plan) if plan else "no plan yet"
+    line = Text(no_wrap=True, overflow="ellipsis")
+    line.append(clock(t_ms / 1000), style="bold")
+    line.append(f"  {_known(playback, t_ms)}  {news}")
+    return Group(picture.map(playback.cells_at(t_ms), robots), line, picture.team(robots))
 
 
 def _known(playback: Playback, t_ms: int) -> str:

@@ -1,1 +1,1 @@
-"""The program as a process of the system: exit codes, signals, standard streams."""
+"""The program as a process of the system: exit codes and signals."""

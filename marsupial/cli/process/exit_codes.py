@@ -8,19 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from marsupial.errors import (
-    EngineUnavailable,
-    InputError,
-    InternalError,
-    InvalidPlanError,
-    LogError,
-    MapError,
-    MarsupialError,
-    PlanTextError,
-    ScenarioError,
-    SituationError,
-    UsageError,
-)
+from marsupial import errors
 
 DONE = 0
 USAGE = 2
@@ -34,37 +22,25 @@ INTERRUPTED = 130
 READER_LEFT = 141
 """The reader of stdout or stderr has gone (`| head`): the code that shells give commands ended by SIGPIPE."""
 
-ERROR_CODES: Mapping[type[MarsupialError], int] = {
-    InputError: INVALID_INPUT,
-    MapError: INVALID_INPUT,
-    ScenarioError: INVALID_INPUT,
-    SituationError: INVALID_INPUT,
-    PlanTextError: INVALID_INPUT,
-    LogError: INVALID_INPUT,
-    UsageError: USAGE,
-    EngineUnavailable: USAGE,
-    InvalidPlanError: INVALID_PLAN,
-    InternalError: INTERNAL,
+_OF_FILES = (errors.MapError, errors.ScenarioError, errors.SituationError, errors.PlanTextError, errors.LogError)
+
+ERROR_CODES: Mapping[type[errors.MarsupialError], int] = {
+    **dict.fromkeys((errors.InputError, *_OF_FILES), INVALID_INPUT),
+    **dict.fromkeys((errors.UsageError, errors.EngineUnavailable), USAGE),
+    errors.InvalidPlanError: INVALID_PLAN,
+    errors.InternalError: INTERNAL,
 }
 
 MISSION_CODES: Mapping[str, int] = {
     "complete": DONE,
-    "stalled": LIMIT,
-    "time_limit": LIMIT,
-    "failed": LIMIT,
+    **dict.fromkeys(("stalled", "time_limit", "failed"), LIMIT),
     "cancelled": INTERRUPTED,
 }
 """An incomplete mission is never 0; `run --json` has its `status`."""
 
 PLANNING_CODES: Mapping[str, int] = {
-    "optimal": DONE,
-    "satisficing": DONE,
+    **dict.fromkeys(("optimal", "satisficing"), DONE),
     "unsolvable": UNSOLVABLE,
-    "no_plan": LIMIT,
-    "timeout": LIMIT,
-    "memory": LIMIT,
-    "crashed": LIMIT,
-    "killed": LIMIT,
-    "unsupported": LIMIT,
+    **dict.fromkeys(("no_plan", "timeout", "memory", "crashed", "killed", "unsupported"), LIMIT),
 }
 """Codes for runs without a plan; a run with a plan that the checker accepts is 0, however the engine ended."""

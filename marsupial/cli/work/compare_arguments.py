@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 from marsupial.bench.compare.plan import Case, Contender, prepared
 from marsupial.cli.display.messages import warn
@@ -43,15 +44,7 @@ def numbers(text: str | None, option: str, bound: Bound) -> tuple[int, ...] | No
 
 
 def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contender, ...]:
-    """Return the contenders of a text like ``temporal:greedy,temporal,heuristic``.
-
-    `planner` is for those that name none.
-
-    Raises
-    ------
-    UsageError, EngineUnavailable
-        If a strategy or planner is unknown or can't be used here.
-    """
+    """Return the contenders of a text like ``temporal:greedy,heuristic``; `planner` is for those that name none."""
     found = [_contender(part.strip(), planner or DEFAULT_PLANNER, budget) for part in text.split(",")]
     twice = [str(contender) for contender in found if found.count(contender) > 1]
     if twice:
@@ -101,20 +94,16 @@ def _of_source(
 ) -> dict[Case, Scenario]:
     found: dict[Case, Scenario] = {}
     grid = None
-    for carrier_count in carriers or (None,):
-        for rover_count in rovers or (None,):
-            loaded = load_scenario(source, carrier_count, rover_count)
-            if grid is None:
-                warn_of(loaded)
-                grid = loaded.scenario.grid  # shared by all teams, so that it is sent to each worker once
-            scenario = prepared(replace(loaded.scenario, grid=grid))
-            found[_case(scenario)] = scenario if limits is None else replace(scenario, limits=limits)
+    for team in product(carriers or (None,), rovers or (None,)):
+        loaded = load_scenario(source, *team)
+        if grid is None:
+            warn_of(loaded)
+            grid = loaded.scenario.grid  # shared by all teams, so that it is sent to each worker once
+        scenario = prepared(replace(loaded.scenario, grid=grid))
+        roles = [scenario.type_of(member).role for member in scenario.team]
+        count = roles.count(Role.CARRIER)
+        case = Case(scenario.name, count, round(roles.count(Role.ROVER) / count))
+        found[case] = scenario if limits is None else replace(scenario, limits=limits)
     if any(map(has_fixed_starts, found.values())):
         warn(f"{source}: all starts are fixed: every run of it is the same mission")
     return found
-
-
-def _case(scenario: Scenario) -> Case:
-    roles = [scenario.type_of(member).role for member in scenario.team]
-    count = roles.count(Role.CARRIER)
-    return Case(scenario.name, count, round(roles.count(Role.ROVER) / count))

@@ -52,13 +52,7 @@ def check_teams(comparison: Comparison) -> None:
 
 
 def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: str | None, retry_failed: bool) -> None:
-    """Run the remaining missions of a comparison, with progress on stderr, and write its documents.
-
-    Raises
-    ------
-    UsageError
-        If the folder or the Ray cluster can't be used, or `workers` and `ray` are both given.
-    """
+    """Run the remaining missions of a comparison, with progress on stderr, and write its documents."""
     check_teams(comparison)
     runner = _runner(comparison, workers, ray)
     make_folder(out)
@@ -83,7 +77,6 @@ def _outcome(out: Path) -> ComparisonOutcome:
 
 
 def _write_pairs(comparison: Comparison, out: Path) -> None:
-    """Write the replays of the best and worst pairs, and remove those of former ones."""
     outcome = _outcome(out)
     with writing(out):
         (out / FOLDER).mkdir(exist_ok=True)

@@ -34,8 +34,7 @@ if TYPE_CHECKING:
 
 DEFAULT_SEED = 1
 
-PATIENCE_S = 60.0
-"""How long to retry a service that is busy or not reachable."""
+PATIENCE_S = 60.0  # how long to retry a service that is busy or not reachable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,15 +57,7 @@ class MissionRequest:
 
 
 def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary, Scenario]:
-    """Run the mission with progress on stderr; return its summary and its scenario.
-
-    The first Ctrl-C ends it with a stop report.
-
-    Parameters
-    ----------
-    again
-        Whether another mission on this map was run before, so that its warnings need no repetition.
-    """
+    """Run the mission with progress on stderr, without warnings if run `again`; return its summary and scenario."""
     check_strategy(request.strategy)
     budget = budget_of(request.budget_s, request.steps)
     _warn_of_ignored(request)
@@ -85,6 +76,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     from marsupial.library.recording import LogFile
     from marsupial.mission.observer import Observers
 
+    # A service plans by itself: here only the simulated robots run, as under any strategy.
     here = request.server is None
     prepare_mission(scenario, request.strategy if here else STAND_IN, planner if here else NO_PLANNER, say)()
     with ExitStack() as stack:
@@ -96,14 +88,9 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
             run = partial(simulate, cancelled=stack.enter_context(asked_to_stop()))
         else:
             run = _simulate_by(request.server)
-        summary = run(
-            scenario,
-            strategy=request.strategy,
-            planner=planner,
-            budget=budget,
-            seed=DEFAULT_SEED if request.seed is None else request.seed,
-            observer=Observers(observers),
-        )
+        seed = DEFAULT_SEED if request.seed is None else request.seed
+        names = {"strategy": request.strategy, "planner": planner}
+        summary = run(scenario, **names, budget=budget, seed=seed, observer=Observers(observers))
     return replace(summary, log=request.log), scenario
 
 
@@ -138,7 +125,6 @@ def limits_of(time_limit_s: float | None) -> MissionLimits | None:
 
 
 def _warn_of_ignored(request: MissionRequest) -> None:
-    """Warn of options that a strategy does not use."""
     given: dict[str, object] = {"--budget": request.budget_s, "--steps": request.steps}
     ignored: dict[str, object] = {} if takes_budget(request.strategy) else given
     if not asks_planner(request.strategy):

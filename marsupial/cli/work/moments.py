@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,14 +16,12 @@ from marsupial.formats.missionlog import read_log
 from marsupial.generators.builtin import is_builtin
 from marsupial.library.recording import Recorder
 from marsupial.library.scenarios import load_scenario
-from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Budget
+from marsupial.model import Budget, MissionEvent
 
 if TYPE_CHECKING:
     from marsupial.mission.rebuild import Moment
 
-BUDGET = Budget(steps=4)
-"""Budget of the greedy planner up to the moment: small, and in steps to be reproducible."""
+BUDGET = Budget(steps=4)  # budget of the greedy planner up to the moment: small, and in steps to be reproducible
 
 
 def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | None, seed: int | None) -> Moment:
@@ -60,13 +59,6 @@ def _events_up_to(
     from marsupial.library.missions import simulate
 
     recorder = Recorder()
-    simulate(
-        loaded.scenario,
-        strategy="temporal",
-        planner="greedy",
-        budget=BUDGET,
-        seed=seed,
-        observer=recorder,
-        cancelled=lambda: recorder.events[-1].t_ms > at_ms,
-    )
+    planned = partial(simulate, loaded.scenario, strategy="temporal", planner="greedy", budget=BUDGET, seed=seed)
+    planned(observer=recorder, cancelled=lambda: recorder.events[-1].t_ms > at_ms)
     return recorder.events

@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from functools import partial
 from pathlib import Path
 
 from marsupial.bench.planner_report import RunRow, progress_line, rows_of
@@ -31,13 +30,7 @@ class Selection:
 
     @classmethod
     def of(cls, engines: Iterable[str], patterns: Iterable[str], budgets_s: Iterable[float]) -> Selection:
-        """Return the selection of these options; all engines, instances or budgets if none are named.
-
-        Raises
-        ------
-        UsageError
-            If an engine or instance is unknown, a budget is not positive, or no engine can be used.
-        """
+        """Return the selection of these options; all engines, instances or budgets if none are named."""
         patterns, budgets_s = tuple(patterns), tuple(budgets_s) or BUDGETS_S
         asked = contenders(tuple(engines))
         present = tuple(contender for contender in asked if contender.missing is None)
@@ -55,21 +48,7 @@ class Selection:
 
 
 def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) -> tuple[RunRow, ...]:
-    """Run all rounds and return their rows.
-
-    Parameters
-    ----------
-    json, update
-        File for the rows, and file of best plans to improve; both are written after every round. Changes that others
-        make to the latter meanwhile are merged.
-
-    Raises
-    ------
-    InputError
-        If `update` is not a file of best plans.
-    InvalidPlanError
-        If a plan in it is wrong.
-    """
+    """Run all rounds and return their rows; write them to `json`, and better plans to `update`, after every round."""
     best = known_best()
     _merge(best, update)
     for contender in chosen.engines:
@@ -79,7 +58,11 @@ def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) 
     for instance in chosen.instances:
         number = f"{len(rounds) + 1}/{len(chosen.instances)}"
         known = best.get(instance.name)
-        rounds.append(play(instance, chosen.engines, chosen.budgets_s, known, partial(_tell, number)))
+
+        def report(run: EngineRun, number: str = number) -> None:
+            say(f"{number}  {progress_line(run)}")
+
+        rounds.append(play(instance, chosen.engines, chosen.budgets_s, known, report))
         if json is not None:
             write_file(json, json_text.dumps([row.values() for row in rows_of(rounds)], indent=1) + "\n")
         _store(rounds[-1], best)
@@ -91,7 +74,6 @@ def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) 
 
 
 def _merge(best: dict[str, Best], file: Path | None) -> None:
-    """Merge better plans of a file, after checking them."""
     if file is None or not file.exists():
         return
     text = read_text(file, InputError)
@@ -117,12 +99,7 @@ def _instances(patterns: tuple[str, ...]) -> tuple[Instance, ...]:
     )
 
 
-def _tell(number: str, run: EngineRun) -> None:
-    say(f"{number}  {progress_line(run)}")
-
-
 def _store(done: Round, best: dict[str, Best]) -> None:
-    """Store and report an improvement of the best known plan."""
     name, known = done.instance.name, best.get(done.instance.name)
     if done.best is None or done.best == known:
         return

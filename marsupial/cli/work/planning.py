@@ -9,9 +9,7 @@ from marsupial.cli.display.messages import say
 from marsupial.cli.process.exit_codes import DONE, INVALID_PLAN, PLANNING_CODES
 from marsupial.library.first_use import prepare_planner
 from marsupial.library.plans import Plans, Proposal
-from marsupial.model.plan import EPSILON_MS
-from marsupial.model.planning import Budget
-from marsupial.model.situation import Situation
+from marsupial.model import EPSILON_MS, Budget, Situation
 from marsupial.planning.engines import engine
 from marsupial.wording import counted
 

@@ -21,8 +21,7 @@ import numpy as np
 from marsupial.formats.mapfiles.occupancy import OCCUPIED, Occupancy, occupancy_on
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid
 
-NOTHING = UNKNOWN
-"""The value of an overlay where the cell does not change."""
+NOTHING = UNKNOWN  # the value of an overlay where the cell does not change
 
 BASE, MULTIPLIER = 100.0, -1.0
 """The values of nav2's example of a speed filter: the mask says how many percent to take off the full speed."""
@@ -38,18 +37,12 @@ class KeepoutMask:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SpeedMask:
-    """The areas with speed limits.
-
-    Parameters
-    ----------
-    percents
-        By terrain code the highest limit, in percent of the full speed, of cells that become this terrain.
-    base, multiplier
-        The fields of nav2's `CostmapFilterInfo`.
-    """
+    """The areas with speed limits."""
 
     occupancy: Occupancy
+    # by terrain code the highest limit, in percent of the full speed, of cells that become this terrain
     percents: Mapping[int, float]
+    # base, multiplier: the fields of nav2's `CostmapFilterInfo`
     base: float = BASE
     multiplier: float = MULTIPLIER
 

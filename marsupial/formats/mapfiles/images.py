@@ -30,14 +30,12 @@ from marsupial.errors import MapError, Problem
 from marsupial.formats.files import file_fault
 from marsupial.model.grid import CellArray, Mask
 
-MAX_CELLS = 100_000_000
-"""Most cells of a map."""
+MAX_CELLS = 100_000_000  # most cells of a map
 
 SMALL_BYTES, SMALL_CELLS = 100_000, 2_125_000
 """Most cells of a map in a compressed file of fewer bytes; a mission on it takes less than 500 MB."""
 
-CELLS_PER_BYTE = 160
-"""Most cells per byte of a larger file; drawn and scanned maps have a few dozen."""
+CELLS_PER_BYTE = 160  # most cells per byte of a larger file; drawn and scanned maps have a few dozen
 
 FORMATS = ("PNG", "PPM", "BMP", "JPEG")
 """The decoders used; ``PPM`` is Pillow's name for PGM, PPM and PBM. The content decides, not the suffix."""
@@ -52,73 +50,34 @@ _BROKEN = (OSError, ValueError, SyntaxError, EOFError, IndexError, OverflowError
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GreyImage:
-    """An image as grey values.
+    """An image as grey values."""
 
-    Parameters
-    ----------
-    grey
-        uint8 (height, width), the top row first.
-    opaque
-        Mask (height, width) of the pixels whose alpha is 255; None if the image has no alpha.
-    format, mode
-        File format and pixel format by Pillow's names (``PNG``, ``RGB``).
-    coloured
-        Number of pixels whose red, green and blue differ.
-    """
-
-    grey: CellArray
-    opaque: Mask | None
+    grey: CellArray  # uint8 (height, width), the top row first
+    opaque: Mask | None  # mask (height, width) of the pixels whose alpha is 255; None if the image has no alpha
+    # format, mode: file format and pixel format by Pillow's names (``PNG``, ``RGB``)
     format: str
     mode: str
-    coloured: int
+    coloured: int  # number of pixels whose red, green and blue differ
 
 
 def read_grey(path: Path, *, field: str = "image", source: str = "", max_cells: int = MAX_CELLS) -> GreyImage:
-    """Read an image file as grey.
-
-    Parameters
-    ----------
-    field, source
-        The field that names the image, and its file, for the error.
-    max_cells
-        Most pixels of the image.
-
-    Raises
-    ------
-    MapError
-        If the file is missing, no image, broken or too big.
-    """
-    fault = file_fault(path)
-    if fault is None:
-        try:
-            return _decode(path, max_cells)
-        except _Undecodable as undecodable:
-            fault = str(undecodable)
-    raise MapError([Problem(field, f"{fault}: {path}")], source=source)
+    """Read an image of at most `max_cells` pixels as grey; a `MapError` names the `field` of the file `source`."""
+    found = file_fault(path) or _decode(path, max_cells)
+    if isinstance(found, str):
+        raise MapError([Problem(field, f"{found}: {path}")], source=source)
+    return found
 
 
 def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) -> GreyImage:
-    """Return the image in `data`; see `read_grey`.
-
-    Raises
-    ------
-    MapError
-        If it is no image, broken or too big.
-    """
-    try:
-        return _decode(io.BytesIO(data), max_cells)
-    except _Undecodable as undecodable:
-        raise MapError([Problem(field, str(undecodable))]) from undecodable
+    """Return the image in `data`; see `read_grey`. Raise `MapError` if it is no image, broken or too big."""
+    found = _decode(io.BytesIO(data), max_cells)
+    if isinstance(found, str):
+        raise MapError([Problem(field, found)])
+    return found
 
 
 def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
-    """Return width and height of the PNG or PGM image in `data`; only the header is read.
-
-    Raises
-    ------
-    MapError
-        If it is no such image.
-    """
+    """Return width and height from the header of a PNG or PGM image; raise a `MapError` if it is none."""
     size = _header_size(io.BytesIO(data), (PngImageFile, PpmImageFile))
     if size is None:
         raise MapError([Problem(field, "is not a PNG or PGM image")])
@@ -136,10 +95,8 @@ def _header_size(file: Path | io.BytesIO, kinds: Sequence[type[ImageFile]]) -> t
 
 
 def size_fault(width: int, height: int, size_bytes: int, max_cells: int = MAX_CELLS) -> str | None:
-    """Return what is wrong with the size of a map in a file of `size_bytes`, which may be compressed, or None.
-
-    A blank map of any size fits in a few compressed bytes, but a mission on it takes gigabytes.
-    """
+    """Return what is wrong with the size of a map in a file of `size_bytes`, which may be compressed, or None."""
+    # A blank map of any size fits in a few compressed bytes, but a mission on it takes gigabytes.
     cells = width * height
     if cells > max_cells:
         return f"{width} x {height} cells are more than the limit of {max_cells}: {_SMALLER}"
@@ -152,43 +109,33 @@ def size_fault(width: int, height: int, size_bytes: int, max_cells: int = MAX_CE
     )
 
 
-class _Undecodable(Exception):
-    """The reason why an image can't be decoded."""
-
-
-def _decode(file: Path | io.BytesIO, max_cells: int) -> GreyImage:
+def _decode(file: Path | io.BytesIO, max_cells: int) -> GreyImage | str:
+    """Return the image, or the reason why it can't be decoded."""
     try:
         return _load(file, max_cells)
-    except UnidentifiedImageError as error:
-        raise _Undecodable("is not a PNG, PGM, BMP or JPEG image") from error
-    except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-        raise _Undecodable(f"has more cells than the limit of {max_cells}: {_SMALLER}") from error
+    except UnidentifiedImageError:
+        return "is not a PNG, PGM, BMP or JPEG image"
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning):
+        return f"has more cells than the limit of {max_cells}: {_SMALLER}"
     except _BROKEN as error:
-        raise _Undecodable(f"can't be decoded ({error})") from error
+        return f"can't be decoded ({error})"
 
 
-def _load(file: Path | io.BytesIO, max_cells: int) -> GreyImage:
+def _load(file: Path | io.BytesIO, max_cells: int) -> GreyImage | str:
     size = _header_size(file, _HEADERS)
     size_bytes = file.stat().st_size if isinstance(file, Path) else file.getbuffer().nbytes
     # Before Pillow opens it: Pillow's own check also warns of large maps that are within our limits.
     if size is not None and (fault := size_fault(*size, size_bytes, max_cells)):
-        raise _Undecodable(fault)
+        return fault
     with Image.open(file, formats=FORMATS) as image:
         image.load()
-        format_, mode = str(image.format), image.mode
-        opaque = _opaque(image)
+        has_alpha = image.has_transparency_data and not image.mode.startswith("I")
+        opaque = np.asarray(image.convert("RGBA").getchannel("A")) == 255 if has_alpha else None
         grey, coloured = _grey(image)
-    return GreyImage(grey=grey, opaque=opaque, format=format_, mode=mode, coloured=coloured)
-
-
-def _opaque(image: Image.Image) -> Mask | None:
-    if image.mode.startswith("I") or not image.has_transparency_data:
-        return None
-    return np.asarray(image.convert("RGBA").getchannel("A")) == 255
+        return GreyImage(grey=grey, opaque=opaque, format=str(image.format), mode=image.mode, coloured=coloured)
 
 
 def _grey(image: Image.Image) -> tuple[CellArray, int]:
-    """Return the grey values and the number of coloured pixels."""
     if image.mode.startswith("I"):
         values = np.clip(np.asarray(image), 0, 65535).astype(np.uint32)
         return ((values + 128) // 257).astype(np.uint8), 0  # 65535 = 255 * 257

@@ -1,7 +1,7 @@
 """The grid benchmark format of movingai.com: `.map` files.
 
 ``.`` and ``G`` are floor, ``S`` (swamp) is rough ground; ``@`` and ``O`` (out of bounds) and ``T`` (trees) are
-obstacles. So is ``W``: the format lets nobody enter water from land, and robots start on land. The format has no scale:
+obstacles. So is ``W``: the format forbids entering water from land, and robots start on land. The format has no scale:
 a cell is one metre unless the caller gives another size. Files have the top row first, grids the bottom row, so rows
 are reversed here.
 
@@ -16,47 +16,32 @@ from pathlib import Path
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.files import read_bytes
-from marsupial.formats.mapfiles.faults import raise_any
+from marsupial.formats.files import raise_any, read_bytes
 from marsupial.formats.mapfiles.images import MAX_CELLS
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray, Grid
-from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, Grid, LegendEntry, MapReading
 from marsupial.wording import counted
 
 SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T": OBSTACLE, "W": OBSTACLE}
 """Terrain code of each character."""
 
-_PROBLEM_WORDS = 9
-"""Words in a line of a `.scen` file: bucket, map, width, height, start x and y, goal x and y, length."""
-
-UNIT_M = 1.0
-"""Default size of a cell."""
+_PROBLEM_WORDS = 9  # words in a line of a `.scen` file: bucket, map, width, height, start x and y, goal x and y, length
+UNIT_M = 1.0  # default size of a cell
 
 
 def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapReading:
-    """Read a `.map` file; return the map and how its characters were interpreted.
-
-    Parameters
-    ----------
-    resolution_m
-        Size of a cell; None for the default, with a warning.
-
-    Raises
-    ------
-    MapError
-        With every fault and its line.
-    """
+    """Read a `.map` file and how it was interpreted; cells have `resolution_m`, by default `UNIT_M` with a warning."""
     lines = _lines(read_bytes(Path(path), MapError, 2 * MAX_CELLS))
     if not lines:
         raise MapError("is empty", source=str(path))
     if not lines[0].startswith(b"type"):
-        raise MapError(
-            f"is no MovingAI map: line 1 must be `type octile`, got {_shown(lines[0][:40])}", source=str(path)
-        )
+        fault = f"is no MovingAI map: line 1 must be `type octile`, got {_shown(lines[0][:40])}"
+        raise MapError(fault, source=str(path))
     width, height = _size(lines, str(path))
     rows = lines[4:]
     _check_rows(rows, width, height, str(path))
     characters = np.frombuffer(b"".join(rows), dtype=np.uint8).reshape(height, width)
+    codes = np.zeros(256, dtype=np.uint8)
+    codes[[ord(symbol) for symbol in SYMBOLS]] = list(SYMBOLS.values())
     counts = {symbol: int(np.count_nonzero(characters == ord(symbol))) for symbol in SYMBOLS}
     warnings = []
     if resolution_m is None:
@@ -68,7 +53,7 @@ def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapRea
     if counts["W"]:
         warnings.append(f"{counted(counts['W'], 'cell')} of water ('W') became obstacles: no robot on land gets there")
     return MapReading(
-        grid=Grid(cells=np.ascontiguousarray(np.flipud(_code_table()[characters])), resolution_m=scale_m),
+        grid=Grid(cells=np.ascontiguousarray(np.flipud(codes[characters])), resolution_m=scale_m),
         format=f"MovingAI map, {scale_m:g} m a cell",
         legend=tuple(LegendEntry(symbol=f"'{s}'", code=SYMBOLS[s], cells=n) for s, n in counts.items() if n),
         warnings=tuple(warnings),
@@ -104,9 +89,8 @@ def _size(lines: list[bytes], source: str) -> tuple[int, int]:
         if len(words) == 2 and words[0] in (b"height", b"width") and words[1].isdigit() and len(words[1]) < 10:
             sizes[words[0]] = int(words[1])
         else:
-            problems.append(
-                Problem(f"line {number}", f"must be `height N` or `width N`, got {_shown(b' '.join(words))}")
-            )
+            message = f"must be `height N` or `width N`, got {_shown(b' '.join(words))}"
+            problems.append(Problem(f"line {number}", message))
     problems += _size_problems(sizes) if not problems else []
     if head[3] != [b"map"]:
         problems.append(Problem("line 4", f"must be `map`, got {_shown(b' '.join(head[3]))}"))
@@ -136,17 +120,9 @@ def _check_rows(rows: list[bytes], width: int, height: int, source: str) -> None
             column = row.index(strange[:1]) + 1
             problems.append(Problem(f"line {number}", f"unknown character {_shown(strange[:1])} in column {column}"))
     if len(rows) != height:
-        problems.append(
-            Problem(f"line {len(rows) + 4}", f"ends the map after {len(rows)} rows, but height is {height}")
-        )
+        message = f"ends the map after {len(rows)} rows, but height is {height}"
+        problems.append(Problem(f"line {len(rows) + 4}", message))
     raise_any(problems, source)
-
-
-def _code_table() -> CellArray:
-    table = np.zeros(256, dtype=np.uint8)
-    for symbol, code in SYMBOLS.items():
-        table[ord(symbol)] = code
-    return table
 
 
 def _shown(text: bytes) -> str:

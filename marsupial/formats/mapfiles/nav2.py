@@ -21,53 +21,36 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import yaml
 
+from marsupial.arrays import Ints
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, read_header
 from marsupial.formats.mapfiles.occupancy import UNKNOWN_OCCUPANCY, Occupancy, OccupancyArray
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
-from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, LegendEntry, MapReading, Mask
 from marsupial.wording import counted
 
-SAVED_FREE, SAVED_OCCUPIED, SAVED_UNKNOWN = 254, 0, 205
-"""The greys that map savers write."""
+SAVED_FREE, SAVED_OCCUPIED, SAVED_UNKNOWN = 254, 0, 205  # the greys that map savers write
 
 _SAVED_HEADER = {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
 
 NEARLY_SAVED_UNKNOWN = range(200, 211)
 """Greys that a conversion may have made of `SAVED_UNKNOWN`; blurred edges have them too, so they must be frequent."""
 
-POPULATED_SHARE = 0.005
-"""Least share of the image of a grey that counts as an area, not as the blur along an edge."""
-
-DISTINCT_GREYS = 20
-"""Least difference of frequent greys that probably mean different things."""
+POPULATED_SHARE = 0.005  # least share of the image of a grey that counts as an area, not as the blur along an edge
+DISTINCT_GREYS = 20  # least difference of frequent greys that probably mean different things
 
 _BECAME = {FLOOR: "free", OBSTACLE: "obstacle", UNKNOWN: "unknown"}
 
 
 def read_nav2(path: Path | str) -> MapReading:
-    """Read a nav2 map; return the map and how its greys were interpreted.
-
-    Raises
-    ------
-    MapError
-        With every wrong field of the yaml, or the fault of the image.
-    """
+    """Read a nav2 map; return it and how its greys were interpreted."""
     header = read_header(Path(path))
     return understand_image(header, read_grey(header.image, source=str(path)))
 
 
 def read_occupancy(path: Path | str) -> Occupancy:
-    """Read a nav2 map as the occupancies that nav2's map server publishes; transparent pixels are unknown.
-
-    Raises
-    ------
-    MapError
-        See `read_nav2`.
-    """
+    """Read a nav2 map as the occupancies that nav2's map server publishes; transparent pixels are unknown."""
     header = read_header(Path(path))
     image = read_grey(header.image, source=str(path))
     values = occupancy_table(header)[image.grey]
@@ -87,14 +70,17 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
     transparent = _transparent(header, image)
     if transparent is not None:
         cells[transparent] = UNKNOWN
-    counts = _grey_counts(image, transparent)
+    counts = np.zeros(256, dtype=np.int64)
+    for y, row in enumerate(image.grey):  # row by row: counting takes eight bytes a pixel
+        counts += np.bincount(row if transparent is None else row[~transparent[y]], minlength=256)
     hidden = image.grey.size - int(counts.sum())
+    between = int(counts[(table > 0) & (table < 100)].sum())
     warnings = (
         *header.warnings,
         *_image_warnings(image, hidden),
         *_saved_unknown_warnings(header, counts, codes),
         *_mixed_warnings(header, counts, codes),
-        *_between_warnings(counts, table),
+        *([f"{counted(between, 'cell')} with an occupancy between 1 and 99 became free"] if between else []),
         *_alpha_warnings(header, image, counts, table),
     )
     grid = Grid(
@@ -143,14 +129,7 @@ def _transparent(header: Nav2Header, image: GreyImage) -> Mask | None:
     return None if image.opaque is None or header.mode is Mode.RAW else ~image.opaque
 
 
-def _grey_counts(image: GreyImage, transparent: Mask | None) -> npt.NDArray[np.int64]:
-    counts = np.zeros(256, dtype=np.int64)
-    for y, row in enumerate(image.grey):  # row by row: counting takes eight bytes a pixel
-        counts += np.bincount(row if transparent is None else row[~transparent[y]], minlength=256)
-    return counts
-
-
-def _legend(counts: npt.NDArray[np.int64], codes: CellArray, hidden: int) -> tuple[LegendEntry, ...]:
+def _legend(counts: Ints, codes: CellArray, hidden: int) -> tuple[LegendEntry, ...]:
     greys = [LegendEntry(symbol=f"grey {g}", code=int(codes[g]), cells=int(counts[g])) for g in np.flatnonzero(counts)]
     if hidden:
         greys.append(LegendEntry(symbol="transparent", code=UNKNOWN, cells=hidden))
@@ -173,7 +152,7 @@ def _image_warnings(image: GreyImage, hidden: int) -> list[str]:
     return found
 
 
-def _saved_unknown_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], codes: CellArray) -> list[str]:
+def _saved_unknown_warnings(header: Nav2Header, counts: Ints, codes: CellArray) -> list[str]:
     """Warn of greys near `SAVED_UNKNOWN` that became free or obstacle."""
     found = []
     for code, key in ((FLOOR, "free_thresh"), (OBSTACLE, "occupied_thresh")):
@@ -204,7 +183,7 @@ def _threshold_below(grey: int) -> float:
     return rounded if rounded < occupancy - 1e-6 else rounded - 0.001
 
 
-def _mixed_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], codes: CellArray) -> list[str]:
+def _mixed_warnings(header: Nav2Header, counts: Ints, codes: CellArray) -> list[str]:
     """Warn of frequent greys that are far apart but became the same: one of them probably means something else."""
     if header.mode is not Mode.TRINARY:
         return []
@@ -227,27 +206,17 @@ def _mixed_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], codes: Ce
     return found
 
 
-def _between_warnings(counts: npt.NDArray[np.int64], table: OccupancyArray) -> list[str]:
-    between = int(counts[(table > 0) & (table < 100)].sum())
-    return [f"{counted(between, 'cell')} with an occupancy between 1 and 99 became free"] if between else []
-
-
-def _alpha_warnings(
-    header: Nav2Header, image: GreyImage, counts: npt.NDArray[np.int64], table: OccupancyArray
-) -> list[str]:
-    """Warn if releases of nav2 up to Jazzy read an image with alpha differently.
-
-    In mode trinary they take the mean of red, green, blue and alpha, so opaque pixels are brighter to them.
-    """
+def _alpha_warnings(header: Nav2Header, image: GreyImage, counts: Ints, table: OccupancyArray) -> list[str]:
+    """Warn if releases of nav2 up to Jazzy read an image with alpha differently."""
+    # In mode trinary they take the mean of red, green, blue and alpha, so opaque pixels are brighter to them.
     if image.opaque is None or header.mode is not Mode.TRINARY:
         return []
     shade = (3 * np.arange(256) + 255) / (4 * 255)
     p = shade if header.negate else 1 - shade
     until_jazzy = np.select([p > header.occupied_thresh, p < header.free_thresh], [100, 0], -1)
     cells = int(counts[until_jazzy != table].sum())
-    if not cells:
-        return []
-    return [
+    text = (
         f"the image has an alpha channel: nav2 up to Jazzy counts it as a fourth colour and reads {cells} opaque "
         "pixels otherwise; without the channel all releases agree"
-    ]
+    )
+    return [text] if cells else []

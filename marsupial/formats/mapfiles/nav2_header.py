@@ -18,8 +18,7 @@ from typing import Any
 from marsupial.errors import MapError, Problem
 from marsupial.formats.fields import Fields, shown
 from marsupial.formats.files import file_fault, read_bytes
-from marsupial.formats.yamllines import with_lines
-from marsupial.formats.yamlvalues import PlainLoader, YamlFault, parse_yaml
+from marsupial.formats.yamlvalues import PlainLoader, YamlFault, parse_yaml, with_lines
 from marsupial.model.bounds import BOUNDS
 from marsupial.wording import suggestion
 
@@ -29,8 +28,7 @@ _THRESHOLDS = ("free_thresh", "occupied_thresh")
 _NUMBERS = ("resolution", "origin", *_THRESHOLDS)
 _FIELDS = ("image", "mode", "negate", *_NUMBERS)
 
-_TRUTHS = {"y": 1, "n": 0}
-"""Texts that the map server reads as true and false, but PyYAML doesn't."""
+_TRUTHS = {"y": 1, "n": 0}  # texts that the map server reads as true and false, but PyYAML doesn't
 
 
 class Mode(StrEnum):
@@ -43,11 +41,7 @@ class Mode(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Nav2Header:
-    """The content of a map's yaml file.
-
-    `image` is the resolved path, thresholds are occupancies from 0 to 1, `warnings` name ignored fields that are
-    probably typos.
-    """
+    """The content of a map's yaml file; thresholds are occupancies from 0 to 1, `warnings` name probable typos."""
 
     image: Path
     resolution_m: float
@@ -60,51 +54,27 @@ class Nav2Header:
 
 
 def read_header(path: Path) -> Nav2Header:
-    """Read a map's yaml file, and check that its image exists.
-
-    Raises
-    ------
-    MapError
-        With every wrong field.
-    """
-    text = read_bytes(path, MapError, MAX_YAML_BYTES)
-    data = _load(text, str(path))
-    fields = Fields(data, "", [])
-    header = _header(fields, path.parent, text)
-    if data.get("image") and isinstance(data["image"], str):
-        _check_image(data["image"], path.parent, fields)
-    if fields.problems:
-        raise MapError(with_lines(fields.problems, text), source=str(path))
-    return header
+    """Read a map's yaml file, and check that its image exists. Raise `MapError` with every wrong field."""
+    return _header(read_bytes(path, MapError, MAX_YAML_BYTES), path.parent, str(path))
 
 
 def header_of(data: bytes) -> Nav2Header:
-    """Return the header in the bytes of a yaml file, without a look at its image.
-
-    Raises
-    ------
-    MapError
-        With every wrong field.
-    """
+    """Return the header in the bytes of a yaml file, without a look at its image."""
     if len(data) > MAX_YAML_BYTES:
         raise MapError(f"has {len(data)} bytes, more than the limit of {MAX_YAML_BYTES}")
-    fields = Fields(_load(data, ""), "", [])
-    header = _header(fields, Path(), data)
-    if fields.problems:
-        raise MapError(with_lines(fields.problems, data))
-    return header
+    return _header(data, None, "")
 
 
-def _header(fields: Fields, folder: Path, text: bytes) -> Nav2Header:
-    """Read the fields of the file `text`; the header is valid only if no problem was noted."""
-    before = len(fields.problems)
+def _header(text: bytes, folder: Path | None, source: str) -> Nav2Header:
+    """Read the fields in `text`, and check that the image exists if a folder is given."""
+    fields = Fields(_load(text, source), "", [])
     origin = fields.numbers("origin", 3) or (0.0, 0.0, 0.0)
     free, occupied = (_threshold(fields, key) for key in _THRESHOLDS)
-    if len(fields.problems) == before and free > occupied:
+    if not fields.problems and free > occupied:
         fields.wrong("free_thresh", f"must not be above occupied_thresh ({occupied:g}), got {free:g}")
     typos = [Problem(key, f"unknown field{meant}") for key, meant in _typos(fields.data)]
     header = Nav2Header(
-        image=folder / fields.text("image"),
+        image=(folder or Path()) / fields.text("image"),
         resolution_m=fields.number("resolution", None, BOUNDS["resolution_m"]),
         origin_m=(origin[0], origin[1], origin[2]),
         negate=bool(fields.integer("negate")),
@@ -113,8 +83,13 @@ def _header(fields: Fields, folder: Path, text: bytes) -> Nav2Header:
         mode=Mode(fields.choice("mode", list(Mode), Mode.TRINARY) or Mode.TRINARY),
         warnings=tuple(f"{typo}; it is ignored" for typo in with_lines(typos, text)),
     )
-    if len(fields.problems) > before:  # a typo may be why a field is missing
+    if fields.problems:  # a typo may be why a field is missing
         fields.problems += typos
+    written = fields.data.get("image")
+    if folder is not None and written and isinstance(written, str):
+        _check_image(written, folder, fields)
+    if fields.problems:
+        raise MapError(with_lines(fields.problems, text), source=source)
     return header
 
 

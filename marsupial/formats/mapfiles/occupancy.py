@@ -25,17 +25,10 @@ FREE_THRESH, OCCUPIED_THRESH = 0.25, 0.65
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Occupancy:
-    """A grid of occupancies.
+    """A grid of occupancies."""
 
-    Parameters
-    ----------
-    values
-        int8, shape (height, width), row 0 the lowest: -1 unknown, 0 to 100.
-    resolution_m, origin_m
-        As of a `Grid`.
-    """
-
-    values: OccupancyArray
+    values: OccupancyArray  # int8, shape (height, width), row 0 the lowest: -1 unknown, 0 to 100
+    # resolution_m, origin_m: as of a `Grid`
     resolution_m: float
     origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -56,13 +49,7 @@ def shortest_resolution(resolution_m: float) -> float:
 def terrain_codes(
     values: OccupancyArray, free_thresh: float = FREE_THRESH, occupied_thresh: float = OCCUPIED_THRESH
 ) -> CellArray:
-    """Return floor, obstacle or unknown for each occupancy; between the thresholds it is unknown.
-
-    Parameters
-    ----------
-    free_thresh, occupied_thresh
-        Highest occupancy, from 0 to 1, of a free cell, and lowest of an occupied one.
-    """
+    """Return floor up to `free_thresh` (0 to 1), obstacle from `occupied_thresh` on, unknown between the two."""
     occupancy = np.arange(256, dtype=np.uint8).view(np.int8)
     known = (occupancy >= 0) & (occupancy <= OCCUPIED)
     free, occupied = known & (occupancy <= 100 * free_thresh), known & (occupancy >= 100 * occupied_thresh)

@@ -25,8 +25,7 @@ READERS: dict[str, Callable[[Path], MapReading]] = {
     **dict.fromkeys(SUFFIXES, read_rosbag),
 }
 
-_SCALELESS = (".map",)
-"""Formats without the size of a cell."""
+_SCALELESS = (".map",)  # formats without the size of a cell
 
 _IMAGES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".ppm")
 
@@ -37,18 +36,7 @@ def has_scale(path: Path) -> bool:
 
 
 def read_map(path: Path | str, resolution_m: float | None = None) -> MapReading:
-    """Read a map file; return the map and how it was interpreted.
-
-    Parameters
-    ----------
-    resolution_m
-        Size of a cell for a map without one (`has_scale`); other maps ignore it.
-
-    Raises
-    ------
-    MapError
-        If the file is missing, of an unknown kind, or has faults.
-    """
+    """Read a map file and how it was interpreted; cells have `resolution_m` if the file does not say."""
     path = Path(path)
     if names_recording(path):
         return read_rosbag(path)
@@ -73,14 +61,12 @@ def _kind_fault(path: Path) -> str:
         return f"holds MovingAI path problems for single agents, not a map: give the map they are for, {_map_of(path)}"
     if suffix == ".jsonl":
         return "is a mission log, not a map: `marsupial replay` and `marsupial export` take it"
-    kinds = (
-        "must be a nav2 map (.yaml, .yml), a MovingAI map (.map) or a recording of ROS 2 (.mcap, .db3, or its folder)"
-    )
+    kinds = "a nav2 map (.yaml, .yml), a MovingAI map (.map) or a recording of ROS 2 (.mcap, .db3, or its folder)"
+    fault = f"unknown kind of map {suffix!r}: must be {kinds}"
     if suffix not in _IMAGES:
-        return f"unknown kind of map {suffix!r}: {kinds}"
+        return fault
     beside = next((one for one in (path.with_suffix(".yaml"), path.with_suffix(".yml")) if one.is_file()), None)
-    give = "give that" if beside is None else f"give {beside}"
-    return f"unknown kind of map {suffix!r}: {kinds} (an image needs its map.yaml: {give})"
+    return f"{fault} (an image needs its map.yaml: give {beside or 'that'})"
 
 
 def _map_of(path: Path) -> Path | str:

@@ -16,16 +16,10 @@ import numpy as np
 
 from marsupial.errors import MapError
 from marsupial.formats.files import file_fault
+from marsupial.formats.mapfiles import occupancy as occupancies
 from marsupial.formats.mapfiles.images import MAX_CELLS, size_fault
-from marsupial.formats.mapfiles.occupancy import (
-    FREE_THRESH,
-    OCCUPIED_THRESH,
-    Occupancy,
-    shortest_resolution,
-    terrain_codes,
-)
-from marsupial.model.grid import Grid
-from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.formats.mapfiles.occupancy import Occupancy, terrain_codes
+from marsupial.model import Grid, LegendEntry, MapReading
 from marsupial.wording import counted
 
 if TYPE_CHECKING:
@@ -56,13 +50,7 @@ def split_topic(path: Path) -> tuple[Path, str | None]:
 
 
 def read_rosbag(path: Path | str) -> MapReading:
-    """Read the last map of a recording; return the map and how it was interpreted.
-
-    Raises
-    ------
-    MapError
-        If it can't be read, has no map, or has several topics with maps and none is named.
-    """
+    """Read the last map of a recording; return the map and how it was interpreted."""
     recording, topic = split_topic(Path(path))
     if not recording.is_dir() and (fault := file_fault(recording)) is not None:
         raise MapError(fault, source=str(recording))
@@ -79,13 +67,7 @@ def read_rosbag(path: Path | str) -> MapReading:
 
 
 def occupancy_of(message: Any, source: str = "") -> Occupancy:
-    """Return the occupancies of a `nav_msgs/OccupancyGrid` of `rosbags`.
-
-    Raises
-    ------
-    MapError
-        If its numbers contradict each other, or it is too large.
-    """
+    """Convert a `nav_msgs/OccupancyGrid` of `rosbags`; raise a `MapError` if its sizes disagree or are too large."""
     info, data = message.info, np.asarray(message.data, dtype=np.int8)
     size = info.width * info.height
     if size > MAX_CELLS:
@@ -98,7 +80,7 @@ def occupancy_of(message: Any, source: str = "") -> Occupancy:
     try:
         return Occupancy(
             values=data.reshape(info.height, info.width),
-            resolution_m=shortest_resolution(info.resolution),
+            resolution_m=occupancies.shortest_resolution(info.resolution),
             origin_m=(float(p.x), float(p.y), yaw),
         )
     except MapError as error:
@@ -158,10 +140,11 @@ def _reading(occupancy: Occupancy, form: str, warnings: list[str]) -> MapReading
     counts = np.bincount(values.ravel().view(np.uint8), minlength=256)
     table = terrain_codes(np.arange(256, dtype=np.uint8).view(np.int8))
     shown = sorted((int(np.int8(byte.astype(np.uint8).view(np.int8))), int(byte)) for byte in np.flatnonzero(counts))
-    between = int(counts[[byte for value, byte in shown if 100 * FREE_THRESH < value < 100 * OCCUPIED_THRESH]].sum())
+    low, high = 100 * occupancies.FREE_THRESH, 100 * occupancies.OCCUPIED_THRESH
+    between = int(counts[[byte for value, byte in shown if low < value < high]].sum())
     if between:
-        limits = f"{100 * FREE_THRESH:g} and {100 * OCCUPIED_THRESH:g}"
-        warnings = [*warnings, f"{counted(between, 'cell')} with an occupancy between {limits} became unknown"]
+        text = f"{counted(between, 'cell')} with an occupancy between {low:g} and {high:g} became unknown"
+        warnings = [*warnings, text]
     return MapReading(
         grid=Grid(cells=cells, resolution_m=occupancy.resolution_m, origin_m=occupancy.origin_m),
         format=form,

@@ -13,20 +13,14 @@ from pathlib import Path
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.mapfiles.faults import raise_any
+from marsupial.formats.files import raise_any
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid
 from marsupial.wording import counted
 
 
 def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Grid:
-    """Return the grid with the terrain classes of a mask image in a file.
-
-    Raises
-    ------
-    MapError
-        See `apply_mask`; also if there is no such image.
-    """
+    """Return the grid with the terrain classes of a mask image in a file; see `apply_mask`."""
     source = str(mask_path)
     _check_codes(codes, grid, source)
     return apply_mask(grid, read_grey(Path(mask_path), field="mask", source=source), codes, source=source)
@@ -35,23 +29,13 @@ def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Gr
 def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source: str = "") -> Grid:
     """Return the grid with the terrain classes of a mask image.
 
-    Parameters
-    ----------
-    codes
-        Terrain codes of the grid by grey (0 to 255); every grey on a known cell without obstacle needs one.
-
-    Raises
-    ------
-    MapError
-        With unusable entries of `codes`, the other size of the mask, or the greys without an entry.
+    `codes`: terrain codes of the grid by grey (0 to 255); every grey on a known cell without obstacle needs one.
     """
     _check_codes(codes, grid, source)
     if mask.grey.shape != grid.cells.shape:
         height, width = mask.grey.shape
-        raise MapError(
-            [Problem("size", f"must be that of the map, {grid.width} x {grid.height}, got {width} x {height}")],
-            source=source,
-        )
+        text = f"must be that of the map, {grid.width} x {grid.height}, got {width} x {height}"
+        raise MapError([Problem("size", text)], source=source)
     greys = np.flipud(mask.grey)
     takes = (grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)
     if mask.opaque is not None:

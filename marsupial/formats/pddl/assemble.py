@@ -1,45 +1,98 @@
-"""Build a situation from the checked facts of a PDDL problem.
+"""The facts of a PDDL problem in a table, with their lines, and the situation that they describe.
 
-Facts that actions read take precedence; records add what these leave open. If a fact contradicts another one (two
-robots at one start, two carriers of a type with different capacities), its line is reported.
+`marsupial.formats.pddl.read` fills the table. Facts that actions read take precedence; records add what these leave
+open. If a fact contradicts another one (two robots at one start, two carriers of a type with different capacities), its
+line is reported.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
 
 import numpy as np
 
+from marsupial.errors import SituationError
 from marsupial.formats.pddl.facts import duration_ms, seconds
 from marsupial.formats.pddl.names import decode_name, decode_type
-from marsupial.formats.pddl.table import FactTable, Key
+from marsupial.formats.pddl.sexpr import at_line
+from marsupial.model import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo, TravelTable
+from marsupial.model.bounds import BOUNDS, Bound
 from marsupial.model.robots import Role
-from marsupial.model.situation import (
-    UNREACHABLE,
-    PlanningType,
-    RobotState,
-    Situation,
-    SituationGoal,
-    TargetInfo,
-    TravelTable,
-)
 from marsupial.wording import counted
 
 MOST_ENTRIES = 20_000_000
 """Most entries of all travel tables together, 8 bytes each: a few lines of objects could ask for any number."""
 
-Members = Mapping[str, str]
-"""The type's object of each robot, in order."""
+Members = Mapping[str, str]  # the type's object of each robot, in order
+
+Key = tuple[str, ...]  # a predicate or function with its arguments
+
+
+@dataclass(slots=True)
+class FactTable:
+    """Objects with their types, facts, numbers and goals, each with its line."""
+
+    kinds: dict[str, str] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
+    facts: dict[Key, int] = field(default_factory=dict)
+    values: dict[Key, tuple[Fraction, int]] = field(default_factory=dict)
+    goals: dict[Key, int] = field(default_factory=dict)
+    goal_line: int = 1
+    problems: list[tuple[int, str]] = field(default_factory=list)
+
+    def wrong(self, line: int, message: str) -> None:
+        """Note a problem."""
+        self.problems.append((line, message))
+
+    def check(self) -> None:
+        """Raise `SituationError` with all problems noted, by line."""
+        if self.problems:
+            raise SituationError([at_line(line, message) for line, message in sorted(self.problems)])
+
+    def of_kind(self, *kinds: str) -> tuple[str, ...]:
+        """Return the objects of these types, in order."""
+        return tuple(name for name, kind in self.kinds.items() if kind in kinds)
+
+    def args(self, name: str, first: str) -> list[str]:
+        """Return the second arguments of a predicate's facts whose first argument is `first`."""
+        return [key[2] for key in self.facts if key[0] == name and key[1] == first]
+
+    def single(self, name: str, first: str) -> str | None:
+        """Return the second argument of the predicate's only fact with that first argument, or None; note several."""
+        found = self.args(name, first)
+        if len(found) > 1:
+            self.wrong(self.facts[name, first, found[1]], f"{first} has {found[0]} already: ({name} {first} ...)")
+        return found[0] if found else None
+
+    def line_of(self, key: Key) -> int:
+        """Return the line of a number."""
+        return self.values[key][1]
+
+    def ms(self, key: Key) -> int | None:
+        """Return a time in ms, or None if it is not given."""
+        return self._whole(key, 1000, BOUNDS["duration_ms"], "seconds with at most three decimals")
+
+    def count(self, key: Key) -> int | None:
+        """Return a whole number, or None if it is not given."""
+        return self._whole(key, 1, BOUNDS["capacity"], "a whole number")
+
+    def _whole(self, key: Key, scale: int, bound: Bound, wanted: str) -> int | None:
+        if key not in self.values:
+            return None
+        value, line = self.values[key]
+        if value < 0 or (value * scale).denominator != 1:
+            self.wrong(line, f"({' '.join(key)}) must be {wanted}, 0 or more, got {float(value):g}")
+            return None
+        if value * scale > bound.most:
+            self.wrong(line, f"({' '.join(key)}) must be at most {bound.most / scale:g}, got {float(value):g}")
+            return None
+        return int(value * scale)
 
 
 def assemble(table: FactTable) -> Situation:
-    """Return the situation that the facts describe.
-
-    Raises
-    ------
-    SituationError
-        With every contradiction and its line.
-    """
+    """Return the situation that the facts describe. Raise `SituationError` with every contradiction and its line."""
     members = {robot: _type_word(table, robot) for robot in table.of_kind("carrier", "rover")}
     _check_starts(table)
     _check_loads(table)
@@ -211,10 +264,7 @@ def _wanted(table: FactTable, recovers: bool, returns: bool) -> Iterator[Key]:
 
 
 def _travel(table: FactTable, members: Members) -> dict[str, TravelTable]:
-    """Return the travel tables.
-
-    The `path_cost` of drives out of a robot's start includes the rest of its running action, which is subtracted here.
-    """
+    """Return the travel tables, without the rest of a running action that `path_cost` of a first drive includes."""
     owners = {key[2]: key[1] for key in table.facts if key[0] == "at"}
     starts = [place for robot in members for place in table.args("at", robot)]
     places = [*starts, *table.of_kind("target"), *table.of_kind("meeting"), *table.of_kind("home")]

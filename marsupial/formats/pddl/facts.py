@@ -16,58 +16,8 @@ from math import isfinite
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.names import encode_name, encode_type
+from marsupial.model import PlanningType, RobotState, Role, Situation
 from marsupial.model.bounds import MOST
-from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, RobotState, Situation
-
-SUPERTYPES: Mapping[str, str | None] = {
-    "robot": None,
-    "location": None,
-    "robot_type": None,
-    "carrier": "robot",
-    "rover": "robot",
-    "target": "location",
-    "waypoint": "location",
-    "start": "location",
-    "meeting": "waypoint",
-    "home": "waypoint",
-}
-"""The domain's types, each with its supertype."""
-
-LEAF_TYPES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())
-"""The types that objects may have."""
-
-PREDICATES: Mapping[str, tuple[str, ...]] = {
-    "at": ("robot", "location"),
-    "on": ("rover", "carrier"),
-    "aboard": ("rover",),
-    "explored": ("target",),
-    "can_explore": ("robot", "target"),
-    "is_a": ("robot", "robot_type"),
-    "path": ("robot_type", "location", "location"),
-    "role_carrier": ("robot_type",),
-    "role_rover": ("robot_type",),
-    "explores": ("robot_type", "target"),
-    "home_of": ("robot", "home"),
-    "recover_rovers": (),
-    "return_home": (),
-}
-"""The domain's predicates with the types of their parameters."""
-
-FUNCTIONS: Mapping[str, tuple[str, ...]] = {
-    "num_docked": ("carrier",),
-    "capacity": ("carrier",),
-    "path_cost": ("robot_type", "location", "location"),
-    "dock_time": ("rover",),
-    "undock_time": ("rover",),
-    "free_at": ("robot",),
-    "reveal": ("target",),
-    "type_capacity": ("robot_type",),
-    "type_dock_time": ("robot_type",),
-    "type_undock_time": ("robot_type",),
-    "travel": ("robot_type", "location", "location"),
-}
-"""The domain's functions with the types of their parameters."""
 
 _NUMBER = re.compile(r"[-+]?[0-9./]{1,1100}(?:[eE][-+]?[0-9]{1,3})?")
 
@@ -100,13 +50,8 @@ def seconds(ms: int) -> str:
 
 
 def exact(text: str) -> Fraction:
-    """Return the number in a text exactly: decimal, with an exponent, or a fraction (``1/3``).
-
-    Raises
-    ------
-    ValueError
-        If it is no number, has more than 1100 digits, or is beyond `MOST`: ``1e1000000`` would fill the memory.
-    """
+    """Return the exact number in a text: decimal, with an exponent, or a fraction; else raise a `ValueError`."""
+    # Digits and size are limited: ``1e1000000`` would fill the memory.
     if _NUMBER.fullmatch(text) is None:
         raise ValueError(f"{text[:40]!r} is no number of at most 1100 digits")
     try:
@@ -129,18 +74,7 @@ def start_of(situation: Situation) -> dict[str, RobotState]:
 
 
 def problem_facts(situation: Situation, *, records: bool = True) -> ProblemFacts:
-    """Return the objects, facts and goals of `situation`.
-
-    Parameters
-    ----------
-    records
-        Whether to include the facts that no action reads.
-
-    Raises
-    ------
-    SituationError
-        If a target's reveal is no finite number, which PDDL can't express.
-    """
+    """Return the objects, facts and goals of `situation`; `records` are facts that no action reads."""
     sections = [
         ("Where everybody is", tuple(_whereabouts(situation))),
         ("What everybody can do", tuple(_abilities(situation))),
@@ -167,10 +101,9 @@ def goal_facts(situation: Situation) -> tuple[Fact, ...]:
 
 
 def _drive_ms(situation: Situation, kind: str, origin: str, place: str, owners: Mapping[str, RobotState]) -> int | None:
-    """Return the `path_cost` of a drive in ms, or None if no action can use it.
-
-    Only one robot leaves a start, so the cost of each drive out of it includes the rest of that robot's running action.
-    """
+    """Return the `path_cost` of a drive in ms, or None if no action can use it."""
+    # Only one robot leaves a start, so the cost of each drive out of it includes the rest of that robot's running
+    # action.
     owner = owners.get(origin)
     if origin == place or place in owners or (owner is not None and owner.type != kind):
         return None
@@ -186,14 +119,9 @@ def _objects(situation: Situation) -> Iterator[tuple[str, str]]:
         yield encode_type(kind.name), "robot_type"
     for robot in situation.robots:
         yield encode_name(robot.name), situation.type_of(robot.name).role.value
-    for place in start_of(situation):
-        yield encode_name(place), "start"
-    for target in situation.targets:
-        yield encode_name(target.name), "target"
-    for meeting in situation.meetings:
-        yield encode_name(meeting), "meeting"
-    for home in situation.homes:
-        yield encode_name(home), "home"
+    places = {"start": start_of(situation), "target": situation.target_by_name}
+    for leaf, names in {**places, "meeting": situation.meetings, "home": situation.homes}.items():
+        yield from ((encode_name(name), leaf) for name in names)
 
 
 def _whereabouts(situation: Situation) -> Iterator[Fact]:
@@ -273,7 +201,6 @@ def _type_records(situation: Situation, kind: PlanningType) -> Iterator[Fact]:
 
 
 def _manned(situation: Situation) -> frozenset[str]:
-    """Return the types that have robots."""
     return frozenset(robot.type for robot in situation.robots)
 
 

@@ -9,24 +9,23 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 
 from marsupial.errors import Problem
-from marsupial.formats.pddl.facts import FUNCTIONS, LEAF_TYPES, PREDICATES
-from marsupial.formats.pddl.sexpr import Form, Word, at_line, typed_list
+from marsupial.formats.pddl.domain import FUNCTIONS, LEAF_TYPES, PREDICATES
+from marsupial.formats.pddl.sexpr import Form, at_line, typed_list
 
 _TYPES = ("robot_type", "carrier", "rover", "start", "target", "meeting")
 _FACTS = ("at", "is_a", "can_explore", "path", "path_cost", "capacity", "dock_time")
 """Facts that a problem needs to have a plan."""
 
-_MOST_NAMES = 6
-"""Most names in a line."""
+_MOST_NAMES = 6  # most names in a line
 
-Declared = tuple[str, str]
-"""Kind and name of a declaration in a domain."""
+Declared = tuple[str, str]  # kind and name of a declaration in a domain
 
 
 def foreign_problem(form: Form) -> tuple[Problem, ...]:
     """Return three problems with what `form` lacks; none if it may be a problem of the canonical domain."""
     sections = [item for item in form.items if isinstance(item, Form)]
-    kinds = [(f"type {kind}", item) for item, kind in _declared(sections)]
+    objects = [item for section in sections if section.head == ":objects" for item in typed_list(section.items[1:])]
+    kinds = [(f"type {kind}", item) for item, kind in objects]
     facts = [(item.head, item) for item in _facts(sections)]
     known = {f"type {kind}" for kind in LEAF_TYPES} | set(PREDICATES) | set(FUNCTIONS)
     # Names count once, however often they are used: one unknown fact in a thousand places is one slip.
@@ -56,12 +55,6 @@ def foreign_domain(
         Problem("", f"missing: {_sorted_by_kind(missing)}"),
         Problem("", f"unknown here: {_sorted_by_kind(strange)}"),
     )
-
-
-def _declared(sections: Sequence[Form]) -> Iterator[tuple[Word | Form, Word | Form]]:
-    for section in sections:
-        if section.head == ":objects":
-            yield from typed_list(section.items[1:])
 
 
 def _facts(sections: Sequence[Form]) -> Iterator[Form]:

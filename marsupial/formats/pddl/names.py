@@ -10,17 +10,13 @@ from __future__ import annotations
 
 import re
 
+from marsupial.formats.pddl.domain import FUNCTIONS, PREDICATES, SUPERTYPES
+from marsupial.model import ActionName
+
 TYPE_SUFFIX = "_type"
 
 _PLAIN = re.compile(r"[a-z][a-z0-9_-]*")
 _ESCAPED = re.compile(r"n-[a-z0-9_]*(?:-[0-9a-f]+-[a-z0-9_]*)*")
-
-_DOMAIN_WORDS = """
-    marsupial robot location robot_type carrier rover target waypoint start meeting home
-    at on aboard explored can_explore is_a path role_carrier role_rover explores home_of recover_rovers return_home
-    num_docked capacity path_cost dock_time undock_time free_at reveal type_capacity type_dock_time type_undock_time
-    travel move explore dock undock
-"""
 
 _KEYWORDS = """
     define domain problem objects init goal metric minimize maximize total-time total-cost and or not imply forall
@@ -29,7 +25,7 @@ _KEYWORDS = """
     duration undefined oneof unknown
 """
 
-RESERVED = frozenset((_DOMAIN_WORDS + _KEYWORDS).split())
+RESERVED = frozenset(["marsupial", *SUPERTYPES, *PREDICATES, *FUNCTIONS, *map(str, ActionName), *_KEYWORDS.split()])
 """Words with a meaning in the domain or in PDDL."""
 
 

@@ -25,29 +25,20 @@ from fractions import Fraction
 from marsupial.errors import InvalidPlanError, PlanTextError, Problem
 from marsupial.formats.pddl.facts import duration_ms, seconds
 from marsupial.formats.pddl.names import decode_name, decode_type, encode_name, encode_type
+from marsupial.model import EPSILON_MS, Action, ActionName, Plan, Role, Situation
 from marsupial.model.bounds import BOUNDS
-from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import Situation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """One line of a PDDL plan, with PDDL names and the printed seconds.
-
-    Attributes
-    ----------
-    where
-        The line's name in messages.
-    start_off, duration_off
-        The most seconds by which the true time may differ from the printed one, which is rounded.
-    """
+    """One line of a PDDL plan, with PDDL names and the printed seconds."""
 
     start: Fraction
     name: str
     args: tuple[str, ...]
     duration: Fraction | None
-    where: str = ""
+    where: str = ""  # the line's name in messages
+    # start_off, duration_off: the most seconds by which the true time may differ from the printed one, which is rounded
     start_off: Fraction = Fraction(0)
     duration_off: Fraction = Fraction(0)
 
@@ -61,29 +52,12 @@ class Reading:
 
 
 def steps_of(plan: Plan, situation: Situation) -> tuple[Step, ...]:
-    """Return the steps of a plan, in its order.
-
-    Raises
-    ------
-    InvalidPlanError
-        If an action has an unknown name, or starts before its robot is free, which PDDL can't express.
-    """
+    """Return the steps of a plan, in its order; raise an `InvalidPlanError` for an action that PDDL can't express."""
     return tuple(_step(action, situation) for action in plan.actions)
 
 
-def plan_of(steps: Iterable[Step], situation: Situation) -> Plan:
-    """Return the plan of the steps; see `reading_of`."""
-    return reading_of(steps, situation).plan
-
-
 def reading_of(steps: Iterable[Step], situation: Situation) -> Reading:
-    """Return the plan of the steps for `situation`, and the actions whose rounded times were corrected.
-
-    Raises
-    ------
-    PlanTextError
-        With every step that has an unknown name, a name of the wrong kind, or no usable time.
-    """
+    """Return the plan of the steps, and the corrected actions; raise a `PlanTextError` with every unusable step."""
     problems: list[Problem] = []
     timed: list[_Timed] = []
     names = _names(situation)
@@ -126,8 +100,7 @@ def _free_ms(robot: str, origin: str | None, situation: Situation) -> int:
     return int(owner.free_at_ms) if owner is not None and origin is not None and owner.place == origin else 0
 
 
-_Names = Mapping[str, frozenset[str]]
-"""The names in a situation by the noun for their kind in messages."""
+_Names = Mapping[str, frozenset[str]]  # the names in a situation by the noun for their kind in messages
 
 
 def _names(situation: Situation) -> _Names:
@@ -191,7 +164,6 @@ def _nearest(value: Fraction) -> int:
 
 
 def _action(step: Step, situation: Situation, names: _Names) -> Action:
-    """Return the action of a step, without its times."""
     try:
         name = ActionName(step.name)
     except ValueError:
@@ -224,7 +196,6 @@ def _check(name: str | None, noun: str, names: _Names) -> None:
 
 
 def _duration_ms(action: Action, situation: Situation) -> int | None:
-    """Return an action's duration in the situation; None if there is no path."""
     kind = situation.type_of(action.robot)
     if action.origin is None:
         return duration_ms(kind.dock_ms if action.name is ActionName.DOCK else kind.undock_ms)

@@ -15,8 +15,7 @@ from fractions import Fraction
 from marsupial.errors import PlanTextError, Problem
 from marsupial.formats.pddl.facts import exact, seconds
 from marsupial.formats.pddl.plansteps import Reading, Step, reading_of, steps_of
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Plan, Situation
 from marsupial.wording import counted
 
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]{1,3})?"
@@ -29,17 +28,12 @@ a person wrote a plan with fewer digits, which is exact too."""
 
 
 def write_plan_text(plan: Plan, situation: Situation) -> str:
-    """Return a plan for `situation` in IPC format, after a header of comments.
-
-    The first drive of a busy robot starts at 0 and takes longer by the rest of its running action, like `path_cost`.
-
-    Raises
-    ------
-    InvalidPlanError
-        If an action has an unknown robot, or starts before its robot is free.
-    """
+    """Return a plan for `situation` in IPC format, after a header of comments."""
+    # The first drive of a busy robot starts at 0 and takes longer by the rest of its running action, like `path_cost`.
     lines = [f"; {counted(len(plan.actions), 'action')}, makespan {seconds(plan.makespan_ms)} s"]
-    lines += [_line(step) for step in steps_of(plan, situation)]
+    for step in steps_of(plan, situation):
+        start, duration = (seconds(int(time * 1000)) for time in (step.start, step.duration or Fraction(0)))
+        lines.append(f"{start}: ({' '.join((step.name, *step.args))}) [{duration}]")
     return "\n".join([*lines, ""])
 
 
@@ -49,15 +43,7 @@ def read_plan_text(text: str, situation: Situation) -> Plan:
 
 
 def read_plan(text: str, situation: Situation) -> Reading:
-    """Return the plan for `situation` in a text in IPC format, and the actions whose rounded times were corrected.
-
-    The plan may be invalid: the checker finds out.
-
-    Raises
-    ------
-    PlanTextError
-        With every line that can't be read.
-    """
+    """Return the plan in a text in IPC format, valid or not, and the actions whose rounded times were corrected."""
     problems: list[Problem] = []
     steps = list(_steps(text, problems))
     reading: Reading | None = None
@@ -68,11 +54,6 @@ def read_plan(text: str, situation: Situation) -> Reading:
     if problems or reading is None:
         raise PlanTextError(sorted(problems, key=lambda problem: int(problem.path.removeprefix("line "))))
     return reading
-
-
-def _line(step: Step) -> str:
-    start, duration = (seconds(int(time * 1000)) for time in (step.start, step.duration or Fraction(0)))
-    return f"{start}: ({' '.join((step.name, *step.args))}) [{duration}]"
 
 
 def _steps(text: str, problems: list[Problem]) -> Iterator[Step]:

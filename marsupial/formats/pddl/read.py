@@ -16,24 +16,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from marsupial.errors import SituationError
-from marsupial.formats.pddl.assemble import assemble
-from marsupial.formats.pddl.facts import FUNCTIONS, LEAF_TYPES, PREDICATES, SUPERTYPES, exact
+from marsupial.formats.pddl.assemble import FactTable, assemble
+from marsupial.formats.pddl.domain import FUNCTIONS, LEAF_TYPES, PREDICATES, SUPERTYPES
+from marsupial.formats.pddl.facts import exact
 from marsupial.formats.pddl.foreign import foreign_problem
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
-from marsupial.formats.pddl.table import FactTable
 from marsupial.model.situation import Situation
 
 _SECTIONS = (":domain", ":objects", ":init", ":goal", ":metric", ":requirements")
 
 
 def read_problem(text: str) -> Situation:
-    """Return the situation that a problem of the canonical domain describes.
-
-    Raises
-    ------
-    SituationError
-        With every problem and its line; for another domain's problem, with what it lacks.
-    """
+    """Return the situation of a problem of the canonical domain; a `SituationError` has every problem with its line."""
     form = parse_form(text)
     if strange := foreign_problem(form):
         raise SituationError(strange)
@@ -66,9 +60,8 @@ class _Reader:
         found: dict[str, Form] = {}
         for item in form.items[2:]:
             if not isinstance(item, Form) or item.head not in _SECTIONS:
-                self.table.wrong(
-                    item.line, f"{item.head if isinstance(item, Form) else item} is not a section of a problem"
-                )
+                name = item.head if isinstance(item, Form) else item
+                self.table.wrong(item.line, f"{name} is not a section of a problem")
             elif item.head in found:
                 self.table.wrong(item.line, f"section {item.head} is there twice")
             else:

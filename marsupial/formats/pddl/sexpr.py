@@ -51,13 +51,7 @@ def at_line(line: int, message: str) -> Problem:
 
 
 def parse_form(text: str) -> Form:
-    """Return the single form of a text.
-
-    Raises
-    ------
-    SituationError
-        With the line of a missing or extra bracket, or of a word outside of the form.
-    """
+    """Return the single form of a text; a `SituationError` names the line of a wrong bracket or of a word outside."""
     # The stack of open forms: their items so far, and the lines of their opening brackets.
     root: list[Word | Form] = []
     open_items, open_lines = [root], [1]

@@ -6,12 +6,9 @@ Any PDDL 2.1 planner can read a problem, and `read_problem` returns exactly the 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cache
-from importlib.resources import files
-from importlib.resources.abc import Traversable
-from pathlib import Path
 
-from marsupial.errors import InternalError, Problem, SituationError
+from marsupial.errors import Problem, SituationError
+from marsupial.formats.pddl.domain import domain_text, pddl_folder
 from marsupial.formats.pddl.facts import problem_facts
 from marsupial.formats.pddl.foreign import foreign_domain
 from marsupial.formats.pddl.names import encode_name
@@ -22,45 +19,12 @@ from marsupial.model.situation import Situation
 __all__ = ["check_domain", "domain_text", "pddl_folder", "problem_text", "read_problem"]
 
 
-def pddl_folder() -> Traversable:
-    """Return the folder with ``domain.pddl``, its documentation and ``examples``.
-
-    In a checkout it is at the top, where people find it; a wheel has it as ``marsupial/data/pddl``.
-
-    Raises
-    ------
-    InternalError
-        If marsupial was installed without it.
-    """
-    checkout = Path(__file__).resolve().parents[3] / "pddl"
-    for folder in (files("marsupial") / "data" / "pddl", checkout):
-        if (folder / "domain.pddl").is_file():
-            return folder
-    raise InternalError("the folder pddl is neither in the installed package nor beside it")
-
-
-@cache
-def domain_text() -> str:
-    """Return the canonical domain: the text of ``pddl/domain.pddl``."""
-    return (pddl_folder() / "domain.pddl").read_text(encoding="utf-8")
-
-
 def problem_text(situation: Situation, *, name: str = "exploration", records: bool = True) -> str:
     """Return `situation` as a problem of the canonical domain; durations in seconds with three decimals.
 
-    Parameters
-    ----------
-    name
-        Name of the problem.
-    records
-        Whether to write the facts that no action reads. Without them the problem is shorter and has the same plans, but
-        the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and the
-        times until robots are free are part of their first drives.
-
-    Raises
-    ------
-    SituationError
-        If a target's reveal is no finite number.
+    `records`: whether to write the facts that no action reads. Without them the problem is shorter and has the same
+    plans, but the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and
+    the times until robots are free are part of their first drives.
     """
     facts = problem_facts(situation, records=records)
     lines = [f"(define (problem {encode_name(name)})", "  (:domain marsupial)", "", "  (:objects"]
@@ -76,13 +40,11 @@ def problem_text(situation: Situation, *, name: str = "exploration", records: bo
 def check_domain(text: str) -> None:
     """Check that `text` is the canonical domain; comments, layout, order and requirements may differ.
 
-    Raises
-    ------
-    SituationError
-        With each predicate, function, type or action that is missing, unknown or different, and its line; if most are
-        missing, with their names by kind.
+    Raise `SituationError` with each predicate, function, type or action that is missing, unknown or different, and its
+    line; if most are missing, with their names by kind.
     """
     form = parse_form(text)
+    # A domain that lacks most of the declarations gets three lines, not a problem for each declaration.
     given, wanted = _declarations(form), _declarations(parse_form(domain_text()))
     name = ", ".join(name for kind, name in given if kind == "name")
     if strange := foreign_domain(name, form.line, given, list(wanted)):

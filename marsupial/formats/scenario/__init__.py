@@ -10,11 +10,6 @@ from marsupial.formats.scenario.team import with_team
 from marsupial.formats.scenario.write import scenario_text, write_scenario
 
 __all__ = [
-    "is_scenario_file",
-    "is_scenario_text",
-    "read_scenario",
-    "read_scenario_and_map",
-    "scenario_text",
-    "with_team",
+    "is_scenario_file", "is_scenario_text", "read_scenario", "read_scenario_and_map", "scenario_text", "with_team",
     "write_scenario",
-]
+]  # fmt: skip

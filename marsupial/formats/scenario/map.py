@@ -19,21 +19,17 @@ from typing import NamedTuple
 import numpy as np
 
 from marsupial.errors import MapError
-from marsupial.formats.fields import Fields, Notes, shown, unknown
+from marsupial.formats.fields import Fields, Notes, is_whole, shown, unknown
 from marsupial.formats.mapfiles.read import has_scale, read_map
 from marsupial.formats.mapfiles.terrain_mask import read_mask
 from marsupial.formats.scenario.filters import KEYS as FILTERS
 from marsupial.formats.scenario.filters import note_file, read_filters
 from marsupial.generators import GENERATORS
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, CellArray, Grid, MapReading, Terrain
 from marsupial.model.bounds import BOUNDS
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, CellArray, Grid, Terrain
-from marsupial.model.mapreading import MapReading
 
-SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}
-"""Characters that need no legend."""
-
-_MOST_SYMBOLS = 10
-"""Most wrong characters of a row to report."""
+SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}  # characters that need no legend
+_MOST_SYMBOLS = 10  # most wrong characters of a row to report
 
 _NO_SYMBOL = f"must be a text of one character, none of {' '.join(SYMBOLS)}"
 
@@ -101,12 +97,13 @@ def read_map_field(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> 
     fields.finish()
     if found is None:
         return None
-    grid: Grid | None = replace(found.grid, terrains=terrains)
-    if grid is not None and mask is not None:
-        grid = _masked(grid, folder / mask[0], mask[1], fields)
-    if grid is None or len(top.problems) > before:
-        return None
-    return MapField(filters.painted(grid), found.reading)
+    grid = replace(found.grid, terrains=terrains)
+    if mask is not None:
+        try:
+            grid = read_mask(grid, folder / mask[0], mask[1])
+        except MapError as error:
+            note_file(fields, "mask", error)
+    return None if len(top.problems) > before else MapField(filters.painted(grid), found.reading)
 
 
 def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapField | None:
@@ -159,13 +156,7 @@ def _from_rows(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> M
 def drawn_cells(
     rows: Sequence[str], legend: Mapping[str, str], terrains: tuple[Terrain, ...], notes: Notes
 ) -> CellArray:
-    """Return the map drawn in rows of characters; it is valid only if no problem was noted.
-
-    Parameters
-    ----------
-    legend
-        Terrain names by further characters.
-    """
+    """Return the map drawn in rows of characters, which `legend` extends; valid only if no problem was noted."""
     before = len(notes.problems)
     symbols = SYMBOLS | _legend_codes(legend, terrains, notes.below("legend"))
     if rows and not rows[0]:
@@ -180,7 +171,6 @@ def drawn_cells(
 
 
 def _read_legend(fields: Fields) -> dict[str, str]:
-    """Read ``legend``: terrain names by characters."""
     legend = fields.part("legend", required=False)
     for symbol in legend.data:
         if not isinstance(symbol, str):
@@ -199,7 +189,6 @@ def _legend_codes(legend: Mapping[str, str], terrains: tuple[Terrain, ...], note
 
 
 def _read_mask(fields: Fields, terrains: tuple[Terrain, ...]) -> tuple[str, dict[int, int]] | None:
-    """Read ``mask``: the image's path, and terrain codes by grey."""
     if not fields.has("mask"):
         return None
     mask = fields.part("mask")
@@ -214,7 +203,7 @@ def _greys(fields: Fields) -> Iterator[tuple[str, list[int]]]:
     """Read ``greys`` of a mask: yield each terrain's name with its greys."""
     for name, values in fields.data.items():
         given = values if isinstance(values, list) else [values]
-        wrong = [grey for grey in given if isinstance(grey, bool) or not isinstance(grey, int) or not 0 <= grey <= 255]
+        wrong = [grey for grey in given if not is_whole(grey) or not 0 <= grey <= 255]
         for grey in wrong:
             fields.wrong(str(name), f"must be a grey from 0 to 255 or a list of them, got {shown(grey)}")
         yield str(name), [] if wrong else given
@@ -234,11 +223,3 @@ def mask_codes(
             if codes.setdefault(grey, names[name]) != names[name]:
                 notes.wrong(name, f"grey {grey} is given to two terrains")
     return codes
-
-
-def _masked(grid: Grid, path: Path, codes: Mapping[int, int], fields: Fields) -> Grid | None:
-    try:
-        return read_mask(grid, path, codes)
-    except MapError as error:
-        note_file(fields, "mask", error)
-        return None

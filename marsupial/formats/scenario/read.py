@@ -17,12 +17,9 @@ from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.files import read_text
 from marsupial.formats.scenario.map import read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
-from marsupial.formats.yamllines import with_lines
-from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml
+from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml, with_lines
+from marsupial.model import OBSTACLE, SQRT2, EnergyModel, Grid, MapReading, RobotType, Role, Routes, Terrain
 from marsupial.model.bounds import BOUNDS, MOST, Bound
-from marsupial.model.grid import OBSTACLE, Grid, Terrain
-from marsupial.model.mapreading import MapReading
-from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.sizes import MOST_TYPES, Extent, ground_faults, radius_fault
 
@@ -31,13 +28,7 @@ MOST_BYTES = 64 * 1024 * 1024
 
 
 def read_scenario(path: Path | str) -> Scenario:
-    """Read a scenario file.
-
-    Raises
-    ------
-    ScenarioError
-        With every wrong field by its path and line.
-    """
+    """Read a scenario file. Raise `ScenarioError` with every wrong field by its path and line."""
     return read_scenario_and_map(path)[0]
 
 
@@ -55,10 +46,7 @@ def read_scenario_and_map(path: Path | str) -> tuple[Scenario, MapReading | None
 
 
 def is_scenario_file(path: Path | str) -> bool:
-    """Return whether a file is meant as a scenario file, valid or not: it is JSON, or names a format, team or types.
-
-    nav2 maps are YAML too, but never JSON.
-    """
+    """Return whether a file is meant as a scenario file, valid or not: it is JSON, or names a format, team or types."""
     path = Path(path)
     if path.suffix.lower() not in (".yaml", ".yml"):
         return path.suffix.lower() == ".json"
@@ -141,6 +129,7 @@ def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) ->
         fault = None if extent is None else radius_fault(kind.radius_m, extent)
         if fault:
             fields.wrong("radius_m", fault)
+        # PDDL ignores case, so names that differ only in case count as equal.
         if kind.name and kind.name.lower() in {name.lower() for name in kinds}:
             fields.wrong("name", f"{kind.name!r} is used twice")
         elif kind.name:

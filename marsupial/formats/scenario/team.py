@@ -13,10 +13,9 @@ from dataclasses import dataclass, replace
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, unknown
 from marsupial.generators.builtin import check_team_size
+from marsupial.model import UNKNOWN, Cell, Grid, RobotType, Role, Scenario, TeamMember
 from marsupial.model.bounds import team_fault
-from marsupial.model.grid import UNKNOWN, Cell, Grid
-from marsupial.model.robots import RobotType, Role, TeamMember, uniform_team
-from marsupial.model.scenario import Scenario
+from marsupial.model.robots import uniform_team
 from marsupial.wording import counted
 
 DRAWN = "drawn"
@@ -78,11 +77,6 @@ def with_team(scenario: Scenario, carriers: int | None, rovers: int | None) -> S
 
     The new team has the types of the first carrier and the first rover, and its starts are drawn. The number of rovers
     to keep is that of the first carrier.
-
-    Raises
-    ------
-    ScenarioError
-        If the numbers are out of bounds, or a carrier of this scenario doesn't hold so many rovers.
     """
     if carriers is None and rovers is None:
         return scenario
@@ -196,9 +190,8 @@ def check_names(entries: list[MemberEntry]) -> None:
         if name and name in seen:
             entry.notes.wrong("name", f"{entry.member.name!r} is used twice")
         if name.startswith(PLACE_PREFIXES):
-            entry.notes.wrong(
-                "name", f"{entry.member.name!r} looks like a place: names must not begin with 's_', 't_', 'm_' or 'h_'"
-            )
+            rule = "names must not begin with 's_', 't_', 'm_' or 'h_'"
+            entry.notes.wrong("name", f"{entry.member.name!r} looks like a place: {rule}")
         seen.add(name)
 
 

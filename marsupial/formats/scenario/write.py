@@ -1,6 +1,6 @@
 """Write a scenario file: whole or not at all, and so that reading it gives the same scenario.
 
-The map is written as rows of characters, whatever it was read from: the file needs no other file.
+The map is always written as rows of characters, so that the file needs no other file.
 """
 
 from __future__ import annotations
@@ -17,9 +17,7 @@ from marsupial.formats.files import replace_file
 from marsupial.formats.scenario.map import SYMBOLS
 from marsupial.formats.scenario.read import FORMAT, VERSION
 from marsupial.formats.scenario.team import DRAWN, numbered_team
-from marsupial.model.grid import TERRAINS, Grid, Terrain
-from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes, TeamMember
-from marsupial.model.scenario import Scenario
+from marsupial.model import SQRT2, TERRAINS, EnergyModel, Grid, RobotType, Role, Routes, Scenario, TeamMember, Terrain
 
 _LETTERS = string.ascii_letters + string.digits + "".join(chr(code) for code in range(0xC0, 0x180))
 """Characters for a scenario's own terrains, one for each code from 3 to 254."""
@@ -39,13 +37,7 @@ _Dumper.add_representer(
 
 
 def write_scenario(scenario: Scenario, path: Path | str) -> None:
-    """Write a scenario file; if that fails, an older file at `path` is unchanged.
-
-    Raises
-    ------
-    ScenarioError
-        If the file can't be written.
-    """
+    """Write a scenario file; if that fails with a `ScenarioError`, an older file at `path` is unchanged."""
     path = Path(path)
     try:
         replace_file(path, scenario_text(scenario).encode())

@@ -1,9 +1,6 @@
 """The experiment of Al-Khawaldah et al.: two robots in worlds of cells, two bidding functions.
 
-References
-----------
-Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots, sections II and III, Eqs. 1
-and 2, Table 2, Fig. 8.
+References: Al-Khawaldah, Livatino, Lee, sections II and III, Eqs. 1 and 2, Table 2, Fig. 8.
 """
 
 from __future__ import annotations
@@ -15,53 +12,35 @@ from marsupial.bench.compare.cells import TIME, ComparisonOutcome
 from marsupial.bench.compare.figures import Figure, Series, lines_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
+from marsupial.bench.compare.statistics import Estimate
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
 from marsupial.generators.builtin import explorers
 from marsupial.generators.papers import scattered
-from marsupial.model.grid import FLOOR
-from marsupial.model.robots import RobotType, Role
-from marsupial.model.scenario import Scenario
+from marsupial.model import FLOOR, RobotType, Role, Scenario
 
-NAME, WEIGHTS = "alkhawaldah", "alkhawaldah-weights"
-"""Names of the experiment and of its part."""
-
-CELLS = 25
-"""Columns and rows of most worlds of Al-Khawaldah et al."""
-
-SEED = 1
-"""Seed of the obstacles' places."""
+NAME, WEIGHTS = "alkhawaldah", "alkhawaldah-weights"  # names of the experiment and of its part
+CELLS = 25  # columns and rows of most worlds
+SEED = 1  # seed of the obstacles' places
 
 HOPPER = RobotType(
-    name="robot",
-    role=Role.CARRIER,
-    speed_mps=1.0,
-    sensor_range_m=1.5,
-    radius_m=0.0,
-    terrains=frozenset({FLOOR}),
+    name="robot", role=Role.CARRIER, speed_mps=1.0, sensor_range_m=1.5, radius_m=0.0, terrains=frozenset({FLOOR}),
     diagonal=1.0,
-)
+)  # fmt: skip
 """A robot that sees its eight neighbours and moves one cell a second."""
 
 ROBOTS = 2
 BIDDING, SHENG = Contender("bidding"), Contender("sheng")
 
 PRINTED = {
-    0: (158.7, 128.0),
-    1: (155.4, 127.0),
-    2: (155.7, 126.2),
-    5: (155.2, 124.6),
-    10: (153.3, 122.6),
-    20: (163.3, 123.3),
-    30: (158.8, 122.9),
-    40: (155.6, 123.1),
-}
+    0: (158.7, 128.0), 1: (155.4, 127.0), 2: (155.7, 126.2), 5: (155.2, 124.6),
+    10: (153.3, 122.6), 20: (163.3, 123.3), 30: (158.8, 122.9), 40: (155.6, 123.1),
+}  # fmt: skip
 """Table 2: steps of Sheng's and of the paper's bidding function, by the number of obstacles."""
 
 NEAR = 0.05
 """Tolerance of our numbers relative to the printed ones, and greatest variation of means that count as constant."""
 
-FEW_STEPS = 115
-"""Greatest mean number of steps of temporal planning; a printed mean is 125."""
+FEW_STEPS = 115  # greatest mean number of steps of temporal planning; a printed mean is 125
 
 
 def cell_world(name: str, columns: int, rows: int, obstacles: int, robots: int) -> Scenario:
@@ -71,20 +50,20 @@ def cell_world(name: str, columns: int, rows: int, obstacles: int, robots: int) 
 
 def comparison(terms: ExperimentTerms) -> Comparison:
     """Return the comparison: the worlds of Table 2."""
-    scenarios = {
-        Case(f"{obstacles} obstacles", ROBOTS, 0): prepared(
-            cell_world(f"{obstacles} obstacles", CELLS, CELLS, obstacles, ROBOTS)
-        )
-        for obstacles in PRINTED
-    }
+    cases = {obstacles: _case(obstacles) for obstacles in PRINTED}
+    worlds = {case: cell_world(case.scenario, CELLS, CELLS, obstacles, ROBOTS) for obstacles, case in cases.items()}
+    scenarios = {case: prepared(world) for case, world in worlds.items()}
     contenders = (Contender("temporal", terms.planner), BIDDING, SHENG)
     return Comparison(scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=NAME)
 
 
-def _means(outcome: ComparisonOutcome, contender: Contender) -> dict[int, float]:
-    """Return the mean number of steps by the number of obstacles."""
+def _estimates(outcome: ComparisonOutcome, contender: Contender) -> dict[int, Estimate]:
     found = {obstacles: outcome.estimate(_case(obstacles), contender, TIME) for obstacles in PRINTED}
-    return {obstacles: one.mean for obstacles, one in found.items() if one is not None}
+    return {obstacles: one for obstacles, one in found.items() if one is not None}
+
+
+def _means(outcome: ComparisonOutcome, contender: Contender) -> dict[int, float]:
+    return {obstacles: one.mean for obstacles, one in _estimates(outcome, contender).items()}
 
 
 def _case(obstacles: int) -> Case:
@@ -92,7 +71,6 @@ def _case(obstacles: int) -> Case:
 
 
 def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
-    """Return Table 2 with our data beside the printed numbers."""
     planned = outcome.contenders[0]
     table = ReportTable(
         title="Table 2: steps until everything is explored",
@@ -113,11 +91,10 @@ def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    """Yield Fig. 8 with our data."""
     lines = []
     for contender in outcome.contenders:
-        found = {obstacles: outcome.estimate(_case(obstacles), contender, TIME) for obstacles in PRINTED}
-        points = tuple((obstacles, one.mean, one.half or 0.0) for obstacles, one in found.items() if one is not None)
+        found = _estimates(outcome, contender)
+        points = tuple((obstacles, one.mean, one.half or 0.0) for obstacles, one in found.items())
         lines.append(Series(label=str(contender), points=points))
     for k, contender in enumerate((SHENG, BIDDING)):
         points = tuple((obstacles, printed[k], 0.0) for obstacles, printed in PRINTED.items())
@@ -192,11 +169,10 @@ def _planning(outcome: ComparisonOutcome) -> Finding:
 EXPERIMENT = Experiment(
     title="Al-Khawaldah et al.: Frontier-based Exploration with Two Cooperating Mobile Robots",
     setting="Worlds of 25 x 25 cells with 0 to 40 obstacles of a cell, their places the same for all missions; what "
-    "lies "
-    "outside counts as occupied. Two robots start beside each other, where is drawn, see the eight cells around them "
-    "and hop to one of the eight neighbours each step, diagonals included, but not between two obstacles that touch at "
-    "a corner. A step is a second of the simulated clock. The weights are those that the paper recommends: W_p = 2, "
-    "W_n = 2, W_c = 1; for Sheng's function w_1 = w_2 = 1 and w_3 = 0, as in the paper's comparison.",
+    "lies outside counts as occupied. Two robots start beside each other, where is drawn, see the eight cells around "
+    "them and hop to one of the eight neighbours each step, diagonals included, but not between two obstacles that "
+    "touch at a corner. A step is a second of the simulated clock. The weights are those that the paper recommends: "
+    "W_p = 2, W_n = 2, W_c = 1; for Sheng's function w_1 = w_2 = 1 and w_3 = 0, as in the paper's comparison.",
     runs=40,
     paper_runs=10,
     planner="anytime",

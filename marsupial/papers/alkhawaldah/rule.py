@@ -1,9 +1,6 @@
 """Bids for frontier cells by unknown neighbours, distance from the other robot, and route length.
 
-References
-----------
-Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots, sections II-B and III, Eq.
-1.
+References: Al-Khawaldah, Livatino, Lee, sections II-B and III, Eq. 1.
 """
 
 from __future__ import annotations
@@ -22,28 +19,17 @@ from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bidding(Bidders):
-    """Eq. 1: B = W_n N_u + W_p D_p - W_c D_r.
-
-    Parameters
-    ----------
-    W_n
-        Weight of N_u, the number of unknown cells among the eight neighbours.
-    W_p
-        Weight of D_p, the straight distance of the nearest other robot from the cell, in cells.
-    W_c
-        Weight of D_r, the length of the route there, in cells.
-    """
+    """Eq. 1: B = W_n N_u + W_p D_p - W_c D_r."""
 
     name: ClassVar[str] = "bidding"
 
-    W_n: float = 2.0
-    W_p: float = 2.0
-    W_c: float = 1.0
+    W_n: float = 2.0  # weight of N_u, the number of unknown cells among the eight neighbours
+    W_p: float = 2.0  # weight of D_p, the straight distance of the nearest other robot from the cell, in cells
+    W_c: float = 1.0  # weight of D_r, the length of the route there, in cells
 
     def bids(
         self, view: FrontierView, robot: Explorer, ways: Floats, others: list[Explorer], aims: list[int]
     ) -> Floats:
-        """Return the bids (n,) for the frontier cells."""
         cells = view.frontier(robot).cells
         x, y = view.xy(cells)
         apart = [np.hypot(x - other.cell.x, y - other.cell.y) for other in others]

@@ -1,13 +1,11 @@
 """The sweep of weights of Al-Khawaldah et al.: which weights of the bidding function explore fast.
 
-References
-----------
-Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots, section II-B, Figs. 3 to 7.
+References: Al-Khawaldah, Livatino, Lee, section II-B, Figs. 3 to 7.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import product
 from statistics import fmean
 
@@ -29,19 +27,16 @@ WORLDS = {
     "31 x 31, 15 obstacles": (31, 31, 15),
     "20 x 25, 10 obstacles": (20, 25, 10),
 }
-"""Columns, rows and obstacles of the worlds of Figs. 3 to 6, 7 and of the text; it does not say how many the last "
-"has."""
+"""Columns, rows and obstacles of the worlds of Figs. 3 to 6, 7 and of the text, which does not count obstacles."""
 
 VALUES = tuple(map(float, range(11)))
 """Values of W_n and W_p, with W_c = 1: from 0 to 10 as in the paper, in steps of 1 instead of 0.1."""
 
-BEST = 0.10
-"""Share of the range from the shortest to the longest time in which times count as best."""
+BEST = 0.10  # share of the range from the shortest to the longest time in which times count as best
 
 GREATEST = 7.0
 RECOMMENDED = (2.0, 2.0)
-RATIO = 2.0
-"""Greatest ratio of W_n and W_p near the line of slope 1."""
+RATIO = 2.0  # greatest ratio of W_n and W_p near the line of slope 1
 
 
 def comparison(terms: ExperimentTerms) -> Comparison:
@@ -86,8 +81,7 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
         name="figures-3-to-7",
         title="Weights with the shortest times",
         caption="Figs. 3 to 7 of the paper with our data: the pairs of weights, with W_c = 1, whose time is within "
-        "the best "
-        "10 % of the range between the shortest and the longest. The line has slope 1.",
+        "the best 10 % of the range between the shortest and the longest. The line has slope 1.",
     )
 
 
@@ -95,8 +89,7 @@ def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
     table = ReportTable(
         title="Steps by world",
         caption="Shortest, recommended (W_p = W_n = 2) and longest number of steps over all pairs of weights, and how "
-        "many "
-        "pairs are among the best 10 %. Pairs of which a mission did not end in time count in none of these.",
+        "many pairs are among the best 10 %. Pairs of which a mission did not end in time count in none of these.",
         heads=("world", "shortest", "with W_p = W_n = 2", "longest", "pairs among the best"),
     )
     for world in WORLDS:
@@ -133,18 +126,17 @@ def _never_great(times: dict[str, Floats]) -> Finding:
 
 
 def _near_the_line(times: dict[str, Floats]) -> Finding:
-    shares = {}
-    for world, of_world in times.items():
-        pairs = _pairs(of_world)
-        if pairs:
-            shares[world] = fmean(max(pair) <= RATIO * min(pair) for pair in pairs)
-    chance = fmean(max(pair) <= RATIO * min(pair) for pair in product(VALUES, VALUES))
+
+    def share(pairs: Iterable[tuple[float, float]]) -> float:
+        return fmean(max(pair) <= RATIO * min(pair) for pair in pairs)
+
+    shares = {world: share(pairs) for world, found in times.items() if (pairs := _pairs(found))}
+    chance = share(product(VALUES, VALUES))
     return Finding(
         statement="The best weights scatter around the line of slope 1",
         where="section II-B, Figs. 3 to 7",
         criterion=f"in each world a greater share of the best pairs than of all pairs ({100 * chance:.0f} %) has one "
-        "weight "
-        f"at most {RATIO:g} times the other",
+        f"weight at most {RATIO:g} times the other",
         verdict=share_verdict([shares[world] > chance if world in shares else None for world in times]),
         evidence=tuple(f"{world}: {100 * share:.0f} % of the best pairs" for world, share in shares.items()),
     )
@@ -158,8 +150,7 @@ def _recommended_is_good(times: dict[str, Floats]) -> Finding:
         criterion="in each world its time is within the best 20 % of the range",
         verdict=share_verdict([_position(known[w]) <= 2 * BEST if w in known else None for w in times]),
         evidence=tuple(
-            f"{world}: {_recommended(t):.0f} steps, at {100 * _position(t):.0f} % of the range"
-            for world, t in known.items()
+            f"{w}: {_recommended(t):.0f} steps, at {100 * _position(t):.0f} % of the range" for w, t in known.items()
         ),
     )
 
@@ -173,8 +164,7 @@ def _position(times: Floats) -> float:
 EXPERIMENT = Experiment(
     title="Al-Khawaldah et al.: the weights of the bidding function",
     setting="The worlds and robots of Table 2 and two of other sizes, with the same obstacles and starts for every "
-    "pair of "
-    "weights: W_n and W_p from 0 to 10 in steps of 1, where the paper has steps of 0.1, with W_c = 1.",
+    "pair of weights: W_n and W_p from 0 to 10 in steps of 1, where the paper has steps of 0.1, with W_c = 1.",
     runs=1,
     paper_runs=None,
     planner="anytime",

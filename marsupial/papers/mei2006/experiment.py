@@ -1,47 +1,44 @@
 """The experiments of Mei et al.: energy-efficient exploration by one robot, and energy-efficient routes.
 
-References
-----------
-Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V, Figs. 8 to 13.
+References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V, Figs. 8 to 13.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
 from marsupial.bench.compare.cells import DISTANCE, ENERGY, ComparisonOutcome
-from marsupial.bench.compare.figures import Figure, coverage_figure, mean_coverage
+from marsupial.bench.compare.figures import COLOURS, INK, Figure, as_figure, coverage_figure, mean_coverage
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
 from marsupial.generators.builtin import explorers
 from marsupial.generators.canvas import close_border
 from marsupial.generators.papers import SIDE, WALLED, scattered
+from marsupial.library.missions import simulate
 from marsupial.maps.reach import largest_reach
-from marsupial.model.grid import FLOOR, Cell, Grid
-from marsupial.model.robots import EnergyModel, RobotType, Role, Routes
-from marsupial.model.scenario import Scenario
+from marsupial.mission.observer import Observer
+from marsupial.model import FLOOR, OBSTACLE, Budget, Cell, EnergyModel, Grid, RobotType, Role, Routes, Scenario
+from marsupial.model.mission import DriveEnded, DriveStarted, MissionEvent
 from marsupial.papers.mei2006 import paths
 from marsupial.papers.mei2006.paths import PRINTED_LONGER, PRINTED_SAVED, RoutePairs
-from marsupial.papers.mei2006.routes import routes_figure
+from marsupial.paths.routes import route_of
 
 NAME, CORNER = "mei", "mei-corner"
+SEED, ONE_STEP = 1, Budget(steps=1)
+"""The seed of the start in the figures of routes, and a budget for strategies that ask no planner."""
+
 ORIENTATION, WIDEST = Contender("orientation"), Contender("widest-frontier")
 
 ROBOT = RobotType(
-    name="robot",
-    role=Role.CARRIER,
-    speed_mps=1.0,
-    sensor_range_m=10.0,
-    radius_m=0.0,
-    terrains=frozenset({FLOOR}),
-    energy=EnergyModel(metre_j=1.0, stop_j=0.5, turn_j=(0.4, 0.6, 0.8, 1.0)),
-    routes=Routes.ENERGY,
-)
+    name="robot", role=Role.CARRIER, speed_mps=1.0, sensor_range_m=10.0, radius_m=0.0, terrains=frozenset({FLOOR}),
+    energy=EnergyModel(metre_j=1.0, stop_j=0.5, turn_j=(0.4, 0.6, 0.8, 1.0)), routes=Routes.ENERGY,
+)  # fmt: skip
 """Section V-A: a cell is a metre, and driving a metre takes a joule."""
 
 RANDOM = "random obstacles"
@@ -56,11 +53,8 @@ PRINTED = {
 }
 """Figs. 8 to 10: distance and energy of the paper's method and of the widest frontier."""
 
-MUCH = 0.3
-"""Savings of distance and energy on structured maps that count as the paper's about 40 %."""
-
-NEAR_SAVED, NEAR_LONGER = 0.015, 0.005
-"""Tolerance of our means of routes relative to the printed ones."""
+MUCH = 0.3  # savings of distance and energy on structured maps that count as the paper's about 40 %
+NEAR_SAVED, NEAR_LONGER = 0.015, 0.005  # tolerance of our means of routes relative to the printed ones
 
 
 def comparison(terms: ExperimentTerms) -> Comparison:
@@ -120,10 +114,6 @@ def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
 
 
 def _corner_tables(outcome: ComparisonOutcome) -> list[ReportTable]:
-    return [_explored(outcome)]
-
-
-def _explored(outcome: ComparisonOutcome) -> ReportTable:
     planned = outcome.contenders[0]
     table = ReportTable(
         title="Figs. 8 to 10: distance and energy",
@@ -132,12 +122,7 @@ def _explored(outcome: ComparisonOutcome) -> ReportTable:
         heads=(
             "map",
             "",
-            "orientation",
-            "printed",
-            "widest-frontier",
-            "printed",
-            "saved",
-            "printed",
+            *(head for one in ("orientation", "widest-frontier", "saved") for head in (one, "printed")),
             str(planned),
             "beside orientation",
         ),
@@ -152,7 +137,7 @@ def _explored(outcome: ComparisonOutcome) -> ReportTable:
             what = f"{measure.title} [{measure.unit}]"
             printed = (f"{ours:.1f}", f"{theirs:.1f}", percent(1 - ours / theirs))
             table.add(name, what, means[1], printed[0], means[2], printed[1], saved, printed[2], means[0], beside)
-    return table
+    return [table]
 
 
 def _routes() -> ReportTable:
@@ -173,19 +158,52 @@ def _routes() -> ReportTable:
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    """Yield Figs. 11 to 13 with our data; a robot drives a metre a second."""
     for number, name in enumerate(PRINTED, start=11):
         if any(curve.trial.case.scenario == name for curve in outcome.curves):
             yield coverage_figure(outcome, name, name=f"figure-{number}")
 
 
 def _corner_figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    """Yield Figs. 8 to 10 on our maps, then Figs. 11 to 13."""
     scenarios = {name: _from_corner(name, grid) for name, grid in _grids().items()}
     for number, (name, scenario) in enumerate(scenarios.items(), start=8):
         if any(row.trial.case.scenario == name for row in outcome.rows):
             yield routes_figure(scenario, (ORIENTATION, WIDEST), name=f"figure-{number}", about=name)
     yield from _figures(outcome)
+
+
+class _Trail(Observer):
+    """Collects the cells that a robot drives to, without the unfinished part of a drive."""
+
+    def __init__(self) -> None:
+        self.cells: list[Cell] = []
+        self._drive: tuple[Cell, ...] = ()
+
+    def event(self, event: MissionEvent) -> None:
+        if isinstance(event, DriveStarted):
+            self._drive = route_of(event.cell, event.steps)
+        elif isinstance(event, DriveEnded) and event.cell in self._drive:
+            self.cells += self._drive[: self._drive.index(event.cell) + 1]
+
+
+def routes_figure(scenario: Scenario, contenders: Sequence[Contender], *, name: str, about: str) -> Figure:
+    """Return the routes of contenders without a planner, from a random start."""
+    from matplotlib.figure import Figure as Drawing
+
+    drawing = Drawing(figsize=(3.4 * len(contenders), 3.7), layout="constrained")
+    walls = np.where(scenario.grid.cells == OBSTACLE, 1.0, np.nan)
+    for panel, contender in zip(drawing.subplots(1, len(contenders), squeeze=False)[0], contenders, strict=True):
+        trail = _Trail()
+        names: dict[str, Any] = {"strategy": contender.strategy, "planner": contender.planner}
+        summary = simulate(scenario, **names, budget=ONE_STEP, seed=SEED, observer=trail)
+        panel.imshow(walls, origin="lower", cmap="gray", vmin=0, vmax=2.5, interpolation="nearest")
+        panel.plot(*np.array(trail.cells).T, color=COLOURS[0], linewidth=0.9)
+        panel.plot(*trail.cells[0], "o", color=COLOURS[1], markersize=5)
+        panel.set_title(f"{contender}: {summary.distance_m:.0f} m, {summary.energy_j:.0f} J", fontsize=9, color=INK)
+        panel.set_axis_off()
+    title = f"Routes: {about}"
+    of_paper = f"{name.replace('-', ' ').capitalize()} of the paper with our map. "
+    caption = f"{of_paper}{title}, of the mission with seed {SEED}; the dot is the start."
+    return as_figure(drawing, name, title, caption, about)
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
@@ -195,27 +213,24 @@ def findings(outcome: ComparisonOutcome) -> list[Finding]:
 
 def corner_findings(outcome: ComparisonOutcome) -> list[Finding]:
     """Return the findings on the statements of section V-C."""
-    return [
-        _much_less(outcome),
-        _less_among_random_obstacles(outcome),
-        _ahead_at_first(outcome),
-        _planning(outcome),
-    ]
+    found = (_much_less, _less_among_random_obstacles, _ahead_at_first, _planning)
+    return [finding(outcome) for finding in found]
 
 
 def _routes_save(outcome: ComparisonOutcome) -> Finding:
     found = routes_table(cuts_corners=True) if outcome.rows else None
     held: list[bool | None] = [None, None]
+    evidence: tuple[str, ...] = ()
     if found is not None:
         held = [abs(found.saved - PRINTED_SAVED) <= NEAR_SAVED, abs(found.longer - PRINTED_LONGER) <= NEAR_LONGER]
+        saved, longer = 100 * found.saved, 100 * found.longer
+        evidence = (f"{len(found.shortest)} pairs: {saved:.2f} % saved, {longer:.2f} % longer",)
     return Finding(
         statement="On average energy-efficient paths save 8.4 % energy and are 0.7 % longer than shortest paths",
         where="section V-B",
         criterion=f"our means are within {100 * NEAR_SAVED:.1f} and {100 * NEAR_LONGER:.1f} points of these",
         verdict=share_verdict(held),
-        evidence=()
-        if found is None
-        else (f"{len(found.shortest)} pairs: {100 * found.saved:.2f} % saved, {100 * found.longer:.2f} % longer",),
+        evidence=evidence,
     )
 
 
@@ -265,13 +280,9 @@ def _ahead_at_first(outcome: ComparisonOutcome) -> Finding:
         ahead = [theirs[k] > ours[k] for k in range(min(len(times), len(others)))]
         leads = [float(times[k]) for k, lead in enumerate(ahead) if lead]
         held.append(bool(leads) and not ahead[-1])
-        if leads:
-            share = len(leads) / len(ahead)
-            evidence.append(
-                f"{name}: it knows more in {100 * share:.0f} % of the time, for the last at {leads[-1]:.0f} s"
-            )
-        else:
-            evidence.append(f"{name}: it never knows more")
+        share = 100 * len(leads) / len(ahead) if ahead else 0.0
+        when = f"knows more in {share:.0f} % of the time, for the last at {leads[-1]:.0f} s" if leads else ""
+        evidence.append(f"{name}: it {when or 'never knows more'}")
     return Finding(
         statement="The widest frontier covers more at the beginning and lags behind later",
         where="section V-C, Figs. 11 to 13",

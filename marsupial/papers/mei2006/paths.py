@@ -5,28 +5,23 @@ those of the textbook version of Dijkstra's algorithm: of equal ones it keeps th
 Robots move to any free neighbour, past corners too: "if both cells are free" (section IV-A). With the movement rule of
 marsupial's robots, which cuts no corners, the same pairs save less and have longer routes.
 
-References
-----------
-Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V-B.
+References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V-B.
 """
 
 from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.robots import SQRT2
+from marsupial.model import SQRT2, Cell, Mask
 from marsupial.paths.energy import EnergySearch, MotionCosts, route_energy
 from marsupial.paths.routes import STEPS, Route, route_length
 
-SIDE = 100
-"""Side of the map in cells: that of areas whose exploration takes as long as the paper's."""
+SIDE = 100  # side of the map in cells: that of areas whose exploration takes as long as the paper's
 
 SHARE = 0.2
 MAPS, ENDS = 24, 13
@@ -37,18 +32,10 @@ PRINTED_SAVED, PRINTED_LONGER = 0.084, 0.007
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RoutePairs:
-    """The shortest path and the route of least energy between pairs of cells.
+    """The shortest path and the route of least energy between pairs of cells."""
 
-    Parameters
-    ----------
-    shortest
-        (n, 2): length and energy of the shortest path.
-    cheapest
-        (n, 2): those of the route of least energy.
-    """
-
-    shortest: Floats
-    cheapest: Floats
+    shortest: Floats  # (n, 2): length and energy of the shortest path
+    cheapest: Floats  # (n, 2): those of the route of least energy
 
     @property
     def saved(self) -> float:
@@ -79,10 +66,7 @@ def blocked_at_random(side: int, share: float, seed: int) -> Mask:
 def route_pairs(
     passable: Mask, ends: int, seed: int, *, costs: MotionCosts | None = None, cuts_corners: bool = True
 ) -> RoutePairs:
-    """Plan both routes from each of `ends` random cells to each of as many others.
-
-    Pairs without a path are left out.
-    """
+    """Plan both routes from each of `ends` random cells to each of as many others; leave out pairs without a path."""
     motion = MotionCosts() if costs is None else costs
     sources, goals = _drawn(passable, ends, seed)
     width = passable.shape[1]
@@ -104,11 +88,7 @@ def path_table(*, cuts_corners: bool = True, maps: int = MAPS, ends: int = ENDS,
     """Return the pairs of maps with the seeds 1, 2, 3 and so on."""
     seeds = range(1, maps + 1)
     drawn = {seed: blocked_at_random(side, SHARE, seed) for seed in seeds}
-    return together([route_pairs(drawn[seed], ends, seed, cuts_corners=cuts_corners) for seed in seeds])
-
-
-def together(pairs: Sequence[RoutePairs]) -> RoutePairs:
-    """Join the pairs of several maps."""
+    pairs = [route_pairs(drawn[seed], ends, seed, cuts_corners=cuts_corners) for seed in seeds]
     return RoutePairs(
         shortest=np.concatenate([one.shortest for one in pairs]),
         cheapest=np.concatenate([one.cheapest for one in pairs]),
@@ -116,10 +96,7 @@ def together(pairs: Sequence[RoutePairs]) -> RoutePairs:
 
 
 def shortest_paths(passable: Mask, source: Cell, *, cuts_corners: bool) -> dict[int, int]:
-    """Return the cell before each one reached on a shortest path from `source`, row-major; its own for `source`.
-
-    Dijkstra's algorithm: a path replaces another only if it is shorter.
-    """
+    """Return the cell before each one reached on a shortest path from `source`, row-major; its own for `source`."""
     row = passable.shape[1] + 2
     free = np.pad(passable, 1).ravel().tolist()
     steps = [(dx + dy * row, dx, dy * row, SQRT2 if dx and dy else 1.0) for dx, dy in STEPS]
@@ -155,7 +132,6 @@ def _inner(framed: int, row: int) -> int:
 
 
 def _drawn(passable: Mask, ends: int, seed: int) -> tuple[list[Cell], list[Cell]]:
-    """Draw sources and goals, all different."""
     y, x = np.nonzero(passable)
     chosen = np.random.default_rng(seed).choice(x.size, 2 * ends, replace=False).tolist()
     cells = [Cell(int(x[i]), int(y[i])) for i in chosen]

@@ -5,9 +5,7 @@ Both consider the frontier cells of the sensing region, those in line of sight w
 the closest one outside. The robot senses at every cell, and chooses again as soon as its goal is no frontier cell any
 more, which happens long before it arrives.
 
-References
-----------
-Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections IV-B and V-C.
+References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections IV-B and V-C.
 """
 
 from __future__ import annotations
@@ -26,8 +24,7 @@ from marsupial.maps.sight import Sight
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 FULL_TURN = 2 * np.pi
-ANGLE_DIGITS = 9
-"""Decimals to which equal angles agree."""
+ANGLE_DIGITS = 9  # decimals to which equal angles agree
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +46,9 @@ class _SensingRule(ABC):
             if closest is None:
                 continue
             reached = view.frontier(robot).cells[np.isfinite(ways)]
-            near = reached[np.isin(reached, _region(view, robot))]
+            sight = Sight(view.grid.cells, view.grid.opaque_codes())
+            region = sight.visible(robot.cell, robot.kind.sensor_range_m / view.grid.resolution_m)
+            near = reached[np.isin(reached, region)]
             chosen[robot.name] = self.pick(view, robot, near) if near.size else closest
         return chosen
 
@@ -64,19 +63,13 @@ class Orientation(_SensingRule):
 
     The robot goes as far along the list as cells are neighbours and less than a share of the sensor range d_s away from
     the first: so it sees what is to the left, without following walls closely.
-
-    Parameters
-    ----------
-    share
-        Share of d_s.
     """
 
     name: ClassVar[str] = "orientation"
 
-    share: float = 0.7
+    share: float = 0.7  # share of d_s
 
     def pick(self, view: FrontierView, robot: Explorer, cells: Ints) -> int:
-        """Return the last cell of the list that is near enough to its head."""
         listed = clockwise(view, robot, cells)
         x, y = view.xy(listed)
         limit = self.share * robot.kind.sensor_range_m / view.grid.resolution_m
@@ -97,16 +90,12 @@ class WidestFrontier(_SensingRule):
     name: ClassVar[str] = "widest-frontier"
 
     def pick(self, view: FrontierView, robot: Explorer, cells: Ints) -> int:
-        """Return the cell of the widest frontier that is nearest to its centroid."""
         widest = max(groups(cells, view.grid.cells.shape), key=len)
         return int(middle(widest, view.grid.width))
 
 
 def clockwise(view: FrontierView, robot: Explorer, cells: Ints) -> Ints:
-    """Return cells in clockwise order from a robot's left, the farthest first in each direction.
-
-    A robot that has not moved yet faces along x.
-    """
+    """Return cells clockwise from a robot's left (at first it faces along x), the farthest first in each direction."""
     x, y = view.xy(cells)
     dx, dy = x - robot.cell.x, y - robot.cell.y
     left = np.pi / 2 + (robot.heading or 0) * FULL_TURN / 8
@@ -114,9 +103,3 @@ def clockwise(view: FrontierView, robot: Explorer, cells: Ints) -> Ints:
     behind_left = np.round(np.mod(left - np.arctan2(dy, dx), FULL_TURN), ANGLE_DIGITS)
     behind_left[behind_left >= round(FULL_TURN, ANGLE_DIGITS)] = 0.0
     return cells[np.lexsort((cells, -np.hypot(dx, dy), behind_left))]
-
-
-def _region(view: FrontierView, robot: Explorer) -> Ints:
-    """Return the cells (n,) that a robot sees from its cell."""
-    sight = Sight(view.grid.cells, view.grid.opaque_codes())
-    return sight.visible(robot.cell, robot.kind.sensor_range_m / view.grid.resolution_m)

@@ -1,9 +1,7 @@
 """Bids for frontier cells by what would be seen from there, and by route length.
 
-References
-----------
-W. Sheng, Q. Yang, J. Tan, N. Xi: Distributed multi-robot coordination in area exploration, Robotics and Autonomous
-Systems 54(12), 2006; as compared with in Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two
+References: W. Sheng, Q. Yang, J. Tan, N. Xi: Distributed multi-robot coordination in area exploration, Robotics and
+Autonomous Systems 54(12), 2006; as compared with in Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two
 Cooperating Mobile Robots, section III, Eq. 2.
 """
 
@@ -27,28 +25,21 @@ class Sheng(Bidders):
     """Eq. 2 of Al-Khawaldah et al. without the nearness measure: g = w_1 I - w_2 D.
 
     They leave that measure out too (w_3 = 0) if robots can always communicate.
-
-    Parameters
-    ----------
-    w_1
-        Weight of I, the number of unknown cells in sensor range of the cell that are in range neither of another robot
-        nor of its goal.
-    w_2
-        Weight of D, the length of the route there, in cells.
     """
 
     name: ClassVar[str] = "sheng"
 
+    # weight of I, the number of unknown cells in sensor range of the cell that are in range neither of another robot
+    # nor of its goal
     w_1: float = 1.0
-    w_2: float = 1.0
+    w_2: float = 1.0  # weight of D, the length of the route there, in cells
 
     def bids(
         self, view: FrontierView, robot: Explorer, ways: Floats, others: list[Explorer], aims: list[int]
     ) -> Floats:
-        """Return the bids (n,) for the frontier cells."""
         width = view.grid.width
         left = view.grid.cells == UNKNOWN
-        # what others see or will see from their goals counts for nobody else
+        # cells that others see, or will see from their goals, count for no other robot
         for other in others:
             around = _around(other, view.grid)
             aim = [view.cell(cell) for cell in aims]

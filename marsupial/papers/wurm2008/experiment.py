@@ -1,9 +1,6 @@
 """The experiment of Wurm et al. 2008: segments of the map against the closest frontier, in two real offices.
 
-References
-----------
-Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
-section VI-A, Figs. 2 to 5.
+References: Wurm, Stachniss, Burgard, IROS 2008, section VI-A, Figs. 2 to 5.
 """
 
 from __future__ import annotations
@@ -11,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from statistics import fmean
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
@@ -20,18 +18,14 @@ from marsupial.bench.compare.tables import ReportTable, gain_text, percent
 from marsupial.bench.suite.maps import LASER_FOLDER
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.generators.builtin import builtin_scenario, explorers
-from marsupial.model.grid import Grid
-from marsupial.model.robots import RobotType, default_types
-from marsupial.model.scenario import Scenario
+from marsupial.model import Grid, RobotType, Scenario
+from marsupial.model.robots import default_types
 from marsupial.papers.wurm2008.figure import segments_figure
 
 NAME = "wurm2008"
 TEAMS = {"fr079": (2, 3, 4, 5, 6), "cartesium": (2, 3, 4, 5, 6, 7, 8)}
-STAND_INS = {"fr079": "office", "cartesium": "rooms"}
-"""Built-in maps that replace real ones that are not available."""
-
-MAPS = LASER_FOLDER
-"""Default folder of the real maps."""
+STAND_INS = {"fr079": "office", "cartesium": "rooms"}  # built-in maps that replace real ones that are not available
+MAPS = LASER_FOLDER  # default folder of the real maps
 
 SHOWN_TEAM = 3
 """Robots of the mission of Figs. 2 and 3."""
@@ -67,7 +61,6 @@ def _robot() -> RobotType:
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    """Yield Fig. 5 with our data, the times behind it, and the segments of a map."""
     yield gain_figure(outcome, TIME, outcome.scenarios, name="figure-5", of_paper="Fig. 5 of the paper")
     yield measure_figure(outcome, TIME, outcome.scenarios, name="times")
     if outcome.rows:
@@ -81,17 +74,11 @@ def findings(outcome: ComparisonOutcome) -> list[Finding]:
     by_map = {
         name: [outcome.pairing(case, SEGMENTS, TIME) for case in outcome.cases_of(name)] for name in _maps(outcome)
     }
-    return [
-        _faster(by_map),
-        _more_in_the_larger(by_map),
-        _less_in_large_teams(by_map),
-        _more_robots_are_quicker(outcome),
-        _planning(outcome),
-    ]
+    by_gain = [finding(by_map) for finding in (_faster, _more_in_the_larger, _less_in_large_teams)]
+    return [*by_gain, _more_robots_are_quicker(outcome), _planning(outcome)]
 
 
 def _maps(outcome: ComparisonOutcome) -> list[str]:
-    """Return the names of the smaller and the larger map."""
     return [name for pair in STAND_INS.items() for name in pair if name in outcome.scenarios]
 
 
@@ -110,13 +97,9 @@ def _faster(by_map: dict[str, list[Pairing]]) -> Finding:
     )
 
 
-def _mean_gain(pairings: list[Pairing]) -> float | None:
-    gains = [pairing.gain for pairing in pairings if pairing.gain is not None]
-    return sum(gains) / len(gains) if gains else None
-
-
 def _more_in_the_larger(by_map: dict[str, list[Pairing]]) -> Finding:
-    means = {name: _mean_gain(pairings) for name, pairings in by_map.items()}
+    gains = {name: [one.gain for one in pairings if one.gain is not None] for name, pairings in by_map.items()}
+    means = {name: fmean(found) if found else None for name, found in gains.items()}
     known = [mean for mean in means.values() if mean is not None]
     return Finding(
         statement="The gain is bigger on the map of the Cartesium, which has several large rooms",
@@ -135,9 +118,8 @@ def _less_in_large_teams(by_map: dict[str, list[Pairing]]) -> Finding:
         known = {robots: gain for robots, gain in gains.items() if gain is not None}
         best = max(known, key=lambda robots: known[robots], default=None)
         held.append(None if best is None else best < max(known))
-        evidence.append(
-            f"{name}: greatest with {best} robots, {percent(known[max(known)])} with the most" if known else name
-        )
+        most = f": greatest with {best} robots, {percent(known[max(known)])} with the most" if known else ""
+        evidence.append(f"{name}{most}")
     return Finding(
         statement="The gain decreases for large teams in small environments",
         where="section VI-A, Fig. 5",
@@ -166,9 +148,8 @@ def _more_robots_are_quicker(outcome: ComparisonOutcome) -> Finding:
 
 def _planning(outcome: ComparisonOutcome) -> Finding:
     planned = outcome.contenders[0]
-    pairings = [
-        outcome.pairing(case, planned, TIME, SEGMENTS) for name in _maps(outcome) for case in outcome.cases_of(name)
-    ]
+    cases = [case for name in _maps(outcome) for case in outcome.cases_of(name)]
+    pairings = [outcome.pairing(case, planned, TIME, SEGMENTS) for case in cases]
     return Finding(
         statement="Temporal planning explores at least as fast as segments",
         where="no statement of the paper: what marsupial claims of itself",

@@ -1,14 +1,12 @@
 """The Voronoi graph, the critical points and the segments of a partly known map as a figure.
 
-References
-----------
-Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
-Figs. 2 and 3.
+References: Wurm, Stachniss, Burgard, IROS 2008, Figs. 2 and 3.
 """
 
 from __future__ import annotations
 
 import colorsys
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,29 +14,21 @@ import numpy as np
 from marsupial.arrays import Floats, Ints
 from marsupial.bench.compare.figures import COLOURS, INK, Figure, as_figure
 from marsupial.library.missions import simulate
+from marsupial.library.recording import Recorder
 from marsupial.maps.growth import reach_of
 from marsupial.maps.targets import TargetFinder
 from marsupial.maps.territory import Territory
 from marsupial.maps.window import Window
-from marsupial.mission.observer import Observer
 from marsupial.mission.playback import Playback
-from marsupial.model.grid import UNKNOWN, Cell, Grid
-from marsupial.model.mission import MissionEvent, PlacedRobot
-from marsupial.model.planning import Budget
-from marsupial.model.scenario import Scenario
+from marsupial.model import UNKNOWN, Budget, Cell, Grid, PlacedRobot, Scenario
 from marsupial.papers.wurm2008.segmentation import Segmentation, segment
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-HUE_STEP = 0.618034
-"""Step of hue from a segment to the next, the golden ratio: neighbours in the sequence differ well."""
-
-PALE = 0.35
-"""Saturation of the segments."""
-
-MARGIN_M = 0.5
-"""Margin around the known map."""
+HUE_STEP = 0.618034  # step of hue from a segment to the next, the golden ratio: neighbours in the sequence differ well
+PALE = 0.35  # saturation of the segments
+MARGIN_M = 0.5  # margin around the known map
 
 WIDTH_IN = 7.0
 
@@ -58,29 +48,13 @@ def segments_figure(scenario: Scenario, *, share: float = 0.4, seed: int = 1) ->
     return _drawn(grid, found, f"segments-{scenario.name}", title, caption)
 
 
-class _Events(Observer):
-    """Keeps the events of a mission."""
-
-    def __init__(self) -> None:
-        self.kept: list[MissionEvent] = []
-
-    def event(self, event: MissionEvent) -> None:
-        """Keep an event."""
-        self.kept.append(event)
-
-
 def _moment(scenario: Scenario, share: float, seed: int) -> tuple[Grid, Ints]:
     """Return the known map after a share of a mission's time, and its remaining frontier cells."""
-    events = _Events()
+    events = Recorder()
     simulate(scenario, strategy="segmentation", planner="none", budget=Budget(steps=1), seed=seed, observer=events)
-    played = Playback(events.kept)
+    played = Playback(events.events)
     t_ms = round(share * played.end_ms)
-    grid = Grid(
-        cells=played.cells_at(t_ms),
-        resolution_m=scenario.grid.resolution_m,
-        origin_m=scenario.grid.origin_m,
-        terrains=scenario.grid.terrains,
-    )
+    grid = replace(scenario.grid, cells=played.cells_at(t_ms))
     robots = tuple(
         PlacedRobot(name=robot.name, type=robot.type, cell=Cell(round(robot.x), round(robot.y)))
         for robot in played.state_at(t_ms).robots
@@ -91,7 +65,6 @@ def _moment(scenario: Scenario, share: float, seed: int) -> tuple[Grid, Ints]:
 
 
 def _drawn(grid: Grid, found: Segmentation, name: str, title: str, caption: str) -> Figure:
-    """Draw the three steps one below the other."""
     from matplotlib.figure import Figure as Drawing
 
     y, x = np.nonzero(grid.cells != UNKNOWN)
@@ -110,15 +83,13 @@ def _drawn(grid: Grid, found: Segmentation, name: str, title: str, caption: str)
     _paint(panels[0], shown, _shaded(grid, found, blank))
     _paint(panels[1], shown, blank)
     _graph(panels[1], found, width=1.0)
-    _paint(panels[2], shown, _painted(grid, found, _hues(found.count)))
+    pale = [colorsys.hsv_to_rgb(HUE_STEP * k % 1.0, PALE, 1.0) for k in range(found.count + 1)]
+    _paint(panels[2], shown, _painted(grid, found, np.array(pale)))
     _graph(panels[2], found, width=0.6)
-    _points(panels[2], found)
+    # Critical points are dots, dismissed ones rings.
+    panels[2].plot(*found.blocks.xy(found.dismissed), "o", markersize=3.5, markerfacecolor="none", markeredgecolor=INK)
+    panels[2].plot(*found.blocks.xy(found.critical), "o", markersize=5, color=COLOURS[0], markeredgecolor="white")
     return as_figure(drawing, name, title, caption)
-
-
-def _hues(count: int) -> Floats:
-    """Return a pale colour (count + 1, 3) for each segment, from 1 on."""
-    return np.array([colorsys.hsv_to_rgb(HUE_STEP * k % 1.0, PALE, 1.0) for k in range(count + 1)])
 
 
 def _painted(grid: Grid, found: Segmentation, colours: Floats) -> Floats:
@@ -149,16 +120,9 @@ def _paint(axes: Axes, shown: Window, picture: Floats) -> None:
 
 
 def _graph(axes: Axes, found: Segmentation, *, width: float) -> None:
-    """Draw the edges and the junctions of the graph."""
     graph = found.graph
     for edge, (start, end) in enumerate(graph.ends.tolist()):
         inner = graph.inner[graph.bounds[edge] : graph.bounds[edge + 1]]
         along = np.concatenate([graph.nodes[[start]], inner, graph.nodes[[end]]])
         axes.plot(*found.blocks.xy(along), color=COLOURS[4], linewidth=width)
     axes.plot(*found.blocks.xy(graph.nodes[graph.degrees >= 3]), ".", color=COLOURS[4], markersize=2.5 * width)
-
-
-def _points(axes: Axes, found: Segmentation) -> None:
-    """Mark the critical points, and the dismissed ones."""
-    axes.plot(*found.blocks.xy(found.dismissed), "o", markersize=3.5, markerfacecolor="none", markeredgecolor=INK)
-    axes.plot(*found.blocks.xy(found.critical), "o", markersize=5, color=COLOURS[0], markeredgecolor="white")

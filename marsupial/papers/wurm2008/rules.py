@@ -7,11 +7,8 @@ segment share its frontiers in the same way. A frontier is a group of touching f
 The closest frontier is the baseline. Its distance is that of its nearest cell. Robots without a frontier choose one
 after the other, in the order of the team; once every frontier has a robot they choose among all.
 
-References
-----------
-Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
-sections III, V and VI-A, Algorithm 1, Eq. 4. In their simulations the segmentation was given; ours is computed from the
-known map, as in section IV and on their robots.
+References: Wurm, Stachniss, Burgard, IROS 2008, sections III, V and VI-A, Algorithm 1, Eq. 4. In their simulations the
+segmentation was given; ours is computed from the known map, as in section IV and on their robots.
 """
 
 from __future__ import annotations
@@ -31,26 +28,21 @@ from marsupial.strategies.frontier.view import FrontierView
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Segments:
-    """Algorithm 1.
-
-    Parameters
-    ----------
-    discount
-        Factor on the cost of a robot's own segment, a constant that the paper does not give.
-    """
+    """Algorithm 1."""
 
     name: ClassVar[str] = "segmentation"
     each_step: ClassVar[bool] = False
     gives_up: ClassVar[bool] = True
     most_robots: ClassVar[int | None] = None
 
-    discount: float = 0.5
+    discount: float = 0.5  # factor on the cost of a robot's own segment, a constant that the paper does not give
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
         """Return for each robot the nearest cell of a frontier in its segment, if it can reach one."""
         cells = np.unique(np.concatenate([frontier.cells for frontier in view.frontiers.values()]))
         ways = _ways(view, cells)
-        labels = segment(view.grid, _terrains(view), cells).labels.ravel()
+        terrains = frozenset[int]().union(*(robot.kind.terrains for robot in view.robots))
+        labels = segment(view.grid, terrains, cells).labels.ravel()
         costs, segments = _cheapest(ways, labels[cells])
         here = np.array([labels[robot.cell.y * view.grid.width + robot.cell.x] for robot in view.robots])
         costs[here[:, None] == segments] *= self.discount
@@ -93,15 +85,10 @@ class ClosestFrontier:
 
 
 def assignment(costs: Floats) -> Ints:
-    """Return the column assigned to each row, -1 for rows with no finite cost left.
+    """Return the column assigned to each row of costs, of which inf forbids; -1 for rows with no finite cost left.
 
-    If there are more rows than columns, columns are duplicated, so that they are used equally often as far as costs are
-    finite. The sum of the costs is minimal under these conditions.
-
-    Parameters
-    ----------
-    costs
-        (rows, columns): 0 or more, inf for forbidden assignments.
+    If there are more rows than columns, columns are duplicated, so that they are used equally often among finite
+    costs. The sum of the costs is minimal under these conditions.
     """
     rows, columns = costs.shape
     if not costs.size:
@@ -125,11 +112,6 @@ def _ways(view: FrontierView, cells: Ints) -> Floats:
     return lengths
 
 
-def _terrains(view: FrontierView) -> frozenset[int]:
-    """Return the terrain codes that some robot can drive on."""
-    return frozenset[int]().union(*(robot.kind.terrains for robot in view.robots))
-
-
 def _cheapest(ways: Floats, of: Ints) -> tuple[Floats, Ints]:
     """Return the lengths (robots, k) of the shortest ways to cells of k classes, and the classes, ascending."""
     classes, place = np.unique(of, return_inverse=True)
@@ -140,10 +122,7 @@ def _cheapest(ways: Floats, of: Ints) -> tuple[Floats, Ints]:
 
 
 def _share(ways: Floats, cells: Ints, shape: tuple[int, int]) -> list[int]:
-    """Return the goal of each robot (row of `ways`) in a segment: the nearest cell of the frontier assigned to it.
-
-    `cells` are the columns of `ways`, on a map of shape (height, width).
-    """
+    """Return the goal of each robot (row of `ways`) in a segment: the nearest cell of the frontier assigned to it."""
     frontier = np.empty(len(cells), dtype=np.int64)
     for k, group in enumerate(groups(cells, shape)):
         frontier[np.searchsorted(cells, group)] = k

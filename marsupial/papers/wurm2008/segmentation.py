@@ -16,10 +16,7 @@ if
 
 Without critical points, connected ground is one segment.
 
-References
-----------
-Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
-section IV, Eq. 3, Fig. 3.
+References: Wurm, Stachniss, Burgard, IROS 2008, section IV, Eq. 3, Fig. 3.
 """
 
 from __future__ import annotations
@@ -37,49 +34,30 @@ from marsupial.model.grid import Grid, Mask, code_table
 from marsupial.native import native
 from marsupial.papers.wurm2008.voronoi import Blocks, VoronoiGraph, voronoi_graph
 
-RISE = 1.3
-"""A point is narrow if the clearance rises by this factor on both sides; less comes from uneven walls."""
+RISE = 1.3  # a point is narrow if the clearance rises by this factor on both sides; less comes from uneven walls
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Segmentation:
-    """The segments of a map, with the intermediate results.
+    """The segments of a map, with the intermediate results."""
 
-    Attributes
-    ----------
-    labels
-        (height, width): the segment of each known drivable cell, from 1; 0 for other cells.
-    count
-        Number of segments.
-    blocks, graph
-        The map in blocks and its Voronoi graph.
-    critical, dismissed
-        Blocks (row-major) of the critical points, and of those dismissed since they lead to nothing unknown.
-    """
-
-    labels: Ints32
-    count: int
+    labels: Ints32  # (height, width): the segment of each known drivable cell, from 1; 0 for other cells
+    count: int  # number of segments
+    # blocks, graph: the map in blocks and its Voronoi graph
     blocks: Blocks
     graph: VoronoiGraph
+    # critical, dismissed: blocks (row-major) of the critical points, and of those dismissed since they lead to nothing
+    # unknown
     critical: Ints
     dismissed: Ints
 
 
 class _Cuts(NamedTuple):
-    """Candidates for critical points, ascending.
+    """Candidates for critical points, ascending."""
 
-    Attributes
-    ----------
-    place
-        (c,) Position in the graph's `inner`.
-    edge
-        (c,) Edge of each.
-    from_start, from_end
-        (c,) Whether it is next to a junction at the first, or second, end of its edge.
-    """
-
-    place: Ints
-    edge: Ints
+    place: Ints  # (c,): position in the graph's `inner`
+    edge: Ints  # (c,): its edge
+    # from_start, from_end: (c,): whether it is next to a junction at the first, or second, end of its edge
     from_start: Flags
     from_end: Flags
 
@@ -87,13 +65,9 @@ class _Cuts(NamedTuple):
 def segment(grid: Grid, terrains: frozenset[int], frontier: Ints | None = None) -> Segmentation:
     """Return the segments of a map.
 
-    Parameters
-    ----------
-    terrains
-        Terrain codes that robots drive on; other known cells are obstacles.
-    frontier
-        The cells (row-major indices) with something left to explore. If None, critical points need not lead into the
-        unknown, so that all rooms are segments.
+    `terrains`: terrain codes that robots drive on; other known cells are obstacles.
+    `frontier`: the cells (row-major indices) with something left to explore. If None, critical points need not lead
+    into the unknown, so that all rooms are segments.
     """
     space = Blocks.of(grid, terrains)
     drivable = code_table(terrains)[grid.cells[space.window.cut]]
@@ -125,7 +99,6 @@ def segment(grid: Grid, terrains: frozenset[int], frontier: Ints | None = None) 
 
 
 def _narrow(graph: VoronoiGraph, clearance: Floats) -> _Cuts:
-    """Return the narrow points next to junctions."""
     first, last = _narrowest(graph.ends, graph.bounds, clearance.ravel()[graph.nodes], clearance.ravel()[graph.inner])
     junction = graph.degrees[graph.ends] >= 3
     starts, ends = first[junction[:, 0] & (first >= 0)], last[junction[:, 1] & (last >= 0)]
@@ -139,10 +112,8 @@ def _narrow(graph: VoronoiGraph, clearance: Floats) -> _Cuts:
 
 
 def _sources(graph: VoronoiGraph, cuts: _Cuts, space: Blocks, drivable: Mask) -> tuple[Ints, Ints]:
-    """Return a drivable cell of each block of the graph that has one, and its piece of the graph.
-
-    Pieces are the nodes, then for each edge its parts between cuts, in order.
-    """
+    """Return a drivable cell of each block of the graph that has one, and its piece of the graph."""
+    # Pieces are the nodes, then for each edge its parts between cuts, in order.
     nodes, inner = len(graph.nodes), np.arange(len(graph.inner))
     edge = np.repeat(np.arange(len(graph.ends)), np.diff(graph.bounds))
     pieces = np.concatenate([np.arange(nodes), nodes + edge + np.searchsorted(cuts.place, inner, side="right")])
@@ -174,10 +145,8 @@ def _components(graph: VoronoiGraph, cuts: _Cuts, links: Ints) -> Ints:
 
 
 def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
-    """Return the pairs (n, 2) of pieces that join parts which no narrow point separates.
-
-    Parts of the graph that are linked only through the unknown are joined where their ground has the longest border.
-    """
+    """Return the pairs (n, 2) of pieces that join parts which no narrow point separates."""
+    # Parts of the graph that are linked only through the unknown are joined where their ground has the longest border.
     links = _links(graph, cuts)
     room = _components(graph, cuts, links)
     _, member = np.unique(room, return_index=True)
@@ -194,11 +163,9 @@ def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
 
 
 def _labels(drivable: Mask, sources: Ints, source: Ints32, component: Ints) -> tuple[Ints32, int]:
-    """Return the segment of each cell (height, width), and the number of segments.
-
-    Segments are the components of the graph, by source, and connected ground without a part of the graph; none spans
-    two separate parts of the ground.
-    """
+    """Return the segment of each cell (height, width), and the number of segments."""
+    # Segments are the components of the graph, by source, and connected ground without a part of the graph; none spans
+    # two separate parts of the ground.
     part, most = parts(drivable)
     keys, label = np.unique(component * (most + 1) + part.ravel()[sources], return_inverse=True)
     labels: Ints32 = np.append(label + 1, 0).astype(np.int32)[source].reshape(drivable.shape)
@@ -208,10 +175,7 @@ def _labels(drivable: Mask, sources: Ints, source: Ints32, component: Ints) -> t
 
 @native
 def _nearest(drivable: Flags, width: int, sources: Ints) -> Ints32:
-    """Return for each cell the position in `sources` of the nearest one in straight steps, -1 for none.
-
-    Cells are row-major in rows of `width`.
-    """
+    """Return for each cell, row-major, the position in `sources` of the nearest one in straight steps, -1 for none."""
     found = np.full(drivable.size, -1, dtype=np.int32)
     queue = np.empty(drivable.size, dtype=np.int64)
     tail = 0
@@ -237,10 +201,8 @@ def _nearest(drivable: Flags, width: int, sources: Ints) -> Ints32:
 
 @native
 def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> tuple[Ints, Ints]:
-    """Return the first and the last narrow point of each edge as positions in `inner`, -1 for none.
-
-    Of adjacent equally narrow positions the middle one counts. `at_nodes` and `at_inner` are clearances.
-    """
+    """Return the first and the last narrow point of each edge as positions in `inner`, -1 for none."""
+    # Of adjacent equally narrow positions the middle one counts. `at_nodes` and `at_inner` are clearances.
     first = np.full(len(ends), -1, dtype=np.int64)
     last = first.copy()
     for edge in range(len(ends)):
@@ -269,15 +231,8 @@ def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> 
 
 @native
 def _borders(piece: Ints, room: Ints, whole: Ints, width: int) -> Ints:
-    """Return a pair (n, 2) of rooms, lower first, for each pair of adjacent cells in different wholes.
-
-    Parameters
-    ----------
-    piece
-        Piece of each cell, row-major on a map of `width`; -1 for none.
-    room, whole
-        Room of each piece, whole of each room.
-    """
+    """Return a pair (n, 2) of rooms, lower first, for each pair of adjacent cells in different wholes."""
+    # `piece` is the piece of each cell, -1 for none; `room` the room of each piece, `whole` the whole of each room.
     found = np.empty((2 * len(piece), 2), dtype=np.int64)
     count = 0
     for cell in range(len(piece)):

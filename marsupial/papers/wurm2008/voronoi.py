@@ -5,13 +5,10 @@ fast. Unknown cells up to `UNSEEN_M` from known ones count as open: a frontier i
 has both its posts. Small obstacles such as furniture bound no room and are ignored. The graph is the part of the
 skeleton on known ground, without branches into mere corners.
 
-References
-----------
-Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
-section IV, Eqs. 1 and 2, Figs. 2 and 3. It does not say which branches to prune; ours is the rule of Attali, Sanniti
-di Baja and Thiel: Skeleton simplification through non significant branch removal, Image Processing and Communications
-3, 1997: by how far the disc at a branch's end stands out of the disc where the branch is widest, which mostly is where
-it begins.
+References: Wurm, Stachniss, Burgard, IROS 2008, section IV, Eqs. 1 and 2, Figs. 2 and 3. It does not say which branches
+to prune; ours is the rule of Attali, Sanniti di Baja and Thiel: Skeleton simplification through non significant branch
+removal, Image Processing and Communications 3, 1997: by how far the disc at a branch's end stands out of the disc where
+the branch is widest, which mostly is where it begins.
 """
 
 from __future__ import annotations
@@ -28,14 +25,12 @@ from marsupial.maps.window import Window
 from marsupial.model.grid import UNKNOWN, Grid, Mask, code_table
 from marsupial.native import inlined, native
 
-BLOCK_M = 0.1
-"""Side of a block: a door is about eight wide, and thinning costs a tenth of that on 5 cm cells."""
+BLOCK_M = 0.1  # side of a block: a door is about eight wide, and thinning costs a tenth of that on 5 cm cells
 
 UNSEEN_M = 1.5
 """How far the unknown counts as open: about half a corridor's width, so that the graph stays straight at frontiers."""
 
-CLUTTER_M = 0.5
-"""Largest extent of an ignored obstacle: legs of tables, chairs, bins, people."""
+CLUTTER_M = 0.5  # largest extent of an ignored obstacle: legs of tables, chairs, bins, people
 
 PROTRUSION = 0.5
 """A branch is pruned beyond its widest point if it stands out from there by less than this share of its clearance.
@@ -48,30 +43,16 @@ _TOUCHING: Mask = np.ones((3, 3), dtype=np.bool_)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Blocks:
-    """The known part of a map and its margin, in square blocks of cells; arrays are (rows, columns) of blocks.
+    """The known part of a map and its margin, in square blocks of cells; arrays are (rows, columns) of blocks."""
 
-    Attributes
-    ----------
-    scale
-        Cells along the edge of a block.
-    row, column
-        Row and column on the map of the first block; -1 for the closed border around the map.
-    window
-        The cells of the map in these blocks.
-    known
-        Blocks of known ground: without a wall, and at least half drivable or with clutter.
-    open
-        Known blocks, and unknown ones that count as open.
-    clearance
-        Distance between the centres of a block and of the closest wall, in blocks; the whole extent without any wall.
-    """
-
-    scale: int
+    scale: int  # cells along the edge of a block
+    # row, column: row and column on the map of the first block; -1 for the closed border around the map
     row: int
     column: int
-    window: Window
-    known: Mask
-    open: Mask
+    window: Window  # the cells of the map in these blocks
+    known: Mask  # blocks of known ground: without a wall, and at least half drivable or with clutter
+    open: Mask  # known blocks, and unknown ones that count as open
+    # distance between the centres of a block and of the closest wall, in blocks; the whole extent without any wall
     clearance: Floats
 
     @classmethod
@@ -163,21 +144,14 @@ class VoronoiGraph:
     """A graph whose nodes are junctions and ends and whose edges are strings of blocks of degree 2.
 
     Blocks are linked to their eight neighbours, but not diagonally if straight links connect the two.
-
-    Attributes
-    ----------
-    nodes, degrees
-        (n,) Block index (row-major in `Blocks`) and number of links of each node. A ring without a junction has one
-        node, of degree 2.
-    ends
-        (m, 2) positions in `nodes` of the two ends of each edge.
-    bounds, inner
-        The inner blocks of edge e, from its first end to its second, are ``inner[bounds[e]:bounds[e + 1]]``.
     """
 
+    # nodes, degrees: (n,): block index (row-major in `Blocks`) and number of links of each node. A ring without a
+    # junction has one node, of degree 2.
     nodes: Ints
     degrees: Ints
-    ends: Ints
+    ends: Ints  # (m, 2) positions in `nodes` of the two ends of each edge
+    # the inner blocks of edge e, from its first end to its second, are inner[bounds[e]:bounds[e + 1]]
     bounds: Ints
     inner: Ints
 
@@ -205,8 +179,7 @@ def _clutter(blocked: Mask, extent: float) -> Mask:
     table = np.array([False, *small])
     for rim in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
         table[rim] = False
-    found: Mask = table[labels]
-    return found
+    return table[labels]
 
 
 def _traced(skeleton: Mask) -> VoronoiGraph:
@@ -235,22 +208,14 @@ def _traced(skeleton: Mask) -> VoronoiGraph:
 
 
 class _Tracing(NamedTuple):
-    """The arrays of a tracing, flat over blocks unless a shape is given.
-
-    Attributes
-    ----------
-    around
-        (8,): from a block to those around it, counter-clockwise from east.
-    degree, node
-        Number of links of each block; its position in `nodes` or -1, and -2 once it is in `inner`.
-    nodes, ends, bounds, inner
-        Output, as in `VoronoiGraph`.
-    """
+    """The arrays of a tracing, flat over blocks unless a shape is given."""
 
     skeleton: Flags
-    around: Ints
+    around: Ints  # (8,): from a block to those around it, counter-clockwise from east
+    # degree, node: number of links of each block; its position in `nodes` or -1, and -2 once it is in `inner`
     degree: Ints
     node: Ints
+    # nodes, ends, bounds, inner: output, as in `VoronoiGraph`
     nodes: Ints
     ends: Ints
     bounds: Ints
@@ -317,15 +282,8 @@ def _trace(blocks: Ints, work: _Tracing) -> tuple[int, int]:
 def _insignificant(
     nodes: Ints, degrees: Ints, ends: Ints, bounds: Ints, inner: Ints, clearance: Floats, width: int
 ) -> Ints:
-    """Return the blocks to prune: the part of each branch beyond its widest point, if it stands out little from there.
-
-    Parameters
-    ----------
-    nodes, degrees, ends, bounds, inner
-        Those of `VoronoiGraph`; a branch is an edge from a junction to an end.
-    clearance
-        Clearance of each block, row-major in rows of this width.
-    """
+    """Return the blocks to prune: the part of each branch beyond its widest point, if it hardly stands out."""
+    # A branch is an edge from a junction to an end. The clearances of blocks are row-major in rows of `width`.
     found = np.empty(len(nodes) + len(inner), dtype=np.int64)
     count = 0
     for edge in range(len(ends)):

@@ -5,9 +5,7 @@ per meeting to drive to, and per rover and meeting to dock or undock: nearly eve
 schema at most. What a robot does stands in one state variable per robot, its place. Times are integers; rounded up to
 about 500 units for the longest drive they are searched much faster than in ms; the plan is timed exactly afterwards.
 
-References
-----------
-Bit-Monnot: Enhancing hybrid CP-SAT search for disjunctive scheduling. ECAI 2023.
+References: Bit-Monnot: Enhancing hybrid CP-SAT search for disjunctive scheduling. ECAI 2023.
 """
 
 from __future__ import annotations
@@ -17,7 +15,7 @@ import os
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fractions import Fraction
 from importlib.util import find_spec
 from itertools import chain
@@ -25,9 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import psutil
 
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.planning import EngineInfo, Finished, Outcome
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model import Action, ActionName, EngineInfo, Finished, Outcome, Plan, RobotState, Situation
 from marsupial.planning.external.encodings import SearchRequest, Vocabulary
 from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
 from marsupial.planning.list_scheduling.timeline import retime
@@ -36,8 +32,7 @@ from marsupial.processes.jobs import ToolDied
 if TYPE_CHECKING:
     from unified_planning.model import Problem
 
-LONGEST_UNITS = 500
-"""Units of time in the longest drive."""
+LONGEST_UNITS = 500  # units of time in the longest drive
 
 HORIZON_UNITS = 10_000_000
 """Latest time that Aries may use. Its own default is below 10,000; it silently finds nothing beyond."""
@@ -48,7 +43,7 @@ EPSILON = Fraction(1, 10)
 SMALL_SCHEMAS = 20
 """Up to here Aries is first asked for any plan: its anytime mode may keep to itself what it solves at once."""
 
-_POLL_S = 0.003
+_POLL_S = 0.003  # between two looks for the socket of a starting server, of which nothing sends a notice
 
 _SETTINGS = {
     "ARIES_PLANNING_HORIZON": str(HORIZON_UNITS),
@@ -140,11 +135,9 @@ def _answers(text: Any, until: float, *, anytime: bool) -> Iterator[Any]:
 
 
 def _serve() -> tuple[subprocess.Popen[bytes], Any]:
-    """Start an Aries server and connect to it.
-
-    up-aries looks for a free port before it starts the server, and another process may take that port in between. So
-    the system gives the server a port as it starts, which is read from its socket.
-    """
+    """Start an Aries server and connect to it."""
+    # up-aries looks for a free port before it starts the server, and another process may take that port in between. So
+    # the system gives the server a port as it starts, which is read from its socket.
     import grpc
     from unified_planning.grpc.generated.unified_planning_pb2_grpc import UnifiedPlanningStub
     from up_aries import solver
@@ -160,32 +153,13 @@ def _serve() -> tuple[subprocess.Popen[bytes], Any]:
     raise ToolDied("the Aries server", server.returncode)
 
 
-@dataclass(kw_only=True)
-class Encoding:
-    """Aries' problem and the meaning of its schemas and objects.
-
-    Attributes
-    ----------
-    meaning
-        Per schema the function that makes an action of its parameters' names.
-    """
-
-    problem: Problem
-    meaning: dict[str, Callable[[list[str]], Action]] = field(default_factory=dict)
-
-    def actions(self, plan: Any) -> list[Action]:
-        """Return the actions of an Aries plan in order of start."""
-        timed = sorted(plan.timed_actions, key=lambda one: one[0])
-        return [self.meaning[a.action.name]([str(p) for p in a.actual_parameters]) for _, a, _ in timed]
-
-
 def encode(situation: Situation) -> Encoding:
     """Return the problem for Aries."""
-    return _AriesWriter(situation).write()
+    return Encoding(situation)
 
 
-class _AriesWriter:
-    """Writes the problem; objects get plain names, so that a situation may contain any name."""
+class Encoding:
+    """Aries' problem; objects get plain names, so that a situation may contain any name."""
 
     def __init__(self, situation: Situation) -> None:
         from unified_planning import shortcuts
@@ -193,8 +167,9 @@ class _AriesWriter:
         self.up = shortcuts
         self.words = Vocabulary(situation)
         self.situation = situation
-        self.encoding = Encoding(problem=self.up.Problem("situation"))
-        self.problem = self.encoding.problem
+        self.problem = self.up.Problem("situation")
+        # The function per schema that makes an action of our names for its parameters.
+        self.meaning: dict[str, Callable[[list[str]], Action]] = {}
         self.start, self.end = self.up.StartTiming(), self.up.EndTiming()
         self.before = self.words.predecessors()
         longest = max((a.duration_ms for robot in situation.robots for a in self.words.drives(robot)), default=1)
@@ -203,9 +178,6 @@ class _AriesWriter:
         self._objects: dict[str, Any] = {}
         self._make_objects()
         self._make_fluents()
-
-    def write(self) -> Encoding:
-        """Write the whole problem."""
         for name in self.kinds:
             self._drives([robot for robot in self.situation.robots if robot.type == name], name)
         meets = {(a.name, a.robot, a.place, self._type_of(a.carrier)): a for a in self.words.meets()}
@@ -214,7 +186,11 @@ class _AriesWriter:
         self._start_and_goal()
         self.problem.add_quality_metric(self.up.MinimizeMakespan())
         self.problem.epsilon = EPSILON
-        return self.encoding
+
+    def actions(self, plan: Any) -> list[Action]:
+        """Return the actions of an Aries plan in order of start."""
+        timed = sorted(plan.timed_actions, key=lambda one: one[0])
+        return [self.meaning[a.action.name]([self._names[str(p)] for p in a.actual_parameters]) for _, a, _ in timed]
 
     def _units(self, ms: int) -> int:
         return max(1, -(-ms // self.unit_ms))
@@ -239,9 +215,11 @@ class _AriesWriter:
         return made
 
     def _make_fluents(self) -> None:
-        self.at = {kind: self.up.Fluent(f"at_{t.name}", self.place, robot=t) for kind, t in self.kinds.items()}
-        self.deck = {kind: self.up.Fluent(f"deck_{t.name}", self.place, robot=t) for kind, t in self.kinds.items()}
-        self.load = {kind: self.up.Fluent(f"load_{t.name}", self.level, robot=t) for kind, t in self.kinds.items()}
+        def of_robots(name: str, value: Any) -> dict[str, Any]:
+            return {kind: self.up.Fluent(f"{name}_{t.name}", value, robot=t) for kind, t in self.kinds.items()}
+
+        self.at, self.deck = of_robots("at", self.place), of_robots("deck", self.place)
+        self.load = of_robots("load", self.level)
         self.unexplored = self.up.Fluent("unexplored", self.up.BoolType(), target=self.place)
         carriers = {carrier.type for carrier in self.words.carriers}
         for kind in self.kinds:
@@ -357,4 +335,4 @@ class _AriesWriter:
 
     def _add(self, schema: Any, meaning: Callable[[list[str]], Action]) -> None:
         self.problem.add_action(schema)
-        self.encoding.meaning[schema.name] = lambda names: meaning([self._names[name] for name in names])
+        self.meaning[schema.name] = meaning

@@ -22,29 +22,17 @@ from pathlib import Path
 
 from marsupial.errors import UsageError
 from marsupial.formats.pddl.text import domain_text, problem_text
-from marsupial.model.plan import Plan
-from marsupial.model.planning import EngineInfo, Finished, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import EngineInfo, Finished, Outcome, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.external.encodings import SearchRequest
-from marsupial.planning.external.output import (
-    PLAN_PREFIX,
-    TAIL_BYTES,
-    PlanFiles,
-    PlanReader,
-    Printed,
-    last_words,
-)
+from marsupial.planning.external.output import PLAN_PREFIX, TAIL_BYTES, PlanFiles, PlanReader, Printed, last_words
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.processes.jobs import GIB, Job, JobLimits, death, ending_of
 
-PREFIX = "cmd:"
-"""Prefix of these engines' names; the rest is the command line."""
+PREFIX = "cmd:"  # prefix of these engines' names; the rest is the command line
+GRACE_S = 0.2  # time between TERM and KILL for a planner at the end of its budget; a tenth of a budget below 2 s
 
-GRACE_S = 0.2
-"""Time between TERM and KILL for a planner at the end of its budget; a tenth of a budget below 2 s."""
-
-_SLACK_S = 0.5
+_SLACK_S = 0.5  # beyond its own time limit, before the supervisor ends a planner that ignores it
 _POLL_S = 0.02
 _CHUNK = 1 << 16
 
@@ -54,10 +42,7 @@ class External(ProcessEngine):
 
     A place may be part of an argument. {plan}, where it is given, becomes the beginning of the names of plan files.
 
-    Raises
-    ------
-    UsageError
-        If the command line can't be split, or a place is missing.
+    Raise `UsageError` if the command line can't be split, or a place is missing.
     """
 
     def __init__(self, name: str, *, memory_bytes: int = 2 * GIB) -> None:
@@ -81,13 +66,7 @@ class External(ProcessEngine):
 
 
 def split_command(command: str) -> tuple[str, ...]:
-    """Return the words of a command line, split as a shell does.
-
-    Raises
-    ------
-    UsageError
-        If that can't be done, or {domain} or {problem} is missing.
-    """
+    """Return the words of a command line, split as a shell does; raise a `UsageError` without {domain} or {problem}."""
     try:
         words = shlex.split(command)
     except ValueError as error:
@@ -111,14 +90,14 @@ def search(run: CommandRun) -> Iterator[Plan | Finished]:
     """Run the planner in a child process; yield its plans, each better than the last, then how it ended."""
     request = run.request
     grace_s = min(GRACE_S, request.seconds / 10)
-    child = _Child(time.monotonic() + request.seconds - grace_s, grace_s)
+    until = time.monotonic() + request.seconds - grace_s
     folder = Path(tempfile.mkdtemp(prefix="pddl-"))
     (folder / "domain.pddl").write_text(domain_text(), encoding="utf-8")
     (folder / "problem.pddl").write_text(problem_text(request.situation, records=False), encoding="utf-8")
     printed, files = Printed(), PlanFiles(folder)
     reader = PlanReader(request.situation, request.start)
     try:
-        child.start(fill(run.words, folder), folder)
+        child = _Child(fill(run.words, folder), folder, until, grace_s)
     except OSError as error:
         yield Finished(outcome=Outcome.CRASHED, detail=f"{run.words[0]} can't be run: {error.strerror}")
         return
@@ -144,39 +123,30 @@ def fill(words: Iterable[str], folder: Path) -> list[str]:
 
 
 class _Child:
-    """The planner's process, terminated at `until`; the end of its stderr is kept."""
+    """The planner's process in a session of its own, terminated at `until`; the end of its stderr is kept."""
 
-    def __init__(self, until: float, grace_s: float) -> None:
+    def __init__(self, words: list[str], folder: Path, until: float, grace_s: float) -> None:
         self.stopped = False
         self.errors = b""
         self._until = until
         self._kill_at = until + grace_s
-        self._process: subprocess.Popen[bytes] | None = None
-        self._selector = selectors.DefaultSelector()
-
-    @property
-    def returncode(self) -> int:
-        """The return code of `subprocess`, once `chunks` has ended."""
-        return 0 if self._process is None else self._process.wait()
-
-    def start(self, words: list[str], folder: Path) -> None:
-        """Start it in `folder`, in a session of its own."""
+        pipe = subprocess.PIPE
         self._process = subprocess.Popen(
-            words,
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            start_new_session=True,
+            words, cwd=folder, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, start_new_session=True
         )
+        self._selector = selectors.DefaultSelector()
         for stream in (self._process.stdout, self._process.stderr):
             assert stream is not None
             os.set_blocking(stream.fileno(), False)
             self._selector.register(stream, selectors.EVENT_READ)
 
+    @property
+    def returncode(self) -> int:
+        """The return code of `subprocess`, once `chunks` has ended."""
+        return self._process.wait()
+
     def chunks(self) -> Iterator[bytes]:
         """Yield its output until it ends, and an empty chunk whenever it pauses."""
-        assert self._process is not None
         while self._process.poll() is None:
             self._judge_time()
             yield self._read(_POLL_S)
@@ -185,7 +155,6 @@ class _Child:
             yield self._read(0)
 
     def _read(self, wait_s: float) -> bytes:
-        assert self._process is not None
         printed = b""
         for key, _ in self._selector.select(wait_s):
             data = os.read(key.fd, _CHUNK)
@@ -209,13 +178,12 @@ class _Child:
     def end(self) -> None:
         """Kill it if it is running; the job's supervisor ends what else it has started."""
         self._selector.close()
-        if self._process is not None:
-            self._signal(signal.SIGKILL)
-            with self._process:
-                self._process.wait()
+        self._signal(signal.SIGKILL)
+        with self._process:
+            self._process.wait()
 
     def _signal(self, signum: signal.Signals) -> None:
-        if self._process is not None and self._process.poll() is None:
+        if self._process.poll() is None:
             os.killpg(self._process.pid, signum)
 
 
@@ -225,19 +193,16 @@ def _outcome(child: _Child, printed: Printed, reader: PlanReader, situation: Sit
     if child.stopped:
         return Outcome.TIMEOUT, f"stopped at the end of its time{words}"
     how = f"it {death(code)}"
+    ended = Outcome(ending_of(code, child.errors.decode(errors="replace")).value)
     if code < 0:
-        return _as_ended(code, child), how + last_words(child.errors, printed.tail)
+        return ended, how + last_words(child.errors, printed.tail)
     if reader.accepted:
         return Outcome.SATISFICING, how
     if printed.claim is not None and not reader.faults:
         if reader.incumbent.plan is not None or _can_be_solved(situation):
             return Outcome.NO_PLAN, f"it says {printed.claim!r}, which is not so: marsupial has a plan"
         return Outcome.UNSOLVABLE, f"it says {printed.claim!r}"
-    return _as_ended(code, child) if code > 0 else Outcome.NO_PLAN, how + words
-
-
-def _as_ended(code: int, child: _Child) -> Outcome:
-    return Outcome(ending_of(code, child.errors.decode(errors="replace")).value)
+    return ended if code > 0 else Outcome.NO_PLAN, how + words
 
 
 def _can_be_solved(situation: Situation) -> bool:

@@ -5,9 +5,7 @@ by itself that has targets in reach. Robots of parts are disjoint. Targets go, t
 that can be there soonest, as long as that part has room: what no part has room for is left to a later replanning. Of
 the meeting points a part keeps the best two for each thing it may need one for. Merged, the parts' plans are one plan.
 
-References
-----------
-Wurm et al. 2010, section III-C: the planner is asked about what is near, since time to plan grows fast.
+References: Wurm et al. 2010, section III-C: the planner is asked about what is near, since time to plan grows fast.
 """
 
 from __future__ import annotations
@@ -17,41 +15,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.model.plan import Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model import Plan, RobotState, Role, Situation
 from marsupial.planning.matching import least_assignment
 
-NEVER = 1 << 50
-"""Time in ms that means never; many of them can be added."""
+NEVER = 1 << 50  # time in ms that means never; many of them can be added
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartSize:
-    """The largest size of a part.
+    """The largest size of a part."""
 
-    Parameters
-    ----------
-    carriers
-        Whole situations with more are split.
-    rovers
-        Rovers beside the carrier; more are kept only where a rover has no other to bring it back.
-    targets
-        Targets per part.
-    meetings
-        Whole situations with more are split.
-    choices
-        Meetings a part keeps for each need: a rover to a target, a rover to its carrier, a target back to the carrier.
-    seconds
-        What an engine needs to find a first plan for such a part, measured.
-    """
-
-    carriers: int = 1
-    rovers: int = 2
-    targets: int = 3
-    meetings: int = 4
+    carriers: int = 1  # whole situations with more are split
+    rovers: int = 2  # rovers beside the carrier; more are kept only where a rover has no other to bring it back
+    targets: int = 3  # targets per part
+    meetings: int = 4  # whole situations with more are split
+    # meetings a part keeps for each need: a rover to a target, a rover to its carrier, a target back to the carrier
     choices: int = 2
-    seconds: float = 0.0
+    seconds: float = 0.0  # what an engine needs to find a first plan for such a part, measured
 
     def fits(self, situation: Situation) -> bool:
         """Return whether the whole situation fits in one part."""
@@ -64,16 +44,16 @@ class PartSize:
 
 
 def decompose(situation: Situation, limit: PartSize) -> tuple[Situation, ...]:
-    """Return the parts of a situation, those that can explore something soonest first; itself if it fits.
-
-    Parts without a target are left out, unless the goal asks for rovers aboard or carriers at home.
-    """
+    """Return the parts of a situation, those that can explore something soonest first; itself if it fits."""
+    # Parts without a target are left out, unless the goal asks for rovers aboard or carriers at home.
     if limit.fits(situation):
         return (situation,)
     times = _Times(situation)
     crews = _crews(situation, times, limit)
     shares = _share_targets(situation, times, crews, limit)
-    order = sorted(range(len(crews)), key=lambda i: (_soonest(times, crews[i], shares[i]), i))
+    names = [target.name for target in situation.targets]
+    reach = [dict(zip(names, times.crew(crew).tolist(), strict=True)) for crew in crews]
+    order = sorted(range(len(crews)), key=lambda i: (min((reach[i][t] for t in shares[i]), default=NEVER), i))
     keep_idle = _asks_more(situation)
     return tuple(_part(situation, times, crews[i], shares[i], limit) for i in order if shares[i] or keep_idle)
 
@@ -91,7 +71,7 @@ Crew = tuple[RobotState, ...]
 
 
 class _Times:
-    """When robots could be at places at the earliest, in ms, whatever the others do."""
+    """The earliest times (ms) at which robots could be at places, regardless of the others."""
 
     def __init__(self, situation: Situation) -> None:
         self.situation = situation
@@ -157,7 +137,7 @@ def _crews(situation: Situation, times: _Times, limit: PartSize) -> list[Crew]:
     aboard = {carrier.name: [r for r in rovers if r.carrier == carrier.name] for carrier in carriers}
     out = [rover for rover in rovers if rover.carrier is None]
     if _asks_more(situation):
-        fetchers = _seats(situation, times, carriers, out, aboard)
+        fetchers = _seats(times, out, aboard)
         alone = [rover for rover in out if rover.name not in fetchers]
     else:
         # A rover that has a target in reach goes on by itself; one that has none waits for a carrier.
@@ -176,19 +156,12 @@ def _crews(situation: Situation, times: _Times, limit: PartSize) -> list[Crew]:
     return crews + [(rover,) for rover in alone]
 
 
-def _seats(
-    situation: Situation,
-    times: _Times,
-    carriers: tuple[RobotState, ...],
-    out: list[RobotState],
-    aboard: dict[str, list[RobotState]],
-) -> dict[str, str]:
+def _seats(times: _Times, out: list[RobotState], aboard: dict[str, list[RobotState]]) -> dict[str, str]:
     """Return, per rover on the ground, the carrier that brings it back: least total time, within capacity."""
-    seats = [
-        carrier
-        for carrier in carriers
-        for _ in range(situation.type_by_name[carrier.type].capacity - len(aboard[carrier.name]))
-    ]
+    seats: list[RobotState] = []
+    for carrier in times.situation.of_role(Role.CARRIER):
+        free = times.situation.type_by_name[carrier.type].capacity - len(aboard[carrier.name])
+        seats += [carrier] * free
     if not seats or not out:
         return {}
     cost = np.array([[times.boarded(rover, seat).min(initial=NEVER) for seat in seats] for rover in out])
@@ -227,21 +200,11 @@ def _share_targets(situation: Situation, times: _Times, crews: list[Crew], limit
         busy_ms = reach[crew, target] // len(crews[crew])
         left[crew] = np.where(left[crew] < NEVER, left[crew] + busy_ms, NEVER)
         left[:, target] = NEVER
-        if len(shares[crew]) >= _room(crews[crew], limit):
+        # A single robot gets at most two targets, as others may be nearer later.
+        if len(shares[crew]) >= min(limit.targets, len(crews[crew]) + 1):
             left[crew, :] = NEVER
     names = [target.name for target in situation.targets]
     return [frozenset(names[t] for t in share) for share in shares]
-
-
-def _room(crew: Crew, limit: PartSize) -> int:
-    """Return the number of targets of a crew: at most two for a single robot, as others may be nearer later."""
-    return min(limit.targets, len(crew) + 1)
-
-
-def _soonest(times: _Times, crew: Crew, share: frozenset[str]) -> int:
-    names = [target.name for target in times.situation.targets]
-    reach = times.crew(crew)
-    return min((int(reach[names.index(name)]) for name in share), default=NEVER)
 
 
 def _part(situation: Situation, times: _Times, crew: Crew, share: frozenset[str], limit: PartSize) -> Situation:

@@ -15,10 +15,7 @@ from contextlib import closing
 from dataclasses import replace
 
 from marsupial.errors import UsageError
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
-from marsupial.model.robots import Role
+from marsupial.model import MAKESPAN, Budget, Engine, EngineInfo, Finished, Improved, Objective, Outcome, Plan, Role
 from marsupial.model.situation import Situation
 from marsupial.planning.external.decompose import PartSize, decompose, merge
 from marsupial.planning.incumbent import Incumbent
@@ -31,11 +28,8 @@ AT_A_TIME = 2
 class Decomposed:
     """An engine around `engine` that splits what is too big for it; budgets are in seconds.
 
-    Parameters
-    ----------
-    limits
-        Sizes of parts, the biggest first; the first is taken for which a part's share of the budget suffices. With
-        less than the last one needs, the parts that can begin soonest get that much and the others nothing.
+    `limits`: sizes of parts, the biggest first; the first is taken for which a part's share of the budget suffices.
+    With less than the last one needs, the parts that can begin soonest get that much and the others nothing.
     """
 
     def __init__(self, engine: Engine, *limits: PartSize) -> None:
@@ -51,25 +45,19 @@ class Decomposed:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield plans for growing sets of targets, better ones for the same set, then `Finished`; see `Engine`.
-
-        Where the situation fits as a whole, the engine inside does all. `start` is only of use then: plans that
-        serve other targets can't be compared with it.
-        """
+        """Yield plans for growing sets of targets, better ones for the same set, then `Finished`; see `Engine`."""
+        # Where the situation fits as a whole, the engine inside does all. `start` is only of use then: plans that serve
+        # other targets can't be compared with it.
         if budget.seconds is None:
-            raise UsageError(
-                f"planner {self._engine.info.name} in parts can't count steps: give it a budget in seconds"
-            )
-        limit = self._limit(situation, budget.seconds)
+            name = self._engine.info.name
+            raise UsageError(f"planner {name} in parts can't count steps: give it a budget in seconds")
+        # Parts must be small enough for their time: at least one part per carrier, a few at a time.
+        rounds = math.ceil(len(situation.of_role(Role.CARRIER)) / AT_A_TIME)
+        share = budget.seconds / max(1, rounds)
+        limit = next((one for one in self._limits if one.seconds <= share), self._limits[-1])
         if limit.fits(situation):
             return self._engine.solve(situation, budget, objective=objective, start=start)
         return self._in_parts(situation, limit, budget.seconds, objective)
-
-    def _limit(self, situation: Situation, seconds: float) -> PartSize:
-        """Return the size of parts by their time: at least one part per carrier, a few at a time."""
-        rounds = math.ceil(len(situation.of_role(Role.CARRIER)) / AT_A_TIME)
-        share = seconds / max(1, rounds)
-        return next((limit for limit in self._limits if limit.seconds <= share), self._limits[-1])
 
     def _in_parts(
         self, situation: Situation, limit: PartSize, seconds: float, objective: Objective
@@ -131,6 +119,7 @@ class _Parts:
                 self._enter(i, share)
 
     def _enter(self, i: int, share: Budget) -> None:
+        # A method of its own, so that each search keeps its part and share: the loop goes on before they are used.
         self._race.enter(str(i), lambda _: self._engine.solve(self._parts[i], share, objective=self._objective))
 
     def _share(self) -> Budget | None:

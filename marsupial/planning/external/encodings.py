@@ -12,9 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from marsupial.arrays import Flags
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model import Action, ActionName, Plan, RobotState, Role, Situation
 from marsupial.planning.reachability import reach
 
 
@@ -43,8 +41,13 @@ class Vocabulary:
 
     def drives(self, robot: RobotState) -> Iterator[Action]:
         """Yield every move and explore of a robot."""
-        for goal in self._goals(robot):
-            for origin in self._origins(robot):
+        places = [target.name for target in self.situation.targets if robot.type in target.explorers]
+        places += self.situation.meetings
+        origins = [] if robot.place is None else [robot.place]
+        origins += [place for place in places if self.can_be(robot.name, place)]
+        home = self.home(robot)
+        for goal in places if home is None else [*places, home]:
+            for origin in origins:
                 action = None if origin == goal else self._drive(robot, origin, goal)
                 if action is not None:
                     yield action
@@ -89,21 +92,12 @@ class Vocabulary:
         carrier = self.situation.type_by_name[robot.type].role is Role.CARRIER
         return robot.home if carrier and self.situation.goal.return_home else None
 
-    def _targets(self, robot: RobotState) -> list[str]:
-        return [target.name for target in self.situation.targets if robot.type in target.explorers]
-
-    def _origins(self, robot: RobotState) -> list[str]:
-        start = [] if robot.place is None else [robot.place]
-        places = [*self._targets(robot), *self.situation.meetings]
-        return start + [place for place in places if self.can_be(robot.name, place)]
-
-    def _goals(self, robot: RobotState) -> list[str]:
-        home = self.home(robot)
-        return [*self._targets(robot), *self.situation.meetings, *([] if home is None else [home])]
-
     def _drive(self, robot: RobotState, origin: str, goal: str) -> Action | None:
         travel = self.situation.travel(robot.type, origin, goal)
-        if travel is None or (goal in self._useless_from(robot, origin)):
+        rover, meetings = self.situation.type_by_name[robot.type].role is Role.ROVER, self.situation.meetings
+        # With one carrier, a rover at a meeting could have been set down at any other.
+        useless = rover and len(self.carriers) == 1 and origin in meetings and goal in meetings
+        if travel is None or useless:
             return None
         return Action(
             name=ActionName.EXPLORE if goal in self.situation.target_by_name else ActionName.MOVE,
@@ -113,12 +107,6 @@ class Vocabulary:
             origin=origin,
             place=goal,
         )
-
-    def _useless_from(self, robot: RobotState, origin: str) -> tuple[str, ...]:
-        """Return where not to drive: with one carrier, a rover at a meeting could have been set down at another."""
-        rover = self.situation.type_by_name[robot.type].role is Role.ROVER
-        meetings = self.situation.meetings
-        return meetings if rover and len(self.carriers) == 1 and origin in meetings else ()
 
 
 def _meet(name: ActionName, took_ms: int, rover: RobotState, carrier: RobotState, meeting: str) -> Action:

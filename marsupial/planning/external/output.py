@@ -15,20 +15,16 @@ from pathlib import Path
 
 from marsupial.errors import PlanTextError
 from marsupial.formats.pddl.plantext import read_plan_text
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Plan, Situation
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.timeline import retime
+from marsupial.wording import counted
 
-PLAN_PREFIX = "plan"
-"""Prefixes of plan files' names."""
-
-TAIL_BYTES = 2000
-"""Most of the last output kept."""
+PLAN_PREFIX = "plan"  # prefixes of plan files' names
+TAIL_BYTES = 2000  # most of the last output kept
 
 _LAST_LINES = 3
-_LINE_LETTERS = 240
-"""Most of the last output reported: characters of each line, and lines."""
+_LINE_LETTERS = 240  # most of the last output reported: characters of each line, and lines
 
 _COMPLAINT = re.compile(
     r"error|unknown|unrecogni[sz]ed|unsupported|invalid|fail|assert|no such|(?:can ?not|can't|could not) ",
@@ -36,9 +32,8 @@ _COMPLAINT = re.compile(
 )
 """Matches a line with the reason why there is no plan; some planners print all their options after it (POPF)."""
 
-_SCAN_S = 0.05
-_PLAN_BYTES = 4 << 20
-"""Most of one plan read."""
+_SCAN_S = 0.05  # least time between two looks into the folder: output may come in thousands of chunks
+_PLAN_BYTES = 4 << 20  # most of one plan read
 
 _LINE_BYTES = 1 << 16
 
@@ -53,10 +48,7 @@ _UNSOLVABLE = re.compile(
 
 
 def last_words(errors: bytes, printed: bytes) -> str:
-    """Return the end of stderr and stdout, to be put behind how the planner ended.
-
-    Of each the last lines, after the first that sounds like a complaint.
-    """
+    """Return the last lines of stderr and stdout, after the first that sounds like a complaint, as text."""
     parts = [" | ".join(_last_lines(text.decode(errors="replace"))) for text in (errors, printed) if text.strip()]
     return f", saying: {' || '.join(parts)}" if parts else ""
 
@@ -70,7 +62,6 @@ def _last_lines(text: str) -> list[str]:
 
 
 def _shown(line: str) -> str:
-    """Return a shortened line without control characters."""
     cut = line if len(line) <= _LINE_LETTERS else f"{line[:_LINE_LETTERS]}..."
     return "".join(letter if letter.isprintable() else "?" for letter in " ".join(cut.split()))
 
@@ -168,14 +159,12 @@ class PlanReader:
         self.faults: list[str] = []
 
     def better(self, texts: Iterable[str], *, complete: bool) -> Iterator[Plan]:
-        """Yield the plans that are better than all before; what is wrong counts only where texts are `complete`.
-
-        A text without steps is none: planners write such a file where they have found nothing.
-        """
+        """Yield the plans that are better than all before; what is wrong counts only where texts are `complete`."""
+        # A text without steps is none: planners write such a file where they have found nothing.
         for text in filter(None, texts):
             fault = ""
             try:
-                plan = self._read(text)
+                plan = retime(self._situation, read_plan_text(text, self._situation).actions)
                 if self.incumbent.take(plan):
                     self.accepted += 1
                     yield plan
@@ -186,11 +175,8 @@ class PlanReader:
             if fault and complete:
                 self.faults.append(fault)
 
-    def _read(self, text: str) -> Plan:
-        return retime(self._situation, read_plan_text(text, self._situation).actions)
-
     @property
     def summary(self) -> str:
         """The number of plans accepted, and why others were not."""
-        words = f"{self.accepted} plan{'' if self.accepted == 1 else 's'} accepted"
+        words = f"{counted(self.accepted, 'plan')} accepted"
         return f"{words}, {len(self.faults)} refused (first: {self.faults[0]})" if self.faults else words

@@ -14,10 +14,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from marsupial.errors import EngineUnavailable, UsageError
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Budget, EngineInfo, Finished, Improved, Objective, Outcome, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.external.encodings import SearchRequest
 from marsupial.planning.incumbent import Incumbent
@@ -29,8 +26,7 @@ from marsupial.wording import counted
 Search = Callable[..., Iterator[Plan | Finished]]
 """A module's generator function that takes a `SearchRequest` and yields every plan, and possibly how it ended."""
 
-Finder = Callable[[str], object | None]
-"""Finds a module without importing it, like `importlib.util.find_spec`."""
+Finder = Callable[[str], object | None]  # finds a module without importing it, like `importlib.util.find_spec`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,17 +39,7 @@ class Requirement:
 
 
 class ProcessEngine:
-    """An engine that searches in a child process.
-
-    Parameters
-    ----------
-    info
-        What it is; `missing` is found out here.
-    search
-        Takes a `SearchRequest`, yields every `Plan` it finds and may say at last how it `Finished`.
-    preload
-        What loads the libraries of the search, once for all of them.
-    """
+    """An engine whose generator `search` runs in a child process; `preload` loads its libraries once for all."""
 
     def __init__(
         self,
@@ -85,10 +71,7 @@ class ProcessEngine:
         return Events(run, _follow(request, run))
 
     def solve_here(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Events:
-        """Search in this process instead, which has to be limited and cleaned up already.
-
-        What the engine is missing shows as its search ends.
-        """
+        """Search in this process instead, which has to be limited and cleaned up already."""
         request = self._request(situation, budget, MAKESPAN, start)
         return _settled(request) or Events(None, _follow(request, _run_here(self.job(request))))
 
@@ -111,11 +94,9 @@ class Events:
         self._run, self._steps = run, steps
 
     def __iter__(self) -> Events:
-        """Return self."""
         return self
 
     def __next__(self) -> Improved | Finished:
-        """Wait for the next event."""
         return next(self._steps)
 
     def cancel(self) -> None:
@@ -167,30 +148,27 @@ def _missing(requirements: tuple[Requirement, ...], finder: Finder) -> str | Non
 
 def _settled(request: SearchRequest) -> Events | None:
     """Return the events where no search is needed."""
+    if request.start is not None:
+        return None
     events: list[Improved | Finished] = []
     nothing = Plan(actions=())
-    if request.start is None and check(request.situation, nothing).valid:
+    if check(request.situation, nothing).valid:
         done = Finished(outcome=Outcome.OPTIMAL, detail="there is nothing to do", lower_bound_ms=0)
         events = [Improved(plan=nothing, elapsed_s=0.0), done]
-    elif request.start is None and (proof := impossible(request.situation)) is not None:
+    elif (proof := impossible(request.situation)) is not None:
         events = [Finished(outcome=Outcome.UNSOLVABLE, detail=proof)]
     return Events(None, (event for event in events)) if events else None
 
 
-_OUTCOMES = {
-    Ending.CRASHED: Outcome.CRASHED,
-    Ending.KILLED: Outcome.KILLED,
-    Ending.CANCELLED: Outcome.KILLED,
-    Ending.MEMORY: Outcome.MEMORY,
-    Ending.TIMEOUT: Outcome.TIMEOUT,
-}
 _WITHOUT_PLAN = (Outcome.NO_PLAN, Outcome.TIMEOUT, Outcome.MEMORY)
 
 
 def _finished(ended: Ended, said: Finished, incumbent: Incumbent) -> Finished:
     outcome, detail = said.outcome, said.detail
     if ended.ending is not Ending.FINISHED:
-        outcome, detail = _OUTCOMES[ended.ending], _with_last_words(ended)
+        # All other endings have an outcome of the same name.
+        outcome = Outcome.KILLED if ended.ending is Ending.CANCELLED else Outcome(ended.ending.value)
+        detail = _with_last_words(ended)
     if incumbent.plan is not None and outcome in _WITHOUT_PLAN:
         outcome = Outcome.SATISFICING
     if incumbent.refused:

@@ -4,9 +4,7 @@ It knows flat types only and is slow with numbers, so its problem is written out
 propositions: no parameters, no static tables. The load of a carrier that could be overfull is counted by propositions,
 one per level. Since Tamer takes no metric, each plan found is followed by a search for one that is done a tenth sooner.
 
-References
-----------
-Valentini, Micheli, Cimatti: Temporal planning with intermediate conditions and effects. AAAI 2020.
+References: Valentini, Micheli, Cimatti: Temporal planning with intermediate conditions and effects. AAAI 2020.
 """
 
 from __future__ import annotations
@@ -15,9 +13,7 @@ from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.planning import EngineInfo, Finished, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import Action, ActionName, EngineInfo, Finished, Outcome, Plan, Situation
 from marsupial.planning.external.encodings import SearchRequest, Vocabulary
 from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
 from marsupial.planning.list_scheduling.timeline import retime
@@ -25,11 +21,8 @@ from marsupial.planning.list_scheduling.timeline import retime
 if TYPE_CHECKING:
     from unified_planning.model import DurativeAction, FNode, Problem
 
-WEIGHT = 0.9
-"""Weight of the heuristic in weighted A*; at 0.5 and below no plan comes in useful time."""
-
-SHRINK = 0.9
-"""Largest makespan of the next plan, as a share of the best one's."""
+WEIGHT = 0.9  # weight of the heuristic in weighted A*; at 0.5 and below no plan comes in useful time
+SHRINK = 0.9  # largest makespan of the next plan, as a share of the best one's
 
 INFO = EngineInfo(
     name="tamer",
@@ -88,13 +81,7 @@ def _ask(problem: Problem) -> list[str] | None:
 
 
 def encode(situation: Situation, within_ms: int | None = None) -> tuple[Problem, Mapping[str, Action]]:
-    """Return Tamer's problem and the meaning of each of its actions.
-
-    Parameters
-    ----------
-    within_ms
-        When the goal has to be reached at the latest.
-    """
+    """Return Tamer's problem, to be solved within `within_ms`, and the meaning of each of its actions."""
     writer = _TamerWriter(situation)
     for robot in situation.robots:
         for action in writer.words.drives(robot):

@@ -8,34 +8,11 @@ import pytest
 from situations import SOLVABLE, bring_them_home, in_flight, one_hall, one_room
 
 from marsupial.errors import SituationError
-from marsupial.formats.pddl.facts import FUNCTIONS, PREDICATES, SUPERTYPES, seconds
+from marsupial.formats.pddl.domain import FUNCTIONS, PREDICATES, SUPERTYPES
+from marsupial.formats.pddl.facts import seconds
 from marsupial.formats.pddl.sexpr import Form, parse_form
 from marsupial.formats.pddl.text import check_domain, domain_text, pddl_folder, problem_text
 from marsupial.model.situation import TargetInfo
-
-
-def _section(name: str) -> tuple[Form, ...]:
-    domain = parse_form(domain_text())
-    (section,) = (item for item in domain.items if isinstance(item, Form) and item.head == name)
-    return tuple(item for item in section.items[1:] if isinstance(item, Form))
-
-
-def _signature(form: Form) -> tuple[str, ...]:
-    kinds: list[str] = []
-    waiting = 0
-    words = iter(str(item) for item in form.items[1:])
-    for word in words:
-        if word == "-":
-            kinds += [next(words)] * waiting
-            waiting = 0
-        else:
-            waiting += 1
-    return tuple(kinds)
-
-
-def test_the_domain_declares_what_the_code_writes() -> None:
-    assert {form.head: _signature(form) for form in _section(":predicates")} == PREDICATES
-    assert {form.head: _signature(form) for form in _section(":functions")} == FUNCTIONS
 
 
 def test_the_domain_has_no_negative_condition_and_no_strict_comparison() -> None:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from marsupial.formats.pddl.facts import FUNCTIONS, PREDICATES, SUPERTYPES
+from marsupial.formats.pddl.domain import FUNCTIONS, PREDICATES, SUPERTYPES
 from marsupial.formats.pddl.names import RESERVED, decode_name, decode_type, encode_name, encode_type
 
 
