@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, TypeVar
 
 from marsupial.errors import UsageError
 from marsupial.strategies.frontier.view import FrontierView
@@ -37,7 +37,16 @@ class FrontierRule(Protocol):
         """
 
 
-def with_parameters(rule: type[FrontierRule], text: str) -> FrontierRule:
+class Parametrised(Protocol):
+    """A dataclass whose fields are the parameters of the strategy `name`."""
+
+    name: ClassVar[str]
+
+
+P = TypeVar("P", bound=Parametrised)
+
+
+def with_parameters(rule: type[P], text: str) -> P:
     """Return the rule with the values of a text like ``W_n=1/W_p=0.5``; the others are the paper's.
 
     Raises
