@@ -66,7 +66,10 @@ from marsupial.model.grid import UNKNOWN, Cell, Mask
 from marsupial.model.mission import (
     Cause,
     Changed,
+    DriveEnded,
+    DriveStarted,
     FrameGrown,
+    Interference,
     MissionEnded,
     Planned,
     Revealed,
@@ -81,6 +84,7 @@ from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.situation import SituationGoal
 from marsupial.model.strategy import Briefing, Decider, Decision, as_strategy, checked_decision
 from marsupial.model.world import News, World, energy_j
+from marsupial.paths.routes import steps_of
 from marsupial.planning.checker import check
 
 MAX_FRUITLESS = 5
@@ -97,6 +101,8 @@ class MissionOrder:
         Cells (height, width) that count as the area to explore; None if the true map is not known.
     homes
         The cell that each carrier has to return to; None for its start.
+    interference
+        Returns how robots got into each other's way; None if they share cells.
     waits
         Whether the mission waits, instead of ending, while robots stand where the known map does not allow it: if
         others make the map, it may be late or wrong.
@@ -107,6 +113,7 @@ class MissionOrder:
     planning_time: PlanningTime = PlanningTime.INSTANT
     reachable: Mask | None = None
     homes: Mapping[str, Cell] | None = None
+    interference: Callable[[], Interference] | None = None
     waits: bool = False
 
 
@@ -243,6 +250,11 @@ class MissionLoop:
             for name, indices in seen:
                 runs = runs_of(indices, self._raw_world.grid.cells.ravel())
                 self._observer.event(kind(t_ms=news.t_ms, robot=name, runs=runs))
+        for name, cells in news.passages:
+            if len(cells) == 1:
+                self._observer.event(DriveEnded(t_ms=news.t_ms, robot=name, cell=cells[0]))
+            else:
+                self._observer.event(DriveStarted(t_ms=news.t_ms, robot=name, cell=cells[0], steps=steps_of(cells)))
         self._rounds.update(news)
         self._executor.failed(name for name, _ in news.failed)
         for name, reason in news.lost:
@@ -448,6 +460,7 @@ class MissionLoop:
             aboard=tuple(r.name for r in robots if r.carrier is not None and r.name not in self._executor.under_way),
             remaining=self._replanning.remaining(status, f"still open when the mission ended: {reason}")
             + self._world.remaining(),
+            interference=None if self._order.interference is None else self._order.interference(),
         )
         self._observer.event(ended)
         return ended

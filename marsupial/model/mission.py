@@ -38,7 +38,10 @@ class PlacedRobot:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionStarted:
-    """First event: everything that is fixed for the mission; `width` and `height` in cells."""
+    """First event: everything that is fixed for the mission; `width` and `height` in cells.
+
+    `interference` says whether robots keep out of each other's footprints.
+    """
 
     t_ms: int
     scenario: str
@@ -53,6 +56,7 @@ class MissionStarted:
     types: tuple[RobotType, ...]
     robots: tuple[PlacedRobot, ...]
     goal: Goal
+    interference: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -225,10 +229,23 @@ class Remaining:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Interference:
+    """How often robots waited for others, how long in all, and how often they would have waited for ever.
+
+    Such a deadlock is resolved by a way around, or by a robot that makes room.
+    """
+
+    waits: int
+    waited_s: float
+    deadlocks: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MissionEnded:
     """Last event: the stop report and the metrics (docs/command-line.md defines them).
 
-    `exploration_ms` is when the last target disappeared, or None if targets are left.
+    `exploration_ms` is when the last target disappeared, or None if targets are left; `interference` is None if robots
+    share cells.
     """
 
     t_ms: int
@@ -246,6 +263,7 @@ class MissionEnded:
     plans_invalid: int
     aboard: tuple[str, ...]
     remaining: tuple[Remaining, ...]
+    interference: Interference | None = None
 
     @property
     def coverage(self) -> float:

@@ -48,6 +48,8 @@ class Scenario:
         Carriers first; each rover has a carrier or a start of its own.
     start_seed
         Seed for starts that are not fixed; None for the mission's seed.
+    interference
+        Whether robots keep out of each other's footprints; if not, they share cells and pass through each other.
     """
 
     name: str
@@ -58,6 +60,7 @@ class Scenario:
     limits: MissionLimits = MissionLimits()
     planning_time: PlanningTime = PlanningTime.INSTANT
     start_seed: int | None = None
+    interference: bool = False
 
     def type_of(self, member: TeamMember) -> RobotType:
         """Return the robot type of a team member."""

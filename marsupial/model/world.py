@@ -72,6 +72,9 @@ class News:
         where it was; after a failed undocking it is still aboard.
     lost
         (robot, reason) of the robots that failed for good.
+    passages
+        (robot, cells) of robots that wait for others, with the cell where they stand, and that go on or make room,
+        with their way from there, in order; only in worlds in which robots keep out of each other's footprints.
     partial
         Whether more news of the same moment may follow, as robots report one by one.
     """
@@ -83,6 +86,7 @@ class News:
     lost: tuple[tuple[str, str], ...] = ()
     changed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()
     moved: FrameShift | None = None
+    passages: tuple[tuple[str, tuple[Cell, ...]], ...] = ()
     partial: bool = False
 
 

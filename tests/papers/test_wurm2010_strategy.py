@@ -51,13 +51,19 @@ def test_no_other_plan_is_weighed_against_the_planners() -> None:
     assert ShortestPlan(FakeEngine(*found(slow)), BUDGET).decide(brief(situation)).plan == slow
 
 
-def test_the_previous_plan_is_kept_if_it_is_as_short_and_whole() -> None:
+def test_the_previous_plan_is_kept_if_it_is_as_short() -> None:
     situation, one, other = equals()
     engine = FakeEngine(*found(other))
     assert ShortestPlan(engine, BUDGET).decide(brief(situation, one)).plan == one
-    part = in_order(situation, "t1")
-    assert ShortestPlan(engine, BUDGET).decide(brief(situation, part)).plan == other
-    assert [start for _, _, start in engine.asked] == [one, None]
+    assert [start for _, _, start in engine.asked] == [one]
+
+
+def test_new_targets_are_added_to_the_previous_plan_which_gives_way_to_a_shorter_one() -> None:
+    situation = one_hall()
+    slow, fast = in_order(situation, "t2", "t1"), in_order(situation, "t1", "t2")
+    engine = FakeEngine(*found(fast))
+    assert ShortestPlan(engine, BUDGET).decide(brief(situation, in_order(situation, "t2"))).plan == fast
+    assert [start for _, _, start in engine.asked] == [slow]
 
 
 def test_targets_that_nobody_can_serve_are_left_out_of_the_problem() -> None:

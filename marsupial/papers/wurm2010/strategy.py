@@ -6,10 +6,11 @@ against the planner's. What `temporal` adds to this is in `marsupial.strategies.
 
 What the text leaves open
 -------------------------
-- Of plans that end at the same time, the previous one is kept if it still explores all targets.
+- Of plans that end at the same time, the previous one is kept; targets that are new are added to its end by list
+  scheduling. This is in the method's favour: made wholly anew each time, plans change their minds and take longer.
 - Targets that nobody can serve are left out of the problem, which would have no solution otherwise.
-- If the planner has no plan in time, or leaves targets out (big situations are split for some planners), the rest of
-  the previous plan, or of the planner's, is completed by list scheduling: robots never wait for a planner.
+- If the planner has no plan in time, the previous one is followed likewise: robots never wait for a planner. Targets
+  that the planner's plan leaves out (big situations are split for some planners) are added in the same way.
 - Once no target is left, the shortest plan is followed that recovers the rovers or brings the team home.
 
 References
@@ -45,7 +46,7 @@ class ShortestPlan(Strategy):
         listing, previous = Listing(briefing.situation), briefing.previous
         spare, unserved = listing.serve(previous)
         situation = without(briefing.situation, unserved)
-        kept = None if previous is None else shortest(situation, [(previous, unserved)])
+        kept = None if previous is None else shortest(situation, [(spare, unserved)])
         answer = self._planner.ask(situation, MAKESPAN, kept)
         found = completed(listing, kept, answer.plan) or [(spare, unserved)]
         plan, unserved = min(found, key=_rank)  # the first of equals: the previous plan
