@@ -38,7 +38,19 @@ import numpy as np
 
 from marsupial.maps.footprint import standable
 from marsupial.maps.territory import dock_range_cells
-from marsupial.model import Action, Cell, Grid, MapMeeting, Mask, News, PlacedRobot, RobotReport, RobotType, Role
+from marsupial.model import (
+    UNKNOWN,
+    Action,
+    Cell,
+    Grid,
+    MapMeeting,
+    Mask,
+    News,
+    PlacedRobot,
+    RobotReport,
+    RobotType,
+    Role,
+)
 from marsupial.model.mission import Interference
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import Route, passing_times_ms, route_length
@@ -125,6 +137,7 @@ class CrowdedWorld(SimulatedWorld):
         self._handovers: list[_Handover] = []
         self._docking: dict[str, Cell] = {}  # where rovers stand until they are aboard
         self._meetings: frozenset[tuple[str, str, Cell, Cell]] = frozenset()
+        self._standable: dict[str, tuple[int, Mask]] = {}  # by type: how many cells were known, and what follows
         self._passages: list[tuple[str, Route]] = []
         self._failed: list[tuple[str, str]] = []
         self._waits = self._waited_ms = self._deadlocks = 0
@@ -333,13 +346,13 @@ class CrowdedWorld(SimulatedWorld):
                     self._next_step(self._robots[name])
         for name, wait in list(self._blocked.items()):
             robot = self._robots[name]
-            if wait.since_ms is None:
+            if wait.since_ms is None and self._blocked.get(name) is wait:
                 wait.since_ms = self._now_ms
                 self._waits += 1
                 robot.odometer.arrive(self._now_ms)
                 self._passages.append((name, robot.route[robot.step : robot.step + 1]))
                 self._push(wait.look_ms, name, _WAKE)
-            elif wait.due(self._now_ms):
+            elif self._blocked.get(name) is wait and wait.due(self._now_ms):  # nobody else has sent it aside
                 self._push(wait.look_ms, name, _WAKE)
                 self._resolve(robot, self._now_ms - wait.since_ms)
 
@@ -374,14 +387,23 @@ class CrowdedWorld(SimulatedWorld):
     def _make_room(self, robot: SimulatedRobot, blockers: Sequence[SimulatedRobot]) -> bool:
         """Send one of the robots that block each other aside; return whether one can."""
         order = list(self._robots)
-        several = [robot, *blockers] if robot.activity is Activity.DRIVING else blockers
-        several = sorted(several, key=lambda one: (one.activity is Activity.DRIVING, -order.index(one.name)))
+        several = sorted((robot, *blockers), key=lambda one: (self._precedence(one), -order.index(one.name)))
         for pushing in (False, True):
             for one in several:
                 winner = blockers[0] if one is robot else robot
-                if self._drives(winner) and self._step_aside(one, winner, pushing=pushing):
+                asked = self._drives(winner) and self._precedence(one) <= self._precedence(winner)
+                if asked and self._step_aside(one, winner, pushing=pushing):
                     return True
         return False
+
+    def _precedence(self, robot: SimulatedRobot) -> int:
+        """Return 2 for a robot that is to dock now, 1 for one that drives, 0 for one that has nothing to do.
+
+        One that makes room for another one counts as that one.
+        """
+        if any(robot.name in (each.rover, each.carrier) for each in self._handovers):
+            return 2
+        return int(self._drives(robot))
 
     def _drives(self, robot: SimulatedRobot) -> bool:
         """Return whether a robot has a way to go, which it may be waiting for."""
@@ -413,7 +435,7 @@ class CrowdedWorld(SimulatedWorld):
         if errand.winner is None or self._now_ms >= errand.until_ms:
             return True
         winner = self._robots[errand.winner]
-        gone = winner.cell is None or winner.lost or winner.name in self._aside
+        gone = winner.cell is None or winner.lost or not self._drives(winner)
         apart = self._apart[robot.kind.name, winner.kind.name]
         return gone or all(math.dist(cell, errand.spot) >= apart for cell in self._way(winner)[1:])
 
@@ -431,7 +453,7 @@ class CrowdedWorld(SimulatedWorld):
 
     def _room(self, robot: SimulatedRobot, among: Iterable[SimulatedRobot] | None = None) -> Mask:
         """Return the mask of known cells on which a robot can stand clear of all others, or of those `among`."""
-        room = standable(self._grid, robot.kind)
+        room = self._ground(robot.kind).copy()
         for other in self._robots.values() if among is None else among:
             claim = self._claim(other)
             if other is not robot and claim is not None and not self._meet(robot, other):
@@ -441,7 +463,14 @@ class CrowdedWorld(SimulatedWorld):
         return room
 
     def _search(self, robot: SimulatedRobot) -> PathSearch:
-        return PathSearch(standable(self._grid, robot.kind), robot.kind.diagonal)
+        return PathSearch(self._ground(robot.kind), robot.kind.diagonal)
+
+    def _ground(self, kind: RobotType) -> Mask:
+        """Return the mask of known cells on which a robot of a type can stand, which stays as it is."""
+        known = int(np.count_nonzero(self._known != UNKNOWN))
+        if self._standable.get(kind.name, (0,))[0] != known:
+            self._standable[kind.name] = known, standable(self._grid, kind)
+        return self._standable[kind.name][1]
 
     # dockings
 
