@@ -229,9 +229,13 @@ class CrowdedWorld(WaitingWorld):
         return True
 
     def _make_room(self, robot: SimulatedRobot, blockers: Sequence[SimulatedRobot]) -> bool:
-        """Send one of the robots that block each other aside; return whether one can."""
+        """Send one of the robots that block each other aside; return whether one can.
+
+        Those in the way that make room already are left to do so.
+        """
         order = list(self._robots)
-        several = sorted((robot, *blockers), key=lambda one: (self._precedence(one), -order.index(one.name)))
+        able = [one for one in blockers if one.name not in self._aside or self._aside[one.name].arrived]
+        several = sorted((robot, *able), key=lambda one: (self._precedence(one), -order.index(one.name)))
         for pushing in (False, True):
             for one in several:
                 winner = blockers[0] if one is robot else robot

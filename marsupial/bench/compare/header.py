@@ -30,7 +30,13 @@ def header_of(comparison: Comparison) -> dict[str, Any]:
         "paper": comparison.paper,
         "contenders": [[contender.strategy, contender.planner] for contender in comparison.contenders],
         "cases": [
-            {"scenario": case.scenario, "carriers": case.carriers, "rovers": case.rovers, "digest": digest(scenario)}
+            {
+                "scenario": case.scenario,
+                "carriers": case.carriers,
+                "rovers": case.rovers,
+                **({"interference": True} if scenario.interference else {}),
+                "digest": digest(scenario),
+            }
             for case, scenario in comparison.scenarios.items()
         ],
         "runs": comparison.runs,

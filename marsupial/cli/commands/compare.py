@@ -11,6 +11,7 @@ from marsupial.cli.options import completing
 from marsupial.cli.options.late_help import STRATEGIES
 from marsupial.cli.options.shared import (
     COMPARE_STEPS,
+    KeepApart,
     Quiet,
     RayAddress,
     RetryFailed,
@@ -56,6 +57,7 @@ def compare(
     ] = None,
     budget: Annotated[float | None, typer.Option(help="Seconds per planning call instead, not reproducible.")] = None,
     routes: RouteChoice = None,
+    interference: KeepApart = False,
     time_limit: TimeLimit = None,
     workers: Workers = None,
     ray: RayAddress = None,
@@ -75,7 +77,7 @@ def compare(
     """
     from marsupial.bench.compare.plan import Comparison
     from marsupial.cli.work.compare_arguments import cases_of, contenders, numbers, warn_of_ignored
-    from marsupial.cli.work.missions import limits_of, routed
+    from marsupial.cli.work.missions import kept_apart, limits_of, routed
     from marsupial.errors import UsageError
     from marsupial.library.choices import budget_of
     from marsupial.model.bounds import BOUNDS
@@ -101,7 +103,10 @@ def compare(
         numbers(carriers, "--carriers", BOUNDS["carriers"]),
         numbers(rovers, "--rovers", BOUNDS["rovers_per_carrier"]),
     )
-    cases = {case: routed(scenario, routes) for case, scenario in cases_of(scenarios, *teams, limits).items()}
+    cases = {
+        case: kept_apart(routed(scenario, routes), interference)
+        for case, scenario in cases_of(scenarios, *teams, limits).items()
+    }
     from marsupial.cli.work import comparing  # takes a second: only now is it clear that it is needed
 
     comparison = Comparison(contenders=compared, scenarios=cases, runs=runs, budget=chosen)

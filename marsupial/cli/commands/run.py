@@ -9,7 +9,17 @@ import typer
 
 from marsupial.cli.options import completing
 from marsupial.cli.options.late_help import STRATEGIES
-from marsupial.cli.options.shared import Json, Planner, PlanningBudget, Quiet, RouteChoice, Seed, TimeLimit, Verbose
+from marsupial.cli.options.shared import (
+    Json,
+    KeepApart,
+    Planner,
+    PlanningBudget,
+    Quiet,
+    RouteChoice,
+    Seed,
+    TimeLimit,
+    Verbose,
+)
 from marsupial.cli.process.exit_codes import MISSION_CODES
 
 
@@ -37,6 +47,7 @@ def run(
         str | None, typer.Option(help="instant, or charged to the mission clock [default: the scenario's].")
     ] = None,
     routes: RouteChoice = None,
+    interference: KeepApart = False,
     time_limit: TimeLimit = None,
     server: Annotated[
         str | None,
@@ -63,6 +74,7 @@ def run(
         log=log,
         planning_time=planning_time,
         routes=routes,
+        interference=interference,
         time_limit_s=time_limit,
         server=server,
     )

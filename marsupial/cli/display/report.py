@@ -44,6 +44,10 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         "planning": ", ".join(f"{time} {shown[f'planning, {time}']}" for time in times),
         "analysis": shown["analysis"],
     }
+    if summary.interference is not None:
+        waits, deadlocks = summary.interference.waits, summary.interference.deadlocks
+        waited = f"{counted(waits, 'wait')}, {summary.interference.waited_s:.0f} s in all"
+        lines["interference"] = f"{waited}, {counted(deadlocks, 'deadlock')} resolved"
     return list(lines.items())
 
 
