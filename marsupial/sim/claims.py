@@ -19,7 +19,7 @@ from marsupial.model.mission import Interference
 from marsupial.paths.routes import Route
 from marsupial.sim.clearance import Claim, Clearance, gap
 from marsupial.sim.sensors import Sensor
-from marsupial.sim.world import Activity, SimulatedRobot, SimulatedWorld
+from marsupial.sim.world import RobotActivity, SimulatedRobot, SimulatedWorld
 
 PATIENCE_MS = 2_000
 """How long a robot waits before something is done about it; and then until it is looked after again."""
@@ -169,7 +169,7 @@ class WaitingWorld(SimulatedWorld):
         here = self._docking.get(robot.name) if robot.cell is None else robot.cell
         if here is None or robot.lost:
             return None
-        return here, robot.route[robot.step] if robot.activity is Activity.DRIVING else here
+        return here, robot.route[robot.step] if robot.activity is RobotActivity.DRIVING else here
 
     def _in_the_way(self, robot: SimulatedRobot, ahead: Cell) -> Iterator[SimulatedRobot]:
         """Yield the robots whose claims keep a robot from driving to a neighbouring cell, or from being set there."""
@@ -193,4 +193,4 @@ class WaitingWorld(SimulatedWorld):
 
     def _goal(self, robot: SimulatedRobot) -> Cell | None:
         """Return where a robot drives to, or else where it stands."""
-        return robot.route[-1] if robot.activity is Activity.DRIVING else robot.cell
+        return robot.route[-1] if robot.activity is RobotActivity.DRIVING else robot.cell

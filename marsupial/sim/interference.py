@@ -34,7 +34,7 @@ from marsupial.model import Cell, Grid, Mask, PlacedRobot, RobotReport, RobotTyp
 from marsupial.paths.routes import Route, passing_times_ms, route_length
 from marsupial.sim.claims import PATIENCE_MS, Wait, WaitingWorld
 from marsupial.sim.sensors import Sensor
-from marsupial.sim.world import Activity, SimulatedRobot
+from marsupial.sim.world import RobotActivity, SimulatedRobot
 
 DETOUR_M = 10.0
 """How much longer a way around may be than the way through: others are asked aside instead of longer ones."""
@@ -165,8 +165,8 @@ class CrowdedWorld(WaitingWorld):
     def _set_out(self, robot: SimulatedRobot, route: Route) -> None:
         """Send a standing robot another way than it was commanded."""
         self._stop_waiting(robot)
-        if robot.activity is not Activity.DRIVING:
-            robot.activity = Activity.DRIVING
+        if robot.activity is not RobotActivity.DRIVING:
+            robot.activity = RobotActivity.DRIVING
             robot.odometer.set_off(self._now_ms)
         times_ms = passing_times_ms(route, self._grid.resolution_m, robot.kind.speed_mps, robot.kind.diagonal)
         robot.route, robot.step, robot.times_ms = route, 0, self._now_ms + times_ms
@@ -185,7 +185,7 @@ class CrowdedWorld(WaitingWorld):
 
     def _way(self, robot: SimulatedRobot) -> tuple[Cell, ...]:
         """Return the cells that a robot is to pass."""
-        ahead = robot.route[robot.step :] if robot.activity is Activity.DRIVING else ()
+        ahead = robot.route[robot.step :] if robot.activity is RobotActivity.DRIVING else ()
         landings = [each.landing for each in self._handovers if robot.name == each.carrier and each.landing is not None]
         here = () if robot.cell is None else (robot.cell,)
         return (*here, *ahead, *landings)
@@ -255,7 +255,7 @@ class CrowdedWorld(WaitingWorld):
 
     def _drives(self, robot: SimulatedRobot) -> bool:
         """Return whether a robot has a way to go, which it may be waiting for."""
-        return robot.activity is Activity.DRIVING and robot.step < len(robot.route) - 1
+        return robot.activity is RobotActivity.DRIVING and robot.step < len(robot.route) - 1
 
     def _step_aside(self, robot: SimulatedRobot, winner: SimulatedRobot, *, pushing: bool) -> bool:
         """Send a robot to the nearest place off the way of another one; return whether there is one."""
@@ -264,7 +264,7 @@ class CrowdedWorld(WaitingWorld):
         route = self._clearance.refuge(robot.kind, robot.cell, room, self._way(winner), winner.kind)
         if route is None:
             return False
-        goal = self._goal(robot) if robot.activity is Activity.DRIVING else None
+        goal = self._goal(robot) if robot.activity is RobotActivity.DRIVING else None
         self._aside[robot.name] = _Aside(winner.name, robot.cell, goal, self._now_ms + LET_PASS_MS)
         self._wake(Wait(None, self._now_ms + LET_PASS_MS), robot.name)
         self._set_out(robot, route)
@@ -331,7 +331,7 @@ class CrowdedWorld(WaitingWorld):
 
     def _in_place(self, asked: _Handover, rover: SimulatedRobot, carrier: SimulatedRobot) -> bool:
         """Return whether both robots are free and near enough; who was asked aside is sent back if it is too far."""
-        if any(robot.activity is not Activity.NONE for robot in (rover, carrier)):
+        if any(robot.activity is not RobotActivity.NONE for robot in (rover, carrier)):
             return False
         at = rover.cell if asked.landing is None else asked.landing
         limit = dock_range_cells(carrier.kind, rover.kind, self._grid.resolution_m)

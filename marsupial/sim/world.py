@@ -27,7 +27,7 @@ from marsupial.paths.routes import passing_times_ms
 from marsupial.sim.sensors import Checked, FieldOfView, Sensor
 
 
-class Activity(StrEnum):
+class RobotActivity(StrEnum):
     """What a robot is doing."""
 
     NONE = "nothing"
@@ -44,7 +44,7 @@ class SimulatedRobot:
     kind: RobotType
     cell: Cell | None
     carrier: str | None
-    activity: Activity = Activity.NONE
+    activity: RobotActivity = RobotActivity.NONE
     free_at_ms: int = 0
     route: tuple[Cell, ...] = ()
     times_ms: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
@@ -135,7 +135,7 @@ class SimulatedWorld:
         mover = self._free(robot)
         if mover.cell is None or route[0] != mover.cell:
             raise InternalError(f"{robot} can't drive from {route[0]}: it is at {mover.cell}")
-        mover.activity = Activity.DRIVING
+        mover.activity = RobotActivity.DRIVING
         mover.route, mover.step = tuple(route), 0
         kind, resolution_m = mover.kind, self._grid.resolution_m
         times_ms = passing_times_ms(mover.route, resolution_m, kind.speed_mps, kind.diagonal)
@@ -145,7 +145,7 @@ class SimulatedWorld:
 
     def stop(self, robot: str) -> None:
         mover = self._robots[robot]
-        if mover.activity is Activity.DRIVING:
+        if mover.activity is RobotActivity.DRIVING:
             mover.route = mover.route[: mover.step + 1]
 
     def dock(self, rover: str, carrier: str) -> None:
@@ -155,14 +155,14 @@ class SimulatedWorld:
             raise InternalError(f"{rover} can't dock on {carrier}")
         guest.cell, guest.carrier = None, carrier
         guest.odometer.lift()
-        self._start(guest, host, Activity.DOCKING, guest.kind.dock_ms)
+        self._start(guest, host, RobotActivity.DOCKING, guest.kind.dock_ms)
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
         guest, host = self._free(rover), self._free(carrier)
         if guest.carrier != carrier:
             raise InternalError(f"{rover} is not on {carrier}")
         guest.cell, guest.carrier = cell, None
-        self._start(guest, host, Activity.UNDOCKING, guest.kind.undock_ms)
+        self._start(guest, host, RobotActivity.UNDOCKING, guest.kind.undock_ms)
 
     def advance(self, until_ms: int) -> News:
         while self._heap and self._heap[0][0] <= until_ms:
@@ -197,7 +197,7 @@ class SimulatedWorld:
 
     def _report(self, robot: SimulatedRobot) -> RobotReport:
         # a driving robot can stop at the next cell of its route at the earliest
-        driving = robot.activity is Activity.DRIVING
+        driving = robot.activity is RobotActivity.DRIVING
         return RobotReport(
             name=robot.name,
             type=robot.kind.name,
@@ -214,7 +214,7 @@ class SimulatedWorld:
 
     def _free(self, name: str) -> SimulatedRobot:
         robot = self._robots[name]
-        if robot.activity is not Activity.NONE or robot.lost:
+        if robot.activity is not RobotActivity.NONE or robot.lost:
             raise InternalError(f"{name} is not free: {'lost' if robot.lost else robot.activity}")
         return robot
 
@@ -226,7 +226,7 @@ class SimulatedWorld:
             robot.odometer.step(robot.route[before], robot.route[robot.step])
         self._push(int(robot.times_ms[robot.step]), robot.name, robot.due)
 
-    def _start(self, rover: SimulatedRobot, carrier: SimulatedRobot, activity: Activity, duration_ms: int) -> None:
+    def _start(self, rover: SimulatedRobot, carrier: SimulatedRobot, activity: RobotActivity, duration_ms: int) -> None:
         """Start a docking or undocking of both robots; its event is the rover's."""
         for robot, partner in ((rover, carrier), (carrier, rover)):
             robot.activity, robot.partner = activity, partner.name
@@ -236,9 +236,9 @@ class SimulatedWorld:
 
     def _step(self, robot: SimulatedRobot) -> bool:
         """Process the event of a robot; return whether its command has ended."""
-        if robot.activity is Activity.NONE:
+        if robot.activity is RobotActivity.NONE:
             return False
-        if robot.activity is not Activity.DRIVING:
+        if robot.activity is not RobotActivity.DRIVING:
             return True
         there = robot.route[robot.step]
         if robot.cell is not None and there != robot.cell:
@@ -255,7 +255,7 @@ class SimulatedWorld:
         for name in (robot.name, robot.partner):
             if name is not None:
                 one = self._robots[name]
-                one.activity, one.partner, one.route, one.step = Activity.NONE, None, (), 0
+                one.activity, one.partner, one.route, one.step = RobotActivity.NONE, None, (), 0
                 one.free_at_ms = self._now_ms
 
     def _lose(self, robot: SimulatedRobot) -> list[tuple[str, str]]:
