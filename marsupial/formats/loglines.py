@@ -59,6 +59,7 @@ EVENTS: dict[str, type[m.MissionEvent]] = {
 """The event class of each line's `event`."""
 
 _VERSIONS = {"mission": VERSION, "change": CHANGES_VERSION, "frame": CHANGES_VERSION}
+_LEFT_OUT = "interference"  # a field that lines lack where robots share cells
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
 _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone
 
@@ -99,6 +100,8 @@ class LogEncoder:
             return self._looks([event], version=CHANGES_VERSION)
         head: dict[str, Any] = {"event": _TAGS[type(event)]}
         values = _object(event)
+        if not values.get(_LEFT_OUT, True):
+            del values[_LEFT_OUT]
         if isinstance(event, m.MissionStarted | m.FrameGrown):
             # Names of places hold cell numbers: in another frame, the parts of the last plan have other names.
             self._width, self._before = event.width, {}

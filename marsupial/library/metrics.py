@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from marsupial.model import MissionEnded, PlanningReport, Remaining, Role, Scenario, Status
+from marsupial.model import Interference, MissionEnded, PlanningReport, Remaining, Role, Scenario, Status
 from marsupial.wording import clock
 
 
@@ -121,7 +121,7 @@ class PlanningTimes:
 
 AS_ENDED = (
     "status", "reason", "coverage", "explored_area_m2", "reachable_area_m2", "replans", "plans_valid", "plans_invalid",
-    "deployments", "retrievals", "aboard", "remaining",
+    "deployments", "retrievals", "aboard", "remaining", "interference",
 )  # fmt: skip
 """The fields that a summary copies from a mission's last event."""
 
@@ -187,6 +187,7 @@ class Summary:
     retrievals: int = _metric("retrievals", "", "dockings that were carried out")
     aboard: tuple[str, ...] = _metric("aboard", "", "rovers aboard at the end")
     remaining: tuple[Remaining, ...] = _metric("remaining", "", "frontiers left at the end, each with its reason")
+    interference: Interference | None = None
     log: Path | None = None
     wall_s: float = _metric("wall-clock time", "s", "wall-clock time of the whole mission", decimals=4)
 

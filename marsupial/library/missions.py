@@ -15,7 +15,9 @@ from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
 from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, PlanningTime, Scenario
+from marsupial.model.mission import MissionEvent, Planned
 from marsupial.model.strategy import Decider, PlanningReport
+from marsupial.sim.interference import CrowdedWorld
 from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies import registry
@@ -60,15 +62,23 @@ def simulate(
     if decider is None and sensor is not None:
         raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
     reports = _Reports()
-    watcher = Observers([reports] if observer is None else [reports, observer])
+    crowded = CrowdedWorld(scenario.grid, kinds, robots, sensor=sensor) if scenario.interference else None
+    told = [] if crowded is None else [_PlanTeller(crowded)]
+    watcher = Observers([reports, *told, *([] if observer is None else [observer])])
     started = _started(scenario, robots, strategy, planner, seed)
     reachable = reachable_area(scenario, robots)
     watcher.reachable(reachable)
     watcher.event(started)
-    world = SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
+    world = crowded or SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
     # The clairvoyant is a yardstick for strategies, not a planner for robots: its planning costs no mission time.
     charged = PlanningTime.INSTANT if decider is None else scenario.planning_time
-    order = MissionOrder(goal=scenario.goal, limits=scenario.limits, planning_time=charged, reachable=reachable)
+    order = MissionOrder(
+        goal=scenario.goal,
+        limits=scenario.limits,
+        planning_time=charged,
+        reachable=reachable,
+        interference=None if crowded is None else crowded.interference,
+    )
     if decider is None:
         from marsupial.strategies.clairvoyant.strategy import Clairvoyant  # imports a planner that others may not need
 
@@ -108,6 +118,17 @@ class _Reports(Observer):
         self.reports.append(report)
 
 
+class _PlanTeller(Observer):
+    """Tells a world who is to dock with whom in the plan in force."""
+
+    def __init__(self, world: CrowdedWorld) -> None:
+        self._world = world
+
+    def event(self, event: MissionEvent) -> None:
+        if isinstance(event, Planned):
+            self._world.plan(event.meetings, event.actions)
+
+
 def _started(
     scenario: Scenario, robots: tuple[PlacedRobot, ...], strategy: str | Decider, planner: str | Engine, seed: int
 ) -> MissionStarted:
@@ -126,4 +147,5 @@ def _started(
         types=scenario.robot_types,
         robots=robots,
         goal=scenario.goal,
+        interference=scenario.interference,
     )

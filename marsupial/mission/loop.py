@@ -67,6 +67,7 @@ from marsupial.model.mission import Cause, Status, Trigger, Triggers
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.strategy import Briefing, Decider, Decision, as_strategy, checked_decision
 from marsupial.model.world import News, World, energy_j
+from marsupial.paths.routes import steps_of
 from marsupial.planning.checker import check
 
 MAX_FRUITLESS = 5  # replannings without effect at one moment; the next one ends the mission as stalled
@@ -82,6 +83,8 @@ class MissionOrder:
     # cells (height, width) that count as the area to explore; None if the true map is not known
     reachable: Mask | None = None
     homes: Mapping[str, Cell] | None = None  # the cell that each carrier has to return to; None for its start
+    # returns how robots got into each other's way; None if they share cells
+    interference: Callable[[], log.Interference] | None = None
     # whether the mission waits, instead of ending, while robots stand where the known map does not allow it: if others
     # make the map, it may be late or wrong
     waits: bool = False
@@ -214,6 +217,11 @@ class MissionLoop:
             for name, indices in seen:
                 runs = runs_of(indices, self._raw_world.grid.cells.ravel())
                 self._observer.event(kind(t_ms=news.t_ms, robot=name, runs=runs))
+        for name, cells in news.passages:
+            if len(cells) == 1:
+                self._observer.event(log.DriveEnded(t_ms=news.t_ms, robot=name, cell=cells[0]))
+            else:
+                self._observer.event(log.DriveStarted(t_ms=news.t_ms, robot=name, cell=cells[0], steps=steps_of(cells)))
         self._rounds.update(news)
         self._executor.failed(name for name, _ in news.failed)
         for name, reason in news.lost:
@@ -414,6 +422,7 @@ class MissionLoop:
             aboard=tuple(r.name for r in robots if r.carrier is not None and r.name not in self._executor.under_way),
             remaining=self._replanning.remaining(status, f"still open when the mission ended: {reason}")
             + self._world.remaining(),
+            interference=None if self._order.interference is None else self._order.interference(),
         )
         self._observer.event(ended)
         return ended

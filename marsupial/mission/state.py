@@ -161,7 +161,9 @@ class MissionTracker(Observer):
             self._change(action.robot, replace(track, where=track.where.ended(action.name, event.end)))
 
     def _place(self, name: str, leg: Leg, heading: int | None) -> None:
-        self._change(name, replace(self.tracks[name], where=Whereabouts(leg), heading=heading))
+        # a rover may drive on to where it docks after its docking was begun
+        where = Whereabouts(leg, self.tracks[name].where.carrier)
+        self._change(name, replace(self.tracks[name], where=where, heading=heading))
 
     def _change(self, name: str, track: Track) -> None:
         # copy: playback keeps the mappings of all moments

@@ -39,7 +39,10 @@ class PlacedRobot:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionStarted:
-    """First event: everything that is fixed for the mission; `width` and `height` in cells."""
+    """First event: everything that is fixed for the mission; `width` and `height` in cells.
+
+    `interference` says whether robots keep out of each other's footprints.
+    """
 
     t_ms: int
     scenario: str
@@ -54,6 +57,7 @@ class MissionStarted:
     types: tuple[RobotType, ...]
     robots: tuple[PlacedRobot, ...]
     goal: Goal
+    interference: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -223,8 +227,24 @@ class Remaining:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Interference:
+    """How often robots waited for others, how long in all, and how often they would have waited for ever.
+
+    Such a deadlock is resolved by a way around, or by a robot that makes room.
+    """
+
+    waits: int
+    waited_s: float
+    deadlocks: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MissionEnded:
-    """Last event: the stop report and the metrics (docs/command-line.md defines them)."""
+    """Last event: the stop report and the metrics (docs/command-line.md defines them).
+
+    `exploration_ms` is when the last target disappeared, or None if targets are left; `interference` is None if robots
+    share cells.
+    """
 
     t_ms: int
     status: Status
@@ -241,6 +261,7 @@ class MissionEnded:
     plans_invalid: int
     aboard: tuple[str, ...]
     remaining: tuple[Remaining, ...]
+    interference: Interference | None = None
 
     @property
     def coverage(self) -> float:

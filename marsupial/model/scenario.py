@@ -48,6 +48,7 @@ class Scenario:
     limits: MissionLimits = MissionLimits()
     planning_time: PlanningTime = PlanningTime.INSTANT
     start_seed: int | None = None  #: seed for starts that are not fixed; None for the mission's seed
+    interference: bool = False  #: whether robots keep out of each other's footprints; if not, they share cells
 
     def type_of(self, member: TeamMember) -> RobotType:
         """Return the robot type of a team member."""

@@ -59,6 +59,9 @@ class News:
     changed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()
     # how the frame of the map grew, or None. The world then has a new grid; all indices refer to the new frame.
     moved: FrameShift | None = None
+    #: (robot, cells) of robots that wait for others, with the cell where they stand, and that go on or make room, with
+    #: their way from there, in order; only in worlds in which robots keep out of each other's footprints
+    passages: tuple[tuple[str, tuple[Cell, ...]], ...] = ()
     partial: bool = False  # whether more news of the same moment may follow, as robots report one by one
 
 

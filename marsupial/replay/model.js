@@ -100,12 +100,12 @@ export class Mission {
   on_drive(line) {
     const robot = this.byName.get(line.robot), heading = along(robot.legs.last, line.t_ms).heading;
     const at = driving(line.t_ms, this.cell(line.cell), line.steps, this.resolution, robot.kind, heading);
-    this.put(robot, line.t_ms, { at, carrier: null, left: null });
+    this.put(robot, line.t_ms, { at, carrier: robot.where.carrier, left: null });
   }
 
   on_stand(line) {
     const robot = this.byName.get(line.robot), heading = along(robot.legs.last, line.t_ms).heading;
-    this.put(robot, line.t_ms, { at: standing(this.cell(line.cell), heading), carrier: null, left: null });
+    this.put(robot, line.t_ms, { at: standing(this.cell(line.cell), heading), carrier: robot.where.carrier, left: null });
   }
 
   on_plan(line) {

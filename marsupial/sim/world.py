@@ -26,7 +26,9 @@ from marsupial.paths.routes import Odometer, passing_times_ms
 from marsupial.sim.sensors import Checked, FieldOfView, Sensor
 
 
-class _Activity(StrEnum):
+class RobotActivity(StrEnum):
+    """What a robot is doing."""
+
     NONE = "nothing"
     DRIVING = "driving"
     DOCKING = "docking"
@@ -34,12 +36,14 @@ class _Activity(StrEnum):
 
 
 @dataclass(slots=True)
-class _SimulatedRobot:
+class SimulatedRobot:
+    """A robot as the simulator knows it."""
+
     name: str
     kind: RobotType
     cell: Cell | None
     carrier: str | None
-    activity: _Activity = _Activity.NONE
+    activity: RobotActivity = RobotActivity.NONE
     free_at_ms: int = 0
     route: tuple[Cell, ...] = ()
     times_ms: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
@@ -80,7 +84,7 @@ class SimulatedWorld:
         self._sensed: set[tuple[str, Cell]] = set()
         self._contact = {k.name: Contact(k, truth.resolution_m) for k in kinds.values()}
         self._robots = {
-            r.name: _SimulatedRobot(name=r.name, kind=kinds[r.type], cell=r.cell, carrier=r.carrier) for r in robots
+            r.name: SimulatedRobot(name=r.name, kind=kinds[r.type], cell=r.cell, carrier=r.carrier) for r in robots
         }
         self._now_ms = 0
         self._heap: list[tuple[int, int, str, int]] = []
@@ -116,7 +120,7 @@ class SimulatedWorld:
         mover = self._free(robot)
         if mover.cell is None or route[0] != mover.cell:
             raise InternalError(f"{robot} can't drive from {route[0]}: it is at {mover.cell}")
-        mover.activity = _Activity.DRIVING
+        mover.activity = RobotActivity.DRIVING
         mover.route, mover.step = tuple(route), 0
         kind, resolution_m = mover.kind, self._grid.resolution_m
         times_ms = passing_times_ms(mover.route, resolution_m, kind.speed_mps, kind.diagonal)
@@ -126,7 +130,7 @@ class SimulatedWorld:
 
     def stop(self, robot: str) -> None:
         mover = self._robots[robot]
-        if mover.activity is _Activity.DRIVING:
+        if mover.activity is RobotActivity.DRIVING:
             mover.route = mover.route[: mover.step + 1]
 
     def dock(self, rover: str, carrier: str) -> None:
@@ -136,42 +140,49 @@ class SimulatedWorld:
             raise InternalError(f"{rover} can't dock on {carrier}")
         guest.cell, guest.carrier = None, carrier
         guest.odometer.lift()
-        self._start(guest, host, _Activity.DOCKING, guest.kind.dock_ms)
+        self._start(guest, host, RobotActivity.DOCKING, guest.kind.dock_ms)
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
         guest, host = self._free(rover), self._free(carrier)
         if guest.carrier != carrier:
             raise InternalError(f"{rover} is not on {carrier}")
         guest.cell, guest.carrier = cell, None
-        self._start(guest, host, _Activity.UNDOCKING, guest.kind.undock_ms)
+        self._start(guest, host, RobotActivity.UNDOCKING, guest.kind.undock_ms)
 
     def advance(self, until_ms: int) -> News:
         while self._heap and self._heap[0][0] <= until_ms:
-            self._now_ms = self._heap[0][0]
-            revealed: list[tuple[str, Ints]] = []
-            finished: list[str] = []
-            lost: list[tuple[str, str]] = []
-            while self._heap and self._heap[0][0] == self._now_ms:
-                _, _, name, number = heapq.heappop(self._heap)
-                robot = self._robots[name]
-                if number == _LOSS:
-                    lost += self._lose(robot)
-                elif number == robot.due and not robot.lost:
-                    if self._step(robot):
-                        finished += [name] if robot.partner is None else sorted((name, robot.partner))
-                        self._end_command(robot)
-                    if robot.cell is not None:  # it passed a cell, or was just set down on one
-                        seen = self._sense(robot, robot.cell)
-                        if len(seen):
-                            revealed.append((name, seen))
-            if revealed or finished or lost:
-                return News(t_ms=self._now_ms, revealed=tuple(revealed), finished=tuple(finished), lost=tuple(lost))
+            news = self._next_moment()
+            if news is not None:
+                return news
         self._now_ms = max(self._now_ms, until_ms)
         return News(t_ms=self._now_ms)
 
-    def _report(self, robot: _SimulatedRobot) -> RobotReport:
+    def _next_moment(self) -> News | None:
+        """Let time pass to the next events, and process them; return the news of that moment, None if there is none."""
+        self._now_ms = self._heap[0][0]
+        revealed: list[tuple[str, Ints]] = []
+        finished: list[str] = []
+        lost: list[tuple[str, str]] = []
+        while self._heap and self._heap[0][0] == self._now_ms:
+            _, _, name, number = heapq.heappop(self._heap)
+            robot = self._robots[name]
+            if number == _LOSS:
+                lost += self._lose(robot)
+            elif number == robot.due and not robot.lost:
+                if self._step(robot):
+                    finished += [name] if robot.partner is None else sorted((name, robot.partner))
+                    self._end_command(robot)
+                if robot.cell is not None:  # it passed a cell, or was just set down on one
+                    seen = self._sense(robot, robot.cell)
+                    if len(seen):
+                        revealed.append((name, seen))
+        if not revealed and not finished and not lost:
+            return None
+        return News(t_ms=self._now_ms, revealed=tuple(revealed), finished=tuple(finished), lost=tuple(lost))
+
+    def _report(self, robot: SimulatedRobot) -> RobotReport:
         # a driving robot can stop at the next cell of its route at the earliest
-        driving = robot.activity is _Activity.DRIVING
+        driving = robot.activity is RobotActivity.DRIVING
         return RobotReport(
             name=robot.name,
             type=robot.kind.name,
@@ -186,13 +197,13 @@ class SimulatedWorld:
         self._count += 1
         heapq.heappush(self._heap, (t_ms, self._count, name, number))
 
-    def _free(self, name: str) -> _SimulatedRobot:
+    def _free(self, name: str) -> SimulatedRobot:
         robot = self._robots[name]
-        if robot.activity is not _Activity.NONE or robot.lost:
+        if robot.activity is not RobotActivity.NONE or robot.lost:
             raise InternalError(f"{name} is not free: {'lost' if robot.lost else robot.activity}")
         return robot
 
-    def _next_step(self, robot: _SimulatedRobot) -> None:
+    def _next_step(self, robot: SimulatedRobot) -> None:
         robot.due += 1
         # the route may have one cell only: a drive to where the robot stands ends at once
         before, robot.step = robot.step, min(robot.step + 1, len(robot.route) - 1)
@@ -200,7 +211,7 @@ class SimulatedWorld:
             robot.odometer.step(robot.route[before], robot.route[robot.step])
         self._push(int(robot.times_ms[robot.step]), robot.name, robot.due)
 
-    def _start(self, rover: _SimulatedRobot, carrier: _SimulatedRobot, activity: _Activity, duration_ms: int) -> None:
+    def _start(self, rover: SimulatedRobot, carrier: SimulatedRobot, activity: RobotActivity, duration_ms: int) -> None:
         """Start a docking or undocking of both robots; its event is the rover's."""
         for robot, partner in ((rover, carrier), (carrier, rover)):
             robot.activity, robot.partner = activity, partner.name
@@ -208,11 +219,11 @@ class SimulatedWorld:
             robot.due += 1
         self._push(rover.free_at_ms, rover.name, rover.due)
 
-    def _step(self, robot: _SimulatedRobot) -> bool:
+    def _step(self, robot: SimulatedRobot) -> bool:
         """Process the event of a robot; return whether its command has ended."""
-        if robot.activity is _Activity.NONE:
+        if robot.activity is RobotActivity.NONE:
             return False
-        if robot.activity is not _Activity.DRIVING:
+        if robot.activity is not RobotActivity.DRIVING:
             return True
         there = robot.route[robot.step]
         if robot.cell is not None and there != robot.cell:
@@ -225,14 +236,14 @@ class SimulatedWorld:
         self._next_step(robot)
         return False
 
-    def _end_command(self, robot: _SimulatedRobot) -> None:
+    def _end_command(self, robot: SimulatedRobot) -> None:
         for name in (robot.name, robot.partner):
             if name is not None:
                 one = self._robots[name]
-                one.activity, one.partner, one.route, one.step = _Activity.NONE, None, (), 0
+                one.activity, one.partner, one.route, one.step = RobotActivity.NONE, None, (), 0
                 one.free_at_ms = self._now_ms
 
-    def _lose(self, robot: _SimulatedRobot) -> list[tuple[str, str]]:
+    def _lose(self, robot: SimulatedRobot) -> list[tuple[str, str]]:
         """Mark `robot` as lost, with all rovers aboard; a lost rover takes up no place aboard."""
         if robot.lost:
             return []
@@ -250,7 +261,7 @@ class SimulatedWorld:
                 news.append((other.name, f"aboard {robot.name}, which failed"))
         return news
 
-    def _sense(self, robot: _SimulatedRobot, cell: Cell) -> Ints:
+    def _sense(self, robot: SimulatedRobot, cell: Cell) -> Ints:
         """Reveal what `robot` sees from `cell`; return the row-major indices of the new cells."""
         if self._exact:  # a second look by the same type from the same cell reveals nothing
             if (robot.kind.name, cell) in self._sensed:

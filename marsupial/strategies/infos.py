@@ -24,6 +24,13 @@ OWN = (
         name="temporal",
         summary="asks a planner for concurrent plans, for known and guessed targets",
         asks_planner=True,
+        parameters={"guess": 1.0, "price": 1.0, "choice": 1.0},
+        source=f"marsupial's own, after {WURM_2010}",
+    ),
+    StrategyInfo(
+        name="wurm2010",
+        summary="the paper's method: the planner's shortest plan for the known targets",
+        asks_planner=True,
         source=WURM_2010,
     ),
     StrategyInfo(

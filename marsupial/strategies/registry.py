@@ -42,11 +42,23 @@ def frontier_rule(name: str) -> type[FrontierRule]:
     return rule
 
 
-def _temporal(planner: str | Engine, budget: Budget) -> Decider:
+def _temporal(planner: str | Engine, budget: Budget, name: str = "temporal") -> Decider:
     from marsupial.planning.engines import mission_engine
-    from marsupial.strategies.temporal import Temporal
+    from marsupial.strategies.frontier.rule import with_parameters
+    from marsupial.strategies.temporal import Temporal, TemporalParts
 
-    return Temporal(mission_engine(planner, budget), budget)
+    _, given, parameters = name.partition("/")
+    parts = with_parameters(TemporalParts, parameters) if given else None
+    return Temporal(mission_engine(planner, budget), budget, parts, name)
+
+
+def _wurm2010(planner: str | Engine, budget: Budget) -> Decider:
+    from marsupial.planning.engines import mission_engine
+
+    made: Decider = resolve_name("marsupial.papers.wurm2010.strategy:ShortestPlan")(
+        mission_engine(planner, budget), budget
+    )
+    return made
 
 
 def _without_planner(target: str, planner: str | Engine, budget: Budget) -> Decider:
@@ -62,6 +74,7 @@ def _frontier(rule: str, planner: str | Engine, budget: Budget) -> Decider:
 
 STRATEGIES: Mapping[str, Callable[[str | Engine, Budget], Decider]] = {
     "temporal": _temporal,
+    "wurm2010": _wurm2010,
     "heuristic": partial(_without_planner, "marsupial.strategies.heuristic:Heuristic"),
     "heuristic-plus": partial(_without_planner, "marsupial.strategies.heuristic_plus:HeuristicPlus"),
     "assignment": partial(_without_planner, "marsupial.strategies.one_step:OneStep"),
@@ -99,8 +112,9 @@ def asks_planner(name: str) -> bool:
     EngineUnavailable
         If the strategy belongs to an installed package and can't be loaded.
     """
-    if name in STRATEGIES:
-        return name in PLANNING_STRATEGIES
+    base = name.split("/")[0]
+    if base in STRATEGIES:
+        return base in PLANNING_STRATEGIES
     found = _extension(name)
     return found is not None and _asks(_loaded(found))
 
@@ -108,7 +122,7 @@ def asks_planner(name: str) -> bool:
 def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Decider:
     """Return a new strategy by its name; strategies that ask no planner ignore `planner` and `budget`.
 
-    Values of a paper's parameters may follow the name: ``bidding/W_n=1/W_p=0.5``.
+    Values of parameters may follow the name: ``bidding/W_n=1/W_p=0.5``.
 
     The object that an installed package's entry point names is called without arguments, or with engine and budget if
     it has a true attribute `asks_planner`.
@@ -128,6 +142,8 @@ def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Decider:
         from marsupial.strategies.frontier.rule import with_parameters
 
         return FrontierStrategy(with_parameters(frontier_rule(base), parameters), name)
+    if base == "temporal":
+        return _temporal(planner, budget, name)
     found = _extension(name)
     if found is None:
         raise UsageError(unknown_name("strategy", name, strategy_names()))

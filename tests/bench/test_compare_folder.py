@@ -140,6 +140,10 @@ def test_a_folder_can_grow_and_what_is_done_is_not_done_again(tmp_path: Path, gr
             ),
             "cases: another map, team or goal under the same name: lobby 1x1",
         ),
+        (
+            lambda c: replace(c, scenarios={k: replace(s, interference=True) for k, s in c.scenarios.items()}),
+            "cases: another map, team or goal under the same name: lobby 1x1",
+        ),
     ],
 )
 def test_a_folder_is_not_gone_on_with_by_another_comparison(tmp_path: Path, change, message: str) -> None:

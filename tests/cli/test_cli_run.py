@@ -126,6 +126,29 @@ def test_without_a_planner_named_auto_plans_and_its_steps_are_reproducible_too(
     assert logs[0].read_bytes() == logs[1].read_bytes()
 
 
+def test_interference_is_counted_in_the_summary_and_stands_in_the_log(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    team = ("lobby", *QUICK, "--carriers", "6", "--seed", "2")
+    for given in (True, False):
+        log = tmp_path / f"{given}.jsonl"
+        code, summary, _ = run_json(capsys, *team, "--log", str(log), *(("--interference",) if given else ()))
+        lines = log.read_text().splitlines()
+        assert code == 0
+        assert (summary["interference"] is not None) is given
+        assert json.loads(lines[0]).get("interference", False) is given
+        assert json.loads(lines[-1]).get("interference") == summary["interference"]
+        assert ("interference" in log.read_text()) is given
+    assert main(["run", *team, "--interference"]) == 0
+    assert re.search(r"interference +\d+ waits?, \d+ s in all, \d+ deadlocks? resolved", capsys.readouterr().out)
+
+
+def test_a_service_takes_no_interference(capsys: pytest.CaptureFixture[str]) -> None:
+    code, errors = refused(capsys, "lobby", "--interference", "--server", "http://127.0.0.1:9")
+    assert code == 2
+    assert "robots of a service share cells" in errors
+
+
 def test_a_bare_map_is_a_scenario(capsys: pytest.CaptureFixture[str], room: Path) -> None:
     code, summary, _ = run_json(capsys, str(room), *QUICK, "--carriers", "1", "--rovers", "0")
     assert (code, summary["scenario"], summary["coverage"]) == (0, "room", 1.0)

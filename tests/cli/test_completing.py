@@ -67,4 +67,4 @@ def test_the_help_of_options_that_zsh_shows_is_whole(tmp_path: Path) -> None:
     told = {"_MARSUPIAL_COMPLETE": "complete_zsh", "_TYPER_COMPLETE_ARGS": "marsupial run office --st"}
     command = [sys.executable, "-m", "marsupial"]
     done = subprocess.run(command, capture_output=True, text=True, check=True, env={**os.environ, **told})
-    assert '"--strategy":"temporal, heuristic' in done.stdout
+    assert '"--strategy":"temporal, wurm2010, heuristic' in done.stdout

@@ -35,7 +35,8 @@ def paper_outcome(paper: Comparison, *, saved_s: float = 10.0, runs: int = 5, be
 
 
 def test_the_paper_s_experiment_has_its_teams_and_robots(paper: Comparison) -> None:
-    assert len(list(paper.trials())) == 2 * 36 * 5
+    assert len(list(paper.trials())) == 3 * 36 * 5
+    assert [one.strategy for one in paper.contenders] == ["temporal", "wurm2010", "heuristic"]
     assert {case.scenario for case in paper.scenarios} == {"office", "maze"}
     for scenario in paper.scenarios.values():
         carrier, rover = scenario.robot_types

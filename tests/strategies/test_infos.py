@@ -12,6 +12,7 @@ from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
 from marsupial.strategies.infos import ONE_ROBOT, OWN, WITHOUT_ROVERS
 from marsupial.strategies.registry import RULES, STRATEGIES, check_suits, frontier_rule, strategy
+from marsupial.strategies.temporal import TemporalParts
 
 TEAMS = {
     (Role.CARRIER,): ("any", WITHOUT_ROVERS, ONE_ROBOT),
@@ -38,8 +39,8 @@ def test_the_team_is_the_one_that_the_strategy_leads(info) -> None:  # type: ign
 
 
 @pytest.mark.parametrize("info", OWN, ids=lambda info: info.name)
-def test_the_parameters_are_those_of_the_rule(info) -> None:  # type: ignore[no-untyped-def]
-    rule = frontier_rule(info.name) if info.name in RULES else None
+def test_the_parameters_are_those_of_the_strategy(info) -> None:  # type: ignore[no-untyped-def]
+    rule = frontier_rule(info.name) if info.name in RULES else TemporalParts if info.name == "temporal" else None
     known = () if rule is None else [each for each in fields(rule) if each.init]  # type: ignore[arg-type]
     assert {name: math.inf if value is None else value for name, value in info.parameters.items()} == {
         each.name: each.default for each in known

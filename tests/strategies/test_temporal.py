@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import pytest
+from fake_engines import FakeEngine, WithPrices, brief, found, in_order
 from hypothesis import given, settings
 from situations import (
     carrier,
@@ -20,45 +21,21 @@ from situations import (
     two_rooms,
 )
 
-from marsupial.errors import EngineUnavailable
+from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation, SituationGoal
 from marsupial.model.strategy import Briefing, Square, Unseen
 from marsupial.planning.auto import auto
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy, serve
-from marsupial.planning.list_scheduling.timeline import Timeline, retime
+from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.local_search.engine import Anytime
-from marsupial.strategies.temporal import Temporal
+from marsupial.strategies.registry import asks_planner, strategy
+from marsupial.strategies.temporal import Temporal, TemporalParts
 
 BUDGET = Budget(steps=7)
-
-
-class FakeEngine:
-    """Answers with the events it is given and keeps what it was asked."""
-
-    info = EngineInfo(
-        name="fake",
-        summary="",
-        licence="",
-        anytime=True,
-        proves_optimality=False,
-        deterministic_steps=True,
-    )
-
-    def __init__(self, *events: Improved | Finished) -> None:
-        self._events = events
-        self.asked: list[tuple[Situation, Budget, Plan | None]] = []
-        self.objectives: list[ObjectiveName] = []
-
-    def solve(
-        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
-    ) -> Iterator[Improved | Finished]:
-        self.asked.append((situation, budget, start))
-        self.objectives.append(objective.name)
-        return iter(self._events)
 
 
 class MissingEngine(FakeEngine):
@@ -66,25 +43,6 @@ class MissingEngine(FakeEngine):
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         raise EngineUnavailable("fake is not installed")
-
-
-def found(*plans: Plan) -> list[Improved | Finished]:
-    events: list[Improved | Finished] = [Improved(plan=plan, elapsed_s=i + 1.0) for i, plan in enumerate(plans)]
-    return [*events, Finished(outcome=Outcome.SATISFICING, elapsed_s=9.0)]
-
-
-def brief(situation: Situation, previous: Plan | None = None) -> Briefing:
-    return Briefing(situation=situation, previous=previous, direct_ms=dict, connects={}, deployed_at={})
-
-
-def in_order(situation: Situation, *targets: str) -> Plan:
-    """Return the plan in which the carrier explores these targets of `one_hall` in that order."""
-    plan, _ = serve(situation)
-    action, place, actions = plan.actions[0], "c1_start", []
-    for target in targets:
-        actions.append(replace(action, origin=place, place=target))
-        place = target
-    return retime(situation, actions)
 
 
 def names(plan: Plan) -> list[str]:
@@ -107,12 +65,6 @@ def test_the_budget_and_the_situation_are_passed_on_as_they_are() -> None:
     Temporal(engine, BUDGET).decide(brief(situation))
     assert engine.asked == [(situation, BUDGET, in_order(situation, "t1", "t2"))]
     assert engine.asked[0][1] is BUDGET
-
-
-class WithPrices(FakeEngine):
-    """A fake that can take priced arrival."""
-
-    info = replace(FakeEngine.info, objectives=(ObjectiveName.MAKESPAN, ObjectiveName.PRICED_ARRIVAL))
 
 
 def test_priced_arrival_is_asked_of_engines_that_can_take_it_and_the_makespan_of_others() -> None:
@@ -319,18 +271,57 @@ def test_a_second_rover_is_not_set_down_for_what_the_first_can_do_soon() -> None
     assert decided(situation, alone, previous=together) == alone
 
 
-def test_engines_that_can_be_given_an_aim_plan_for_the_guess_and_robots_do_what_is_real_of_it() -> None:
+def between_squares() -> Briefing:
+    """Return a briefing in which a guess keeps two carriers apart that know of two targets."""
     targets, starts = {"t1": hall(10), "t2": hall(-3)}, {"c1_start": hall(9), "c2_start": hall(0)}
     situation = situation_of([carrier(1), carrier(2)], targets, {}, starts)
     squares = tuple(Square(name=f"{y}", x_m=10.0, y_m=y, share=1.0, draw=0.9) for y in (-25.0, 25.0))
     unseen = Unseen(squares=squares, at_m={"t1": (10.0, 0.0)}, speed_mps={"carrier": 1.0})
-    briefing = replace(brief(situation), unseen=lambda: unseen)
+    return replace(brief(situation), unseen=lambda: unseen)
+
+
+def test_engines_that_can_be_given_an_aim_plan_for_the_guess_and_robots_do_what_is_real_of_it() -> None:
+    briefing = between_squares()
     for engine in (Anytime(), auto()):
         plan = Temporal(engine, Budget(steps=2)).decide(briefing).plan
         assert [(a.robot, a.place) for a in plan.actions if a.robot == "c1"] == [("c1", "t1")]
         # without the guess the second carrier would stay where it has explored its target
         assert [(a.robot, a.place) for a in plan.actions if a.robot == "c2"] == [("c2", "t2"), ("c2", "t1")]
         assert Temporal(engine, Budget(steps=2)).decide(briefing).plan == plan
+
+
+def test_without_the_guess_the_known_targets_alone_are_asked_of_the_engine() -> None:
+    briefing = between_squares()
+    for guess, targets in ((1.0, 4), (0.0, 2)):
+        engine = WithPrices(*found())
+        Temporal(engine, BUDGET, TemporalParts(guess=guess)).decide(briefing)
+        assert len(engine.asked[0][0].targets) == targets
+        assert engine.objectives == [ObjectiveName.PRICED_ARRIVAL]
+
+
+def test_without_prices_the_shortest_plan_for_the_guess_is_asked_of_the_engine() -> None:
+    engine = WithPrices(*found())
+    Temporal(engine, BUDGET, TemporalParts(price=0.0)).decide(between_squares())
+    assert len(engine.asked[0][0].targets) == 4
+    assert engine.objectives == [ObjectiveName.MAKESPAN]
+
+
+def test_without_the_choice_only_the_previous_plan_is_weighed_against_the_planners() -> None:
+    situation, one, other = equals()
+    slow = in_order(one_hall(), "t2", "t1")
+    silent = FakeEngine(Finished(outcome=Outcome.TIMEOUT))
+    alone = Temporal(silent, BUDGET, TemporalParts(choice=0.0))
+    assert alone.decide(heading(situation, "t1", other)).plan == other
+    assert alone.decide(brief(one_hall(), slow)).plan == slow
+    assert alone.decide(brief(situation)).plan == one
+
+
+def test_a_part_is_left_out_by_the_name_of_the_strategy() -> None:
+    made = strategy("temporal/guess=0", planner="greedy", budget=BUDGET)
+    assert made.name == "temporal/guess=0"
+    assert asks_planner(made.name)
+    with pytest.raises(UsageError, match="strategy temporal: takes the parameters guess, price, choice, once each"):
+        strategy("temporal/gues=0", planner="greedy", budget=BUDGET)
 
 
 def test_an_engine_that_can_be_given_an_aim_is_asked_only_about_what_can_be_served() -> None:

@@ -31,7 +31,13 @@ def header_of(comparison: Comparison) -> dict[str, Any]:
         **({"suite": comparison.suite, "first_seed": comparison.first_seed} if comparison.suite else {}),
         "contenders": [[contender.strategy, contender.planner] for contender in comparison.contenders],
         "cases": [
-            {"scenario": case.scenario, "carriers": case.carriers, "rovers": case.rovers, "digest": digest(scenario)}
+            {
+                "scenario": case.scenario,
+                "carriers": case.carriers,
+                "rovers": case.rovers,
+                **({"interference": True} if scenario.interference else {}),
+                "digest": digest(scenario),
+            }
             for case, scenario in comparison.scenarios.items()
         ],
         "runs": comparison.runs,

@@ -118,5 +118,7 @@ def digest(scenario: Scenario) -> str:
         "planning_time": str(scenario.planning_time),
         "start_seed": scenario.start_seed,
     }
+    if scenario.interference:
+        rest["interference"] = True
     text = json.dumps(rest, default=sorted, sort_keys=True)  # sets of terrain codes become lists
     return hashlib.sha256(grid.cells.tobytes() + text.encode()).hexdigest()[:16]

@@ -206,7 +206,8 @@ def _method(outcome: ComparisonOutcome, experiment: Experiment | None) -> str:
     versions = ", ".join(f"{name} {number}" for name, number in header.get("made_with", {}).items())
     reproducible = "steps" in header["budget"]
     paragraphs = [
-        "All contenders have the same missions: the same maps, teams and starts, drawn by seeds "
+        ("Robots keep out of each other's footprints. " if any(c.get("interference") for c in header["cases"]) else "")
+        + "All contenders have the same missions: the same maps, teams and starts, drawn by seeds "
         f"{first} to {first + outcome.runs - 1}. Planning takes no time of the mission, and each planning has "
         f"{budget_text(header)}"
         + (

@@ -24,7 +24,7 @@ RUNS = 3
 PLANNER = "anytime"
 """Planner unless another is asked for: what `auto` adds, proofs that makespans are best, saves no time of a mission."""
 
-CONTENDERS = "heuristic,heuristic-plus,assignment,clairvoyant,temporal"
+CONTENDERS = "heuristic,heuristic-plus,assignment,wurm2010,clairvoyant,temporal"
 """Contenders unless others are asked for; the last is compared with all others."""
 
 LASER_FOLDER = Path("../shared/maps")

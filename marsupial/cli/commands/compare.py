@@ -45,6 +45,7 @@ def compare(
     ] = None,
     budget: Annotated[float | None, typer.Option(help="Seconds per planning call instead, not reproducible.")] = None,
     routes: shared.RouteChoice = None,
+    interference: shared.KeepApart = False,
     time_limit: shared.TimeLimit = None,
     workers: shared.Workers = None,
     ray: shared.RayAddress = None,
@@ -67,7 +68,7 @@ def compare(
     from marsupial.bench.compare.plan import Comparison
     from marsupial.bench.suite.maps import CARRIERS, CONTENDERS, PLANNER, ROVERS, RUNS, suite_named
     from marsupial.cli.work.compare_arguments import cases_of, contenders, numbers, warn_of_ignored
-    from marsupial.cli.work.missions import limits_of, routed
+    from marsupial.cli.work.missions import kept_apart, limits_of, routed
     from marsupial.errors import UsageError
     from marsupial.library.choices import budget_of
     from marsupial.model.bounds import BOUNDS
@@ -98,7 +99,10 @@ def compare(
         numbers(carriers, "--carriers", BOUNDS["carriers"]),
         numbers(rovers, "--rovers", BOUNDS["rovers_per_carrier"]),
     )
-    cases = {case: routed(scenario, routes) for case, scenario in cases_of(scenarios or [], *teams, limits).items()}
+    cases = {
+        case: kept_apart(routed(scenario, routes), interference)
+        for case, scenario in cases_of(scenarios or [], *teams, limits).items()
+    }
     from marsupial.cli.work import comparing  # takes a second: only now is it clear that it is needed
 
     comparison = Comparison(

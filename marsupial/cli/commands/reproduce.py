@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from marsupial.cli.options import completing
-from marsupial.cli.options.shared import COMPARE_STEPS, Quiet, RayAddress, RetryFailed, Verbose, Workers, planner_option
+from marsupial.cli.options.shared import (
+    COMPARE_STEPS,
+    KeepApart,
+    Quiet,
+    RayAddress,
+    RetryFailed,
+    Verbose,
+    Workers,
+    planner_option,
+)
 
 
 def reproduce(
@@ -24,6 +34,7 @@ def reproduce(
     maps: Annotated[
         Path | None, typer.Option(help="Folder of real building maps for wurm2008 [default: ../shared/maps].")
     ] = None,
+    interference: KeepApart = False,
     workers: Workers = None,
     ray: RayAddress = None,
     retry_failed: RetryFailed = False,
@@ -34,7 +45,8 @@ def reproduce(
 
     Redraws its tables and figures with our data and gives a verdict on each of its claims.
 
-    wurm2010: office and maze, 1-6 carriers with 1-3 rovers each, 30 runs, temporal planning against the heuristic.
+    wurm2010: office and maze, 1-6 carriers with 1-3 rovers each, 30 runs, temporal planning and the paper's
+    own method against the heuristic.
 
     wurm2008: two real offices, 2-6 and 2-8 robots, 6 runs, segments of the map against the closest frontier.
 
@@ -53,6 +65,7 @@ def reproduce(
         raise UsageError(unknown_name("paper", paper, PAPERS))
     from marsupial.bench.compare.statements import ExperimentTerms
     from marsupial.cli.work import comparing
+    from marsupial.cli.work.missions import kept_apart
     from marsupial.model.planning import Budget
     from marsupial.papers.wurm2008 import experiment as wurm2008
     from marsupial.planning.engines import mission_engine
@@ -68,4 +81,6 @@ def reproduce(
         asked = runs if part is whole else None
         terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or wurm2008.MAPS)
         comparison = part.comparison(terms)
+        cases = {case: kept_apart(scenario, interference) for case, scenario in comparison.scenarios.items()}
+        comparison = replace(comparison, scenarios=cases)
         comparing.carry_out(comparison, out / folder, workers=workers, ray=ray, retry_failed=retry_failed)

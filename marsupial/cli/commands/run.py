@@ -30,6 +30,7 @@ def run(
         str | None, typer.Option(help="instant, or charged to the mission clock [default: the scenario's].")
     ] = None,
     routes: shared.RouteChoice = None,
+    interference: shared.KeepApart = False,
     time_limit: shared.TimeLimit = None,
     server: Annotated[
         str | None, typer.Option(help="URL of a service that plans the mission; MARSUPIAL_KEY holds the API key.")
@@ -55,6 +56,7 @@ def run(
         log=log,
         planning_time=planning_time,
         routes=routes,
+        interference=interference,
         time_limit_s=time_limit,
         server=server,
     )

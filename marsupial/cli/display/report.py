@@ -29,7 +29,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     shown = {metric.title: metric.shown(summary) for metric in METRICS.values()}
     times = ("median", "p95", "max", "total")
     refused = f"{shown['invalid plans']} invalid, {shown['refused plans']} refused from engines"
-    return [
+    lines = [
         ("status", f"{summary.status}: {summary.reason}"),
         ("mission", f"{summary.scenario}, {summary.strategy} ({summary.planner}), seed {summary.seed}"),
         ("team", f"{counted(summary.carriers, 'carrier')}, {counted(summary.robots - summary.carriers, 'rover')}"),
@@ -41,6 +41,11 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("planning", ", ".join(f"{time} {shown[f'planning, {time}']}" for time in times)),
         ("analysis", shown["analysis"]),
     ]
+    if summary.interference is not None:
+        waits, deadlocks = summary.interference.waits, summary.interference.deadlocks
+        waited = f"{counted(waits, 'wait')}, {summary.interference.waited_s:.0f} s in all"
+        lines.append(("interference", f"{waited}, {counted(deadlocks, 'deadlock')} resolved"))
+    return lines
 
 
 def remaining_lines(summary: Summary, grid: Grid) -> list[str]:

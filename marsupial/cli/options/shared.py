@@ -73,6 +73,7 @@ PlanningBudget = Annotated[float | None, typer.Option(help="Seconds per planning
 RouteChoice = Annotated[
     str | None, typer.Option("--routes", help="shortest or energy (least energy) [default: the scenario's].")
 ]
+KeepApart = Annotated[bool, typer.Option("--interference", help="Robots keep out of each other's footprints.")]
 TimeLimit = Annotated[float | None, typer.Option(help="Stop a mission after this many simulated seconds.")]
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]

@@ -20,7 +20,6 @@ from marsupial.model.bounds import Bound
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import Role
 from marsupial.model.scenario import MissionLimits, Scenario, has_fixed_starts
-from marsupial.planning.engines import mission_engine
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import strategy as made
 
@@ -64,14 +63,14 @@ def warn_of_ignored(text: str, compared: Sequence[Contender], planner: str | Non
 def _contender(text: str, planner: str, budget: Budget) -> Contender:
     strategy, colon, own = text.partition(":")
     check_strategy(strategy)
-    if planner_for(strategy, planner) == NO_PLANNER:
-        if colon:
-            raise UsageError(f"--strategies: {strategy} asks no planner, so it can't have {own!r}")
-        if strategy != CLAIRVOYANT:
-            made(strategy, planner=planner, budget=budget)  # raises if it has no such parameters
-        return Contender(strategy, NO_PLANNER)
-    mission_engine(own if colon else planner, budget)  # raises early if it can't be used
-    return Contender(strategy, own if colon else planner)
+    chosen = NO_PLANNER
+    if planner_for(strategy, planner) != NO_PLANNER:
+        chosen = own if colon else planner
+    elif colon:
+        raise UsageError(f"--strategies: {strategy} asks no planner, so it can't have {own!r}")
+    if strategy != CLAIRVOYANT:
+        made(strategy, planner=chosen, budget=budget)  # raises if its parameters or its planner can't be used
+    return Contender(strategy, chosen)
 
 
 def cases_of(

@@ -52,6 +52,7 @@ class MissionRequest:
     log: Path | None = None
     planning_time: str | None = None
     routes: str | None = None
+    interference: bool = False
     time_limit_s: float | None = None
     server: str | None = None
 
@@ -115,6 +116,11 @@ def routed(scenario: Scenario, routes: str | None) -> Scenario:
     return with_routes(scenario, Routes(routes))
 
 
+def kept_apart(scenario: Scenario, interference: bool) -> Scenario:
+    """Return the scenario with ``--interference``; False keeps what it says itself."""
+    return replace(scenario, interference=True) if interference else scenario
+
+
 def limits_of(time_limit_s: float | None) -> MissionLimits | None:
     """Return the limits of ``--time-limit``, which must be positive and finite; None keeps the scenario's."""
     if time_limit_s is None:
@@ -166,6 +172,8 @@ def _changed(scenario: Scenario, request: MissionRequest) -> Scenario:
         if request.planning_time not in list(PlanningTime):
             raise UsageError(f"--planning-time: must be {' or '.join(PlanningTime)}, got {request.planning_time!r}")
         scenario = replace(scenario, planning_time=PlanningTime(request.planning_time))
-    scenario = routed(scenario, request.routes)
+    scenario = kept_apart(routed(scenario, request.routes), request.interference)
+    if scenario.interference and request.server is not None:
+        raise UsageError("--server: robots of a service share cells, so it takes no interference")
     limits = limits_of(request.time_limit_s)
     return scenario if limits is None else replace(scenario, limits=limits)

@@ -89,6 +89,7 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
     seed = top.integer("start_seed", None, BOUNDS["seed"]) if top.has("start_seed") else None
     goal, limits = read_goal(top), read_limits(top)
     planning_time = top.choice("planning_time", list(PlanningTime), PlanningTime.INSTANT)
+    interference = top.flag("interference", False)
     top.finish()
     if top.problems or found is None:
         return None
@@ -101,6 +102,7 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
         limits=limits,
         planning_time=PlanningTime(planning_time),
         start_seed=seed,
+        interference=interference,
     )
     return scenario, found.reading
 

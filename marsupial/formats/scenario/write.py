@@ -60,6 +60,8 @@ def scenario_text(scenario: Scenario) -> str:
     fields["goal"] = {"recover_rovers": goal.recover_rovers, "return_home": goal.return_home}
     fields["limits"] = {"time_s": scenario.limits.time_ms / 1000}
     fields["planning_time"] = str(scenario.planning_time)
+    if scenario.interference:
+        fields["interference"] = True
     fields["map"] = _map_fields(scenario.grid)
     return yaml.dump(fields, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1_000_000)
 

@@ -11,7 +11,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, TypeVar
 
 import numpy as np
 
@@ -36,7 +36,16 @@ class FrontierRule(Protocol):
         """Return a frontier cell (row-major) for robots by name, or one beside them; the others keep their goals."""
 
 
-def with_parameters(rule: type[FrontierRule], text: str) -> FrontierRule:
+class Parametrised(Protocol):
+    """A dataclass whose fields are the parameters of the strategy `name`."""
+
+    name: ClassVar[str]
+
+
+P = TypeVar("P", bound=Parametrised)
+
+
+def with_parameters(rule: type[P], text: str) -> P:
     """Return the rule with the values of a text like ``W_n=1/W_p=0.5``, all others being the paper's.
 
     Raises

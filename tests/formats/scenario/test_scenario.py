@@ -70,6 +70,7 @@ def test_what_is_absent_has_its_default(tmp_path: Path) -> None:
     assert scenario.name == "yard"
     assert (scenario.goal, scenario.limits) == (Goal(), MissionLimits())
     assert scenario.planning_time is PlanningTime.INSTANT
+    assert not scenario.interference
     assert scenario.start_seed is None
     assert scenario.robot_types[0].energy == EnergyModel()
 
@@ -182,6 +183,7 @@ def test_everything_a_scenario_can_hold_survives_writing_and_reading(tmp_path: P
         limits=MissionLimits(time_ms=1_234_567),
         planning_time=PlanningTime.CHARGED,
         start_seed=0,
+        interference=True,
     )
     write_scenario(scenario, tmp_path / "a.yaml")
     assert_same(read_scenario(tmp_path / "a.yaml"), scenario)

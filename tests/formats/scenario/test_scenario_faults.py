@@ -97,7 +97,7 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         [
             "colour: unknown field",
             "weight: unknown field; the fields here are format, version, name, terrains, map, robot_types, team, "
-            "start_seed, goal, limits, planning_time",
+            "start_seed, goal, limits, planning_time, interference",
         ],
     ),
     "fields like no other at every level": (

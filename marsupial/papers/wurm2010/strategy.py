@@ -1,0 +1,58 @@
+"""The method of the paper: the shortest plan for the targets known, made anew at each replanning.
+
+Section III-C makes a planning problem of the targets and meeting points of the map so far; all targets are to be
+explored, and the plan that ends first is followed. Nothing is assumed of the unknown, and no other plan is weighed
+against the planner's. What `temporal` adds to this is in `marsupial.strategies.temporal`.
+
+What the text leaves open
+-------------------------
+- Of plans that end at the same time, the previous one is kept; targets that are new are added to its end by list
+  scheduling. This is in the method's favour: made wholly anew each time, plans change their minds and take longer.
+- Targets that nobody can serve are left out of the problem, which would have no solution otherwise.
+- If the planner has no plan in time, the previous one is followed likewise: robots never wait for a planner. Targets
+  that the planner's plan leaves out (big situations are split for some planners) are added in the same way.
+- Once no target is left, the shortest plan is followed that recovers the rovers or brings the team home.
+
+References
+----------
+Wurm et al. 2010, sections III-A (the loop), III-C (the planning problem) and III-D (the planner
+minimises the makespan).
+"""
+
+from __future__ import annotations
+
+from marsupial.model.objective import MAKESPAN
+from marsupial.model.planning import Budget, Engine
+from marsupial.model.strategy import Briefing, Decision, Strategy
+from marsupial.planning.list_scheduling.greedy import Listing
+from marsupial.strategies.asking import AskedPlanner, Explored, Served, completed, shortest, without
+
+
+class ShortestPlan(Strategy):
+    """Follows the shortest plan that the engine finds for the known targets."""
+
+    name = "wurm2010"
+    asks_planner = True
+
+    def __init__(self, engine: Engine, budget: Budget) -> None:
+        self._planner = AskedPlanner(engine, budget)
+
+    def decide(self, briefing: Briefing) -> Decision:
+        """Return the plan to follow; see `Strategy`."""
+        return self._planner.decide(briefing, self._explore)
+
+    def _explore(self, briefing: Briefing) -> Explored:
+        """Return the shortest plan for the known targets, the targets that nobody can serve, the answer."""
+        listing, previous = Listing(briefing.situation), briefing.previous
+        spare, unserved = listing.serve(previous)
+        situation = without(briefing.situation, unserved)
+        kept = None if previous is None else shortest(situation, [(spare, unserved)])
+        answer = self._planner.ask(situation, MAKESPAN, kept)
+        found = completed(listing, kept, answer.plan) or [(spare, unserved)]
+        plan, unserved = min(found, key=_rank)  # the first of equals: the previous plan
+        return plan, unserved, answer
+
+
+def _rank(served: Served) -> tuple[int, int]:
+    plan, unserved = served
+    return len(unserved), plan.makespan_ms
