@@ -232,7 +232,10 @@ class Summary:
 
     def as_dict(self) -> dict[str, Any]:
         """Return what ``marsupial run --json`` prints; metres, seconds and joules, every number finite."""
-        return {each.name: _plain(getattr(self, each.name)) for each in fields(Summary)}
+        told = {each.name: _plain(getattr(self, each.name)) for each in fields(Summary)}
+        if self.interference is None:  # as in logs, where it is left out too
+            del told["interference"]
+        return told
 
 
 def _per_carrier(rovers: int, carriers: int) -> float:

@@ -23,9 +23,8 @@ def test_every_number_of_the_json_is_a_metric(lobby: marsupial.Exploration) -> N
     told = lobby.as_dict()
     named = {key.partition(".")[0] for key in METRICS}
     settings = {"status", "reason", "scenario", "strategy", "planner", "carriers", "rovers", "robots", "seed", "log"}
-    counts = {"interference"}  # null unless robots keep apart
     by_robot = {"distance_m_per_robot", "energy_j_per_robot"}
-    assert set(told) == named | settings | by_robot | counts
+    assert set(told) == named | settings | by_robot
     assert {f"planning_s.{name}" for name in told["planning_s"]} == {key for key in METRICS if "." in key}
 
 
