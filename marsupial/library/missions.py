@@ -77,7 +77,16 @@ def simulate(
         raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
     reports = _Reports()
     watcher = Observers([reports] if observer is None else [reports, observer])
-    started = _started(scenario, robots, strategy, planner, seed)
+    started = MissionStarted.of(
+        scenario.grid,
+        scenario=scenario.name,
+        strategy=strategy if isinstance(strategy, str) else strategy.name,
+        planner=planner if isinstance(planner, str) else planner.info.name,
+        seed=seed,
+        types=scenario.robot_types,
+        robots=robots,
+        goal=scenario.goal,
+    )
     reachable = reachable_area(scenario, robots)
     watcher.reachable(reachable)
     watcher.event(started)
@@ -123,24 +132,3 @@ class _Reports(Observer):
 
     def planned(self, report: PlanningReport) -> None:
         self.reports.append(report)
-
-
-def _started(
-    scenario: Scenario, robots: tuple[PlacedRobot, ...], strategy: str | Decider, planner: str | Engine, seed: int
-) -> MissionStarted:
-    grid = scenario.grid
-    return MissionStarted(
-        t_ms=0,
-        scenario=scenario.name,
-        strategy=strategy if isinstance(strategy, str) else strategy.name,
-        planner=planner if isinstance(planner, str) else planner.info.name,
-        seed=seed,
-        width=grid.width,
-        height=grid.height,
-        resolution_m=grid.resolution_m,
-        origin_m=grid.origin_m,
-        terrains=grid.terrains,
-        types=scenario.robot_types,
-        robots=robots,
-        goal=scenario.goal,
-    )

@@ -111,6 +111,13 @@ def summary(errors: Sequence[ProblemDetailAnswer], count: int) -> str:
     return f"{first.pointer or first.query or first.header or first.path or 'the body'}: {first.detail}{more}"
 
 
+def check_count(where: str, count: int, limit: int, noun: str) -> None:
+    """Raise HttpProblem naming the field that a JSON pointer leads to, if there are more than the limit allows."""
+    if count > limit:
+        text = f"has {count} {noun}, more than the limit of {limit}"
+        raise HttpProblem("too-large", errors=[ProblemDetailAnswer(pointer=where, detail=text)])
+
+
 def problem_of(error: MarsupialError, document: object) -> HttpProblem:
     """Return the problem for what the library raises about input, which is the body `document`.
 

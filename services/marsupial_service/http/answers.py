@@ -8,7 +8,7 @@ from http import HTTPStatus
 
 from starlette.responses import Response
 
-from marsupial_service.entries.documents import line
+from marsupial_service.entries.documents import text_of, text_with
 from marsupial_service.jobs.records import JobRecord
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.problems import KINDS, MEDIA_TYPE, MOST_ERRORS, HttpProblem, Kind, summary
@@ -22,7 +22,7 @@ UNKEPT = {"Cache-Control": "no-store"}
 
 def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
     """Return a response with a JSON body."""
-    return text_answer(line(body.model_dump()).encode(), status, headers)
+    return text_answer(text_of(body).encode(), status, headers)
 
 
 def text_answer(text: bytes, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
@@ -42,7 +42,7 @@ def summary_answer(job: JobRecord) -> JobSummaryAnswer:
 
 def job_text(job: JobRecord, best: str) -> bytes:
     """Return a job with its best plan (``null``: none), which is JSON text already, as `JobAnswer` describes it."""
-    return f'{line(summary_answer(job).model_dump())[:-1]},"best":{best}}}'.encode()
+    return text_with(summary_answer(job).model_dump(), best=best).encode()
 
 
 def mission_path(mission: str) -> str:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from marsupial.planning.checker import check
 from marsupial_service.analyses.analysis import INCLUDE, analysis
+from marsupial_service.analyses.maps import image_cells, map_state_of
 from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.analyses.situations import reading_of, situation_of
 from marsupial_service.examples.demos import DEMOS
 from marsupial_service.intake import counts
-from marsupial_service.intake.maps import image_cells, map_state_of
 from marsupial_service.intake.reading import BodyReader, Digested
-from marsupial_service.intake.situations import reading_of, situation_of
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.mapstates import MapStateBody
 from marsupial_service.schemas.requests import AnalysisBody, ValidationBody

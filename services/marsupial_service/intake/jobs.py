@@ -6,14 +6,12 @@ import json
 from collections.abc import Iterator, Mapping
 
 from marsupial.model.planning import EngineInfo
-from marsupial.model.situation import Situation
-from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.analyses.maps import image_cells, map_state_of
+from marsupial_service.analyses.situations import budget_of, refuse, situation_of
 from marsupial_service.entries.documents import line
 from marsupial_service.intake import counts
-from marsupial_service.intake.maps import image_cells, map_state_of
 from marsupial_service.intake.missions import known_map_text
 from marsupial_service.intake.reading import BodyReader, Digested
-from marsupial_service.intake.situations import budget_of, refuse, situation_of
 from marsupial_service.jobs.records import PackedRequest
 from marsupial_service.planners import planner_info, planner_names
 from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
@@ -29,12 +27,11 @@ def job_of(body: JobBody, sent: Digested, limits: ServiceLimits, planners: Mappi
     budget = budget_of(job.budget, limits, DEFAULT_BUDGET_S)
     if budget.steps is not None and not info.deterministic_steps:
         raise refuse("budget.steps", f"planner {job.planner} can't count steps: give it a budget in seconds")
-    task: Situation | MapState
-    if isinstance(job, SituationJobBody):
-        task = situation_of(job.situation, limits)
+    if isinstance(job, SituationJobBody):  # only to see that it can be read: the worker reads it again
+        situation_of(job.situation, limits)
     else:
-        task = map_state_of(job.map_state, limits)
-    return PackedRequest.of(planner=job.planner, budget=budget, task=task, digest=sent.digest, source=sent.document)
+        map_state_of(job.map_state, limits)
+    return PackedRequest.of(planner=job.planner, budget=budget, digest=sent.digest, source=sent.document)
 
 
 def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:

@@ -125,7 +125,9 @@ class Attempt:
         claim, settings = self.claim, self._settings
         limit_s = settings.limits.steps_s if claim.budget.seconds is None else claim.budget.seconds
         engine = settings.commands.get(claim.planner, claim.planner)
-        task = WorkerTask(task=claim.task, engine=engine, budget=claim.budget, start=claim.start)
+        task = WorkerTask(
+            source=claim.source, limits=settings.limits, engine=engine, budget=claim.budget, start=claim.start
+        )
         limits = JobLimits(wall_s=limit_s + self._slack_s(), memory_bytes=settings.limits.memory_bytes)
         return Job(function=solve, argument=task, limits=limits)
 

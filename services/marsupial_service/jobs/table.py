@@ -15,7 +15,7 @@ from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
-from marsupial_service.entries.documents import line, plan_event, plan_of
+from marsupial_service.entries.documents import line, plan_of, text_of, text_with
 from marsupial_service.entries.quota import NO_QUOTA, PREPARATION_S, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.table import StoreReader, made_of
@@ -32,6 +32,7 @@ from marsupial_service.jobs.records import (
     PackedRequest,
 )
 from marsupial_service.moments import timestamp
+from marsupial_service.schemas.events import JobEndData, JobStateData
 from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction, documents
@@ -68,7 +69,7 @@ class Claim:
     attempt: int
     planner: str
     budget: Budget
-    task: bytes
+    source: bytes
     start: Plan | None
 
 
@@ -95,9 +96,9 @@ def insert(
             seconds=job.request.budget.seconds,
             steps=job.request.budget.steps,
             queued_ms=now_ms,
-            bytes=ENTRY_BYTES + ROW_BYTES + len(job.request.task) + len(job.request.source),
+            bytes=ENTRY_BYTES + ROW_BYTES + len(job.request.source),
         )
-        tx.insert("payloads", job=number, task=job.request.task, source=job.request.source)
+        tx.insert("payloads", job=number, source=job.request.source)
         _tell_state(tx, number, now_ms)
         tx.news.add(QUEUE)
 
@@ -140,7 +141,7 @@ def claim(tx: Transaction, now_ms: int, anew: Collection[str] = ()) -> Claim | N
     if number is None:
         return None
     row = tx.execute(
-        "SELECT number, id, owner, planner, seconds, steps, spent_ms, attempts, started_ms, task"
+        "SELECT number, id, owner, planner, seconds, steps, spent_ms, attempts, started_ms, source"
         " FROM jobs JOIN payloads ON job = number WHERE number = ?",
         (number,),
     ).fetchone()
@@ -155,7 +156,7 @@ def claim(tx: Transaction, now_ms: int, anew: Collection[str] = ()) -> Claim | N
         all_s = 2 * seconds if row["planner"] in anew else seconds
         seconds = max(_LEAST_S, min(seconds, all_s - row["spent_ms"] / 1000))
     budget = Budget(seconds=seconds, steps=row["steps"])
-    start = None if best is None else plan_of(best[1])
+    start = None if best is None else plan_of(json.loads(best[1]))
     return made_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
 
 
@@ -204,7 +205,8 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
         ipc=found.ipc,
     )
     _grow(tx, claim.number, ROW_BYTES + len(found.actions) + len(found.ipc))
-    data = plan_event(revision, found.makespan_ms, after_ms, now_ms, found.actions)
+    head = {"revision": revision, "makespan_ms": found.makespan_ms, "found_after_ms": after_ms}
+    data = text_with({**head, "at": timestamp(now_ms)}, actions=found.actions)  # as `JobPlanData`: they may be many
     JOBS.tell(tx, claim.number, JobEventType.PLAN, data, now_ms)
     return True
 
@@ -354,19 +356,10 @@ def _end(tx: Transaction, number: int, closed: Closed, now_ms: int, quota: Quota
     bound_ms = closed.lower_bound_ms
     if not JOBS.move(tx, number, state, now_ms, outcome=closed.outcome, detail=detail, lower_bound_ms=bound_ms):
         return False
-    (task,) = tx.execute("SELECT coalesce(length(task), 0) FROM payloads WHERE job = ?", (number,)).fetchone()
-    tx.execute("UPDATE payloads SET task = NULL WHERE job = ?", (number,))
-    _grow(tx, number, -task)
     (plans,) = tx.execute("SELECT plans FROM jobs WHERE number = ?", (number,)).fetchone()
-    end = {
-        "state": state,
-        "outcome": closed.outcome,
-        "detail": detail,
-        "plans": plans,
-        "lower_bound_ms": bound_ms,
-        "at": timestamp(now_ms),
-    }
-    JOBS.tell(tx, number, JobEventType.END, line(end), now_ms)
+    at = timestamp(now_ms)
+    end = JobEndData(state=state, outcome=closed.outcome, detail=detail, plans=plans, lower_bound_ms=bound_ms, at=at)
+    JOBS.tell(tx, number, JobEventType.END, text_of(end), now_ms)
     return True
 
 
@@ -376,5 +369,5 @@ def _grow(tx: Transaction, number: int, more: int) -> None:
 
 def _tell_state(tx: Transaction, number: int, now_ms: int) -> None:
     row = tx.execute("SELECT state, attempts FROM jobs WHERE number = ?", (number,)).fetchone()
-    data = {"state": row["state"], "attempts": row["attempts"], "at": timestamp(now_ms)}
-    JOBS.tell(tx, number, JobEventType.STATE, line(data), now_ms)
+    state = JobStateData(state=row["state"], attempts=row["attempts"], at=timestamp(now_ms))
+    JOBS.tell(tx, number, JobEventType.STATE, text_of(state), now_ms)

@@ -6,7 +6,6 @@ reported in one frame is found in any other. An origin off that lattice is taken
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 
@@ -34,15 +33,10 @@ class MissionFrame:
         """Return the frame that a mission is created with."""
         return cls(0, 0, grid.width, grid.height)
 
-    @classmethod
-    def from_text(cls, text: str) -> MissionFrame:
-        """Return the frame that `text` was made of."""
-        return cls(*json.loads(text))
-
     @property
-    def text(self) -> str:
-        """As it is stored."""
-        return json.dumps([self.x, self.y, self.width, self.height])
+    def numbers(self) -> tuple[int, int, int, int]:
+        """What it is made of, to be stored."""
+        return self.x, self.y, self.width, self.height
 
     @property
     def size(self) -> int:

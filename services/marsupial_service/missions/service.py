@@ -20,14 +20,16 @@ from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import process as host
 from marsupial_service.missions import table
 from marsupial_service.missions.driver import Driver
-from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings, ReportCounts
+from marsupial_service.missions.kept import brief_in, brief_text
+from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings
 from marsupial_service.missions.state import MissionState, ReportConflict
 from marsupial_service.missions.states import MissionStates, brief
 from marsupial_service.missions.supervisor import MissionSupervisor
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Control, MissionBrief, MissionReport, StoredReport
 from marsupial_service.moments import wall_clock_ms
-from marsupial_service.store import Store, StoreError, kept, packing
+from marsupial_service.schemas.answers import LastReportsAnswer
+from marsupial_service.store import Store, StoreError, packing
 from marsupial_service.store.engine import Connection
 
 _AT_A_TIME = 4
@@ -80,9 +82,9 @@ class Missions(Entries[MissionRecord]):
 
         Raises TooMany, KeyReused, StoreError.
         """
-        packed = await asyncio.to_thread(lambda: packing.pack(kept.dumps(brief)))
+        kept, packed = await asyncio.to_thread(_as_kept, brief)
         new = table.NewMission(
-            id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=digest, brief=brief, packed=packed
+            id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=digest, brief=kept, packed=packed
         )
         return await asyncio.shield(asyncio.ensure_future(self._create(new)))
 
@@ -124,9 +126,9 @@ class Missions(Entries[MissionRecord]):
         frame, cells = await self._look(record, lambda state: (state.frame, state.cells.copy()))
         return frame.grid((await self.brief(record)).grid, cells)
 
-    async def last_reports(self, record: MissionRecord) -> ReportCounts:
+    async def last_reports(self, record: MissionRecord) -> LastReportsAnswer:
         """Return which reports were the last."""
-        return await self._look(record, lambda state: ReportCounts(n=state.n, t_ms=state.t_ms, robots=state.counts))
+        return await self._look(record, lambda state: LastReportsAnswer.of(state, robots=state.counts))
 
     async def _look(self, record: MissionRecord, look: Callable[[MissionState], T]) -> T:
         """Return what `look` finds in the state of a mission, after its last report."""
@@ -178,7 +180,7 @@ class Missions(Entries[MissionRecord]):
     def _open(self, record: MissionRecord, brief: MissionBrief) -> None:
         driver = None
         if record.simulation is not None:
-            driver = Driver(record.simulation["speed"], partial(self._simulated, record))
+            driver = Driver(record.simulation.speed, partial(self._simulated, record))
         supervisor = MissionSupervisor(
             record, brief, self, self._slots, self._threads, self._runner, self._settings, driver
         )
@@ -197,3 +199,9 @@ class Missions(Entries[MissionRecord]):
         finally:
             if not self.stopping and self._supervisors.get(supervisor.id) is supervisor:
                 del self._supervisors[supervisor.id]
+
+
+def _as_kept(brief: MissionBrief) -> tuple[MissionBrief, bytes]:
+    """Return a brief as every process of its mission reads it, and as it is stored."""
+    text = brief_text(brief)
+    return brief_in(text), packing.pack(text)

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 from marsupial_service.entries.table import StoreReader
 from marsupial_service.missions import packed
+from marsupial_service.missions.kept import brief_in
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.state import MissionState
 from marsupial_service.missions.values import MissionBrief, MissionReport
-from marsupial_service.store import kept, packing
+from marsupial_service.store import packing
 
 _MOST_CELLS = 200_000_000
 
@@ -85,5 +86,4 @@ class MissionStates:
 def brief(reader: StoreReader, record: MissionRecord) -> MissionBrief:
     """Return what a mission was created with."""
     row = reader.execute("SELECT brief FROM mission_briefs WHERE mission = ?", (record.number,)).fetchone()
-    found: MissionBrief = kept.loads(packing.unpack(row["brief"]))
-    return found
+    return brief_in(packing.unpack(row["brief"]))

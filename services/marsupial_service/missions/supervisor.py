@@ -44,7 +44,7 @@ from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import Reservation, Runner
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slots
-from marsupial_service.missions import documents, packed, table
+from marsupial_service.missions import packed, table
 from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
@@ -60,6 +60,7 @@ from marsupial_service.missions.values import (
     StoredEvent,
     WantsToPlan,
 )
+from marsupial_service.schemas.events import QuotaData
 from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.store import StoreError
 from marsupial_service.store.engine import Connection
@@ -294,7 +295,7 @@ class MissionSupervisor:
     def _is_told_to_wait(self, reader: Connection) -> bool:
         """Say whether it was told last that the mission waits: perhaps by a server that is no more."""
         told = [e for e in packed.events_of_batch(reader, self._number, self._batches) if e.type is EventType.QUOTA]
-        return bool(told) and documents.is_waiting(told[-1].data)
+        return bool(told) and QuotaData.model_validate_json(told[-1].data).state == "waiting"
 
     def _quota_wait_s(self, reader: Connection) -> float:
         """Return how long the owner may not plan; a mission that is to be cancelled does not wait. Raises Dismissed."""

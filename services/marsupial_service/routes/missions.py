@@ -122,7 +122,7 @@ async def report(
 @router.get("/{mission}/reports", response_model=answers.LastReportsAnswer, responses=errors("not-found"))
 async def get_last_reports(state: Service, mission: MissionOfPath) -> Response:
     """Return which reports were the last: where to go on counting."""
-    return json_answer(answers.LastReportsAnswer.of(await state.missions.last_reports(mission)))
+    return json_answer(await state.missions.last_reports(mission))
 
 
 @router.post(

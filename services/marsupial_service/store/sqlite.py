@@ -1,7 +1,7 @@
 """The embedded database: one SQLite file in a folder that one server has to itself.
 
-Write-ahead log, every commit on disk before it returns (`synchronous=FULL`), foreign keys held. Any process that
-can write to the folder can make the workers run anything, as tasks are kept pickled: it is made for its owner alone.
+Write-ahead log, every commit on disk before it returns (`synchronous=FULL`), foreign keys held. The folder is made for
+its owner alone: it holds maps and keys.
 """
 
 from __future__ import annotations

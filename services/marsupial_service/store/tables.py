@@ -91,7 +91,6 @@ CREATE TABLE events (
 ) STRICT, WITHOUT ROWID;
 CREATE TABLE payloads (
     job INTEGER PRIMARY KEY REFERENCES jobs (number) ON DELETE CASCADE,
-    task BLOB,
     source BLOB NOT NULL,
     situation TEXT,
     places TEXT

@@ -10,17 +10,20 @@ from pathlib import Path
 from entry_house import followed, opened, settings_of
 from patience import HANG_S, awaited
 from situations import one_room
+from strange_tasks import Ordinary, do_strange_tasks, source_of
 
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.processes.runner import LOCAL, Runner
-from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.entries.records import EventRecord
 from marsupial_service.jobs.records import JobRecord, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 
 SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
 """The external planner of `slow_planner.py`; the name of the file it waits for is to be added."""
+
+
+do_strange_tasks()
 
 
 def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> AbstractAsyncContextManager[Jobs]:
@@ -30,7 +33,7 @@ def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> 
 
 
 def request(
-    task: Situation | MapState | None = None,
+    task: Situation | Ordinary | None = None,
     planner: str = "greedy",
     *,
     seconds: float | None = HANG_S,
@@ -38,13 +41,7 @@ def request(
     digest: bytes = b"same",
 ) -> PackedRequest:
     budget = Budget(seconds=seconds) if steps is None else Budget(steps=steps)
-    return PackedRequest.of(
-        planner=planner,
-        budget=budget,
-        task=one_room() if task is None else task,
-        digest=digest,
-        source={"planner": planner},
-    )
+    return PackedRequest.of(planner=planner, budget=budget, digest=digest, source=source_of(task or one_room()))
 
 
 async def submit(jobs: Jobs, wanted: PackedRequest | None = None) -> str:

@@ -123,7 +123,8 @@ def test_the_same_key_gives_the_same_job_and_another_request_is_refused(place: s
 def test_ten_times_the_queue_is_refused_and_takes_no_memory(place: str, tmp_path: Path) -> None:
     async def run() -> tuple[int, int]:
         async with open_jobs(place, queue=4) as jobs:
-            wanted = replace(request(Waits(tmp_path)), source=bytes(MIB))
+            wanted = request(Waits(tmp_path))
+            wanted = replace(wanted, source=wanted.source + bytes(MIB))
             first = await submit(jobs, wanted)
             await pid_in(tmp_path)
             tracemalloc.start()

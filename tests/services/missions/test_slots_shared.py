@@ -10,6 +10,7 @@ from entry_house import settings_of
 from mission_house import Driver, run, started, team
 from patience import HANG_S
 from situations import many_rooms
+from strange_tasks import source_of
 
 from marsupial.model.planning import Budget
 from marsupial.processes.jobs import Job
@@ -26,9 +27,8 @@ from marsupial_service.store import open_store
 WANTED = PackedRequest.of(
     planner="anytime",
     budget=Budget(seconds=3.0),
-    task=many_rooms(2, 1, 6, 3),
     digest=b"",
-    source={"planner": "anytime"},
+    source=source_of(many_rooms(2, 1, 6, 3)),
 )
 
 

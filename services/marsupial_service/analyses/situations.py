@@ -14,7 +14,7 @@ from marsupial.formats.situation import check_places, travel_tables
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation, SituationGoal
-from marsupial_service.intake.counts import check_count
+from marsupial_service.problems import check_count
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 from marsupial_service.schemas.situations import SituationBody
 from marsupial_service.settings import ServiceLimits

@@ -24,8 +24,8 @@ from marsupial.model.grid import Grid, Terrain
 from marsupial.model.situation import SituationGoal
 from marsupial.model.sizes import Extent
 from marsupial_service.analyses.mapstate import MapState
-from marsupial_service.intake.counts import check_count
-from marsupial_service.intake.team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
+from marsupial_service.analyses.team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
+from marsupial_service.problems import check_count
 from marsupial_service.schemas.mapstates import ImageMapBody, MapBody, MapStateBody, MaskBody, Nav2MapBody, RowsMapBody
 from marsupial_service.settings import ServiceLimits
 
