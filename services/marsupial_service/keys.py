@@ -21,7 +21,7 @@ from pathlib import Path
 
 from marsupial.errors import UsageError
 from marsupial_service.store import Store, Transaction, documents, open_store
-from marsupial_service.store.engine import Connection
+from marsupial_service.store.transaction import StoreReader
 
 FILE = "keys.json"
 TOPIC = "keys"
@@ -199,7 +199,7 @@ def open_keys(place: str | Path) -> Iterator[Keys]:
         store.close()
 
 
-def _kept(reader: Connection | Transaction) -> tuple[Key, ...]:
+def _kept(reader: StoreReader) -> tuple[Key, ...]:
     text = documents.text_of(reader, _ROW)
     return () if text is None else _keys_in(text)
 

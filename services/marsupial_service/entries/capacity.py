@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from marsupial_service.entries.table import StoreReader
+from marsupial_service.store.transaction import StoreReader
 
 RESERVE = 0.1
 """What open missions may take beyond the cap, as a part of it."""

@@ -10,13 +10,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from functools import cache
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from marsupial_service.entries import records
 from marsupial_service.entries.records import Created, E, EventBatch, EventRecord, NewEntry
 from marsupial_service.store import Transaction
-from marsupial_service.store.engine import StoreRow, StoreRows
+from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.tables import ROW_BYTES
+from marsupial_service.store.transaction import StoreReader
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -29,14 +30,6 @@ _ANY_NUMBER = 1 << 62
 
 W = TypeVar("W", bound=StrEnum)
 R = TypeVar("R", bound="DataclassInstance")
-
-
-class StoreReader(Protocol):
-    """A connection, or a transaction under way."""
-
-    def execute(self, sql: str, values: tuple[object, ...] = ..., /) -> StoreRows:
-        """Run one statement."""
-        ...
 
 
 def made_of(kind: type[R], row: StoreRow, **more: object) -> R:

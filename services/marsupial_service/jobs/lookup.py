@@ -8,11 +8,12 @@ import zlib
 from marsupial.model.planning import Budget
 from marsupial_service.entries.documents import line, plan_of, text_with
 from marsupial_service.entries.records import UnknownEntry
-from marsupial_service.entries.table import EntryTable, StoreReader, made_of
+from marsupial_service.entries.table import EntryTable, made_of
 from marsupial_service.jobs.records import MOVES, Analysed, JobRecord, PlanRecord
 from marsupial_service.moments import timestamp
 from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.store.engine import StoreRow
+from marsupial_service.store.transaction import StoreReader
 
 _SELECT = """
 SELECT jobs.*, plans.makespan_ms

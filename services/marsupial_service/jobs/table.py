@@ -18,7 +18,7 @@ from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
 from marsupial_service.entries.documents import line, plan_of, text_of, text_with
 from marsupial_service.entries.quota import NO_QUOTA, PREPARATION_S, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.table import StoreReader, made_of
+from marsupial_service.entries.table import made_of
 from marsupial_service.jobs import turns
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.records import (
@@ -37,6 +37,7 @@ from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction, documents
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
+from marsupial_service.store.transaction import StoreReader
 
 QUEUE = "queue"
 """The topic of jobs that wait to be claimed."""

@@ -26,10 +26,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Sequence
 
-from marsupial_service.entries.table import StoreReader
 from marsupial_service.schemas.words import JobState
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import StoreRow
+from marsupial_service.store.transaction import StoreReader
 
 PATIENCE_MS = 1000
 """How long an owner of whom no job runs waits before one of somebody else makes way."""

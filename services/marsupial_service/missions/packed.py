@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from marsupial_service.entries.table import StoreReader
 from marsupial_service.missions.kept import input_in, input_text
 from marsupial_service.missions.values import Input, StoredEvent
 from marsupial_service.schemas.words import EventType
 from marsupial_service.store import Transaction, packing
 from marsupial_service.store.tables import ROW_BYTES
+from marsupial_service.store.transaction import StoreReader
 
 _INPUTS = "SELECT seq, part, digest, data FROM mission_inputs WHERE mission = ?"
 _EVENTS = "SELECT seq, part, data FROM mission_events WHERE mission = ?"

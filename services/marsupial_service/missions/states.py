@@ -10,13 +10,13 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from marsupial_service.entries.table import StoreReader
 from marsupial_service.missions import packed
 from marsupial_service.missions.kept import brief_in
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.state import MissionState
 from marsupial_service.missions.values import MissionBrief, MissionReport
 from marsupial_service.store import packing
+from marsupial_service.store.transaction import StoreReader
 
 _MOST_CELLS = 200_000_000
 

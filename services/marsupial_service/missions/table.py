@@ -15,7 +15,7 @@ from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
 from marsupial_service.entries.documents import line, text_of
 from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.table import EntryTable, StoreReader, made_of
+from marsupial_service.entries.table import EntryTable, made_of
 from marsupial_service.missions import documents, packed
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import MOVES, STATE_AFTER, MissionCounts, MissionRecord
@@ -37,6 +37,7 @@ from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
+from marsupial_service.store.transaction import StoreReader
 
 _SIMULATED_S = 10
 """When to ask again where too many are simulated: such a mission takes a minute or more."""

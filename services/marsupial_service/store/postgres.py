@@ -29,8 +29,7 @@ from psycopg import errors as sqlstates
 from psycopg.conninfo import conninfo_to_dict
 
 from marsupial_service.store import tables
-from marsupial_service.store.engine import Connection
-from marsupial_service.store.errors import StoreError
+from marsupial_service.store.engine import Connection, StoreBackend, StoreError
 from marsupial_service.store.outage import Outage
 
 LEASE_S = 10.0
@@ -92,7 +91,6 @@ class PostgresRow(tuple[Any, ...]):
     names: dict[str, int]
 
     def __getitem__(self, column: Any) -> Any:
-        """Return a column by its place or name."""
         return super().__getitem__(self.names[column] if isinstance(column, str) else column)
 
 
@@ -112,15 +110,13 @@ class _Connection:
         self._connection = connection
 
     def execute(self, sql: str, values: Sequence[object] = (), /) -> psycopg.Cursor[PostgresRow]:
-        """Run one statement."""
         return self._connection.execute(sql.replace("?", "%s").encode(), values)
 
     def close(self) -> None:
-        """Close it."""
         self._connection.close()
 
 
-class Postgres:
+class Postgres(StoreBackend):
     """The database at `url` (``postgresql://user:password@host/name``). Raises StoreError if it is no such address."""
 
     begin = "BEGIN"
@@ -128,15 +124,15 @@ class Postgres:
     row_lock = " FOR UPDATE"
     skip_locked = " FOR UPDATE SKIP LOCKED"
     live = f"SELECT id FROM servers WHERE NOT {_DEAD}"
-    interferences: tuple[type[Exception], ...] = (
+    interferences = (
         sqlstates.SerializationFailure,
         sqlstates.DeadlockDetected,
         sqlstates.LockNotAvailable,
         sqlstates.IdleInTransactionSessionTimeout,
     )
-    breaks: tuple[type[Exception], ...] = (psycopg.OperationalError,)
-    errors: tuple[type[Exception], ...] = (psycopg.Error,)
-    refusals: tuple[type[Exception], ...] = (psycopg.IntegrityError, psycopg.ProgrammingError, psycopg.DataError)
+    breaks = (psycopg.OperationalError,)
+    errors = (psycopg.Error,)
+    refusals = (psycopg.IntegrityError, psycopg.ProgrammingError, psycopg.DataError)
 
     def __init__(self, url: str) -> None:
         try:
@@ -150,7 +146,6 @@ class Postgres:
         self._listening: threading.Thread | None = None
 
     def writer(self) -> _Connection:
-        """Connect to write; tables are made or brought up to date by the first server that comes. Raises StoreError."""
         try:
             connection = self._connect()
             try:
@@ -163,56 +158,37 @@ class Postgres:
         return _Connection(connection)
 
     def reader(self) -> _Connection:
-        """Connect to read: such transactions hold nobody up, so they may take as long as the lease."""
+        # such transactions hold nobody up, so they may take as long as the lease
         return _Connection(self._connect(idle_s=LEASE_S))
 
     def maintainer(self) -> _Connection:
-        """Connect, to read and to write as servers do. Raises StoreError if that fails."""
         try:
             return _Connection(self._connect())
         except psycopg.Error as error:
             raise StoreError(f"{self.place}: {_said(error)}") from error
 
     def lock(self, connection: Connection, name: str) -> None:
-        """Take a lock of that name, held until the end of the transaction."""
         number = int.from_bytes(hashlib.blake2b(name.encode(), digest_size=8).digest(), signed=True)
         connection.execute("SELECT pg_advisory_xact_lock(?)", (number,))
 
     def tell(self, connection: Connection, topics: frozenset[str]) -> None:
-        """Have other servers told with the commit."""
         for text in _letters(self.server, sorted(topics)):
             connection.execute("SELECT pg_notify(?, ?)", (_CHANNEL, text))
 
-    def shrink(self, connection: Connection) -> bool:
-        """Do nothing: the database reuses space by itself (autovacuum)."""
-        return False
-
-    def settle(self) -> bool:
-        """Do nothing."""
-        return True
-
     def disk_bytes(self, connection: Connection) -> int:
-        """Return the size of the whole database."""
         size: int = connection.execute("SELECT pg_database_size(current_database())").fetchone()[0]
         return size
 
-    def free_bytes(self, connection: Connection) -> int:
-        """Return 0: only a look at every page would tell."""
-        return 0
-
     def version(self, connection: Connection) -> int:
-        """Return the version of the tables."""
         (table,) = connection.execute("SELECT to_regclass('marsupial')").fetchone()
         row = None if table is None else connection.execute("SELECT version FROM marsupial").fetchone()
         return 0 if row is None else int(row[0])
 
     def listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
-        """Begin to listen, and to say that this server is alive."""
         self._listening = threading.Thread(target=self._listen, args=(heard,), name="store-listener", daemon=True)
         self._listening.start()
 
     def close(self) -> None:
-        """Say that this server is gone."""
         self._ended.set()
         if self._listening is not None:
             self._listening.join(_LISTEN_S + _RETRY_S)

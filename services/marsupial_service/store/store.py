@@ -9,8 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any, TypeVar
 
-from marsupial_service.store.engine import Connection, StoreBackend
-from marsupial_service.store.errors import StoreError
+from marsupial_service.store.engine import Connection, StoreBackend, StoreError
 from marsupial_service.store.failpoints import failpoints
 from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction

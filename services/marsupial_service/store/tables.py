@@ -12,7 +12,7 @@ They are written in the SQL of SQLite; `postgres` translates what PostgreSQL say
 
 from __future__ import annotations
 
-from marsupial_service.store.errors import StoreError
+from marsupial_service.store.engine import StoreError
 
 ROW_BYTES = 40
 """What a row takes besides its contents, in what is counted as `bytes` of an entry."""

@@ -77,3 +77,7 @@ class Transaction:
     def shrink(self) -> bool:
         """Give back some of the space that is no longer used; say whether there is more."""
         return self._engine.shrink(self._connection)
+
+
+StoreReader = Connection | Transaction
+"""What reads: a connection, or a transaction under way."""

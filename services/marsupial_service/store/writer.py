@@ -38,8 +38,7 @@ from functools import partial
 from typing import Any
 
 from marsupial_service.store import failpoints
-from marsupial_service.store.engine import Connection, StoreBackend
-from marsupial_service.store.errors import StoreError
+from marsupial_service.store.engine import Connection, StoreBackend, StoreError
 from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 
