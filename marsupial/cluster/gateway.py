@@ -101,7 +101,7 @@ class Gateway:
         for fd in fds:
             channel = Channel(socket.socket(fileno=fd))
             if request == ROOM:
-                _RelayedRun(self, channel)
+                RelayedRun(self, channel)
             else:
                 _ImmediateAnswer(self, channel, request)
 
@@ -174,7 +174,7 @@ class _ImmediateAnswer:
         self._relay.close()
 
 
-class _RelayedRun:
+class RelayedRun:
     """A run from when room is asked for to its end."""
 
     def __init__(self, gateway: Gateway, channel: Channel) -> None:

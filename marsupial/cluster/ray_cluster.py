@@ -74,10 +74,7 @@ def cluster_at(address: str) -> Cluster:
 
     ``auto`` is the one that a node on this machine belongs to; ``local`` one of its own, for as long as it is needed.
 
-    Raises
-    ------
-    UsageError
-        If this is no address.
+    Raises UsageError if this is no address.
     """
     if address in (LOCAL, AUTO):
         return Cluster(address)

@@ -75,7 +75,6 @@ class ClusterRunner:
         return None if self._trouble is None else self._trouble[0]
 
     def shutdown(self) -> None:
-        """End all runs and the connection."""
         self._ended.set()
         found, self._gateway = self._gateway, None
         if found is not None:
@@ -188,7 +187,6 @@ class _NodeReservation:
         return JobRun(channel, job.limits, kill=lambda: None)
 
     def close(self) -> None:
-        """Give it up."""
         with self._lock:
             self._closed = True
             if self._channel is not None:

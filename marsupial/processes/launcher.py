@@ -101,10 +101,7 @@ class Launcher:
     def answer(self, channel: Channel) -> bytes:
         """Wait for the answer: everything that was asked for before is loaded.
 
-        Raises
-        ------
-        InternalError
-            If it ends, was ended, or takes minutes.
+        Raises InternalError if it ends, was ended, or takes minutes.
         """
         frame = None
         try:
@@ -182,10 +179,7 @@ def warm_up(*, wait: bool = True, preload: tuple[Preload, ...] = ()) -> None:
     preload
         What it is to load, as will every fork server that replaces it; what it has loaded already costs nothing.
 
-    Raises
-    ------
-    InternalError
-        If the fork server can't be started and `wait`.
+    Raises InternalError if the fork server can't be started and `wait`.
     """
     _preload.update(dict.fromkeys(preload))
     launcher = _current()
@@ -299,10 +293,7 @@ def run(job: Job) -> JobRun:
 
     Its time counts from when it has a process: what is being loaded for jobs is waited for before.
 
-    Raises
-    ------
-    InternalError
-        If the fork server can't be started.
+    Raises InternalError if the fork server can't be started.
     """
     channel, supervisor = begin(order_of(job))
     return JobRun(channel, job.limits, partial(reaper.kill, supervisor))

@@ -11,19 +11,21 @@ import math
 from collections.abc import Callable
 from contextlib import aclosing, suppress
 from dataclasses import asdict, dataclass
+from typing import Any, cast
 
 from marsupial.errors import InputError
+from marsupial.formats.scenario.write import terrain_fields, type_fields
+from marsupial.model.grid import Grid
 from marsupial_client import AsyncClient, AsyncMission, Conflict
-from marsupial_client.mission_documents import Commands, MissionEnded, Report
-from marsupial_ros.brief import brief_of, frame_of
+from marsupial_client.mission_documents import Brief, Commands, MissionEnded, Report
 from marsupial_ros.chart import Chart
 from marsupial_ros.clock import Clock
 from marsupial_ros.fleet import CANCEL_S, RobotFleet, UnreportedEvents
 from marsupial_ros.hearing import Hearing, subscriptions
 from marsupial_ros.journal import Journal, Record
-from marsupial_ros.rosbridge import Rosbridge
+from marsupial_ros.robots import TrackedRobot
+from marsupial_ros.rosbridge import Rosbridge, first_of
 from marsupial_ros.settings import Settings
-from marsupial_ros.together import first_of
 from marsupial_ros.transforms import Frames
 
 TICK_S = 0.05
@@ -91,10 +93,7 @@ class Bridge:
     async def run(self) -> BridgeOutcome:
         """Drive the mission to its end, or to where the user leaves.
 
-        Raises
-        ------
-        UsageError, InputError, ClientError
-            If settings, state or service are of no use.
+        Raises UsageError, InputError, ClientError if settings, state or service are of no use.
         """
         kept = self._journal.read()
         if kept is not None:
@@ -276,3 +275,38 @@ class Bridge:
 async def _watched(line: asyncio.Future[None]) -> None:
     """Wait for the connection's end, which is an error, without ending it."""
     await asyncio.shield(line)
+
+
+def brief_of(settings: Settings, grid: Grid, fleet: RobotFleet) -> Brief:
+    """Return the brief for a team that is placed, in the frame of a map of which nothing is reported yet."""
+    names = {terrain.code: terrain.name for terrain in grid.terrains}
+    planning = settings.planning
+    document: dict[str, Any] = {
+        "name": settings.name,
+        "frame": frame_of(grid),
+        "terrains": terrain_fields(grid),
+        "robot_types": [type_fields(kind, names) for kind in settings.kinds],
+        "team": [_member(robot) for robot in fleet.robots.values()],
+        "goal": {"recover_rovers": settings.goal.recover_rovers, "return_home": settings.goal.return_home},
+        "budget": {"seconds": planning.budget_s},
+        "planning_time": planning.planning_time.value,
+        "time_limit_ms": settings.limits.time_ms,
+    }
+    document |= {} if planning.strategy is None else {"strategy": planning.strategy}
+    document |= {} if planning.planner is None else {"planner": planning.planner}
+    return cast(Brief, document)
+
+
+def frame_of(grid: Grid) -> dict[str, Any]:
+    """Return the frame of a map."""
+    return {
+        "width": grid.width,
+        "height": grid.height,
+        "resolution_m": grid.resolution_m,
+        "origin_m": list(grid.origin_m),
+    }
+
+
+def _member(robot: TrackedRobot) -> dict[str, Any]:
+    where = {"carrier": robot.aboard} if robot.anchor is None else {"pose_m": list(robot.anchor)}
+    return {"name": robot.name, "type": robot.settings.kind.name, **where}

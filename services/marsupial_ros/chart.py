@@ -92,10 +92,7 @@ class Chart:
     def update(self, update: Update) -> None:
         """Take a new part of the map in; one that comes before the map, or after one that was refused, is passed over.
 
-        Raises
-        ------
-        MapError
-            If it lies outside the map.
+        Raises MapError if it lies outside the map.
         """
         if self._occupancy is None or self._refused:
             return

@@ -71,7 +71,6 @@ class Hearing:
             self._readers[settings.clock] = lambda message: clock.tell(seconds_of(message["clock"]))
 
     def connected(self) -> None:
-        """Have the fleet send its goals again."""
         self._say("rosbridge: connected")
         self._open = True
         self._said.clear()
@@ -84,24 +83,20 @@ class Hearing:
         self._open = False
 
     def message(self, topic: str, message: Mapping[str, Any]) -> None:
-        """Take a message in."""
         try:
             self._readers[topic](message)
         except UNREADABLE as error:
             self._once(topic, f"{topic}: a message was passed over: {error}")
 
     def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
-        """Let the fleet know."""
         if self.fleet is not None:
             self.fleet.hear(goal, values, self._clock.now_s)
 
     def ended(self, end: ActionResult) -> None:
-        """Let the fleet know."""
         if self.fleet is not None:
             self.fleet.ended(end)
 
     def complaint(self, text: str) -> None:
-        """Tell it, once only."""
         self._once(text, text)
 
     def _map(self, message: Mapping[str, Any]) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Protocol
@@ -21,7 +21,6 @@ from websockets.exceptions import InvalidURI, WebSocketException
 
 from marsupial.errors import UsageError
 from marsupial_ros.messages import UNREADABLE
-from marsupial_ros.together import first_of
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.2, 5.0
 """Between tries to connect."""
@@ -61,18 +60,16 @@ class ActionResult:
 
 @dataclass(frozen=True, slots=True)
 class Subscription:
-    """A topic, its type, and how its messages are to come (`compression`, at most one in `throttle_ms`)."""
+    """A topic, its type, and how its messages are to come (`compression`)."""
 
     topic: str
     type: str
     compression: str = "none"
-    throttle_ms: int = 0
 
     def as_document(self) -> dict[str, Any]:
         """Return the request for it."""
         document: dict[str, Any] = {"op": "subscribe", "id": f"marsupial:{self.topic}"}
-        document |= {"topic": self.topic, "type": self.type, "compression": self.compression}
-        return document | ({"throttle_rate": self.throttle_ms} if self.throttle_ms else {})
+        return document | {"topic": self.topic, "type": self.type, "compression": self.compression}
 
 
 class Listener(Protocol):
@@ -137,10 +134,7 @@ class Rosbridge:
     async def run(self) -> None:
         """Connect, again and again, and let the listener hear what comes.
 
-        Raises
-        ------
-        UsageError
-            Where the address is none.
+        Raises UsageError where the address is none.
         """
         pause_s = FIRST_PAUSE_S
         while True:
@@ -230,3 +224,16 @@ class Rosbridge:
         if len(parts) == total:
             del self._fragments[name]
             self._take("".join(parts[number] for number in range(total)))
+
+
+async def first_of(*work: Coroutine[Any, Any, None]) -> None:
+    """Do all of it until the first part is over, then end the rest; what a part raises is raised."""
+    tasks = [asyncio.ensure_future(part) for part in work]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+    for task in done:
+        task.result()

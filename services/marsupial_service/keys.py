@@ -131,7 +131,6 @@ class KeyFile(Keys):
         self._keys: tuple[Key, ...] = ()
 
     def all(self) -> tuple[Key, ...]:
-        """Return all keys, the expired and revoked ones too."""
         try:
             status = self._path.stat()
         except FileNotFoundError:
@@ -165,7 +164,6 @@ class KeyRow(Keys):
         self._read()
 
     def all(self) -> tuple[Key, ...]:
-        """Return all keys, the expired and revoked ones too."""
         return self._keys
 
     def _hear(self, topics: frozenset[str] | None) -> None:

@@ -15,7 +15,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from pydantic import BaseModel
 
-from marsupial_service.examples.bodies import EXAMPLES
+from marsupial_service.examples.demos import EXAMPLES
 from marsupial_service.problems import KINDS, MEDIA_TYPE
 from marsupial_service.schemas.answers import ProblemAnswer
 from marsupial_service.schemas.events import JOB_EVENTS, MISSION_EVENTS

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import zlib
 
 from marsupial.model.planning import Budget
-from marsupial_service.entries.documents import line, plan_of, text_with
+from marsupial_service.entries.documents import line, text_with
 from marsupial_service.entries.records import UnknownEntry
 from marsupial_service.entries.table import EntryTable, made_of
-from marsupial_service.jobs.records import MOVES, Analysed, JobRecord, PlanRecord
+from marsupial_service.jobs.records import MOVES, Analysed, JobRecord
 from marsupial_service.moments import timestamp
 from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.store.engine import StoreRow
@@ -18,13 +17,6 @@ from marsupial_service.store.transaction import StoreReader
 _SELECT = """
 SELECT jobs.*, plans.makespan_ms
 FROM jobs LEFT JOIN plans ON plans.job = jobs.number AND plans.revision = jobs.plans"""
-
-
-def plans(reader: StoreReader, job: str) -> tuple[PlanRecord, ...]:
-    """Return the plans of a job in order."""
-    sql = "SELECT plans.* FROM plans JOIN jobs ON number = job WHERE id = ? ORDER BY revision"
-    rows = reader.execute(sql, (job,))
-    return tuple(made_of(PlanRecord, row, plan=plan_of(json.loads(row["actions"]))) for row in rows)
 
 
 def plan_text(reader: StoreReader, job: str, revision: int) -> str:

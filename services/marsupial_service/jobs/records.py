@@ -60,26 +60,6 @@ class PackedRequest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlanRecord:
-    """A revision of a job's plan, counted from 1, each better than the last and accepted by the checker.
-
-    Parameters
-    ----------
-    found_after_ms
-        Since the job first began to run.
-    ipc
-        The plan in the format of the planning competitions.
-    """
-
-    revision: int
-    plan: Plan
-    makespan_ms: int
-    found_after_ms: int
-    at_ms: int
-    ipc: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class JobRecord(StoredEntry):
     """A job as it is stored; it has an `outcome` if and only if its state is final.
 
@@ -88,7 +68,7 @@ class JobRecord(StoredEntry):
     attempts
         How often it was started; more than one only where a process of it was killed or the server ended.
     plans
-        How many revisions there are; `makespan_ms` is that of the last, which is the best.
+        How many revisions of the plan there are, each better than the one before; `makespan_ms` is that of the last.
     lower_bound_ms
         On the makespan, where the planner proved one.
     """

@@ -25,7 +25,7 @@ from marsupial_service.entries.slots import Slot, Slots
 from marsupial_service.jobs import lookup, table, turns, work
 from marsupial_service.jobs.attempt import Attempt, AttemptLost
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.records import Analysed, Closed, JobRecord, JobSettings, Metrics, PackedRequest, PlanRecord
+from marsupial_service.jobs.records import Analysed, Closed, JobRecord, JobSettings, Metrics, PackedRequest
 from marsupial_service.moments import wall_clock_ms
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError
@@ -117,10 +117,6 @@ class Jobs(Entries[JobRecord]):
         finally:
             self._storing -= 1
         return submitted
-
-    async def plans(self, job: str) -> tuple[PlanRecord, ...]:
-        """Return every revision, the first one first."""
-        return await self.read(lambda reader: lookup.plans(reader, job))
 
     async def plan_text(self, job: str, revision: int) -> str:
         """Return a revision as JSON text. Raises UnknownEntry."""

@@ -117,16 +117,13 @@ class RemoteWorld:
 
     @property
     def grid(self) -> Grid:
-        """The known map."""
         return self._grid
 
     @property
     def now_ms(self) -> int:
-        """The time of the last report."""
         return self._now_ms
 
     def robots(self) -> tuple[RobotReport, ...]:
-        """Return every robot of the team."""
         return tuple(
             RobotReport(
                 name=name,
@@ -145,11 +142,9 @@ class RemoteWorld:
         return tuple(PlacedRobot(name=r.name, type=r.type, cell=r.cell, carrier=r.carrier) for r in self.robots())
 
     def distance_m(self, robot: str) -> float:
-        """Return how far a robot has driven."""
         return self._robots[robot].distance_m
 
     def driving_ms(self, robot: str) -> int:
-        """Return how long a robot has been driving."""
         return self._robots[robot].driving_ms
 
     def manoeuvres(self, robot: str) -> Manoeuvres:
@@ -157,7 +152,6 @@ class RemoteWorld:
         return self._robots[robot].odometer.manoeuvres
 
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
-        """Send a free robot along `route`."""
         mover = self._free(robot)
         kind = mover.kind
         times = passing_times_ms(route, self._grid.resolution_m, kind.speed_mps, kind.diagonal)
@@ -168,18 +162,15 @@ class RemoteWorld:
         mover.passes(route[step])
 
     def stop(self, robot: str) -> None:
-        """Let a driving robot stop."""
         order = self._robots[robot].order
         if order is not None and order.name == "drive" and not order.stopped:
             order.stopped = True
             self._process.order(order, stop=True)
 
     def dock(self, rover: str, carrier: str) -> None:
-        """Let a free rover dock on a free carrier."""
         self._together(ActionName.DOCK, rover, carrier, self._robots[rover].cell)
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
-        """Let a free carrier set down one of its rovers."""
         self._together(ActionName.UNDOCK, rover, carrier, cell)
 
     def advance(self, until_ms: int) -> News:

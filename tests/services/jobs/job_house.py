@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import sys
 from contextlib import AbstractAsyncContextManager
+from dataclasses import dataclass
 from pathlib import Path
 
 from entry_house import followed, opened, settings_of
@@ -12,9 +14,11 @@ from patience import HANG_S, awaited
 from situations import one_room
 from strange_tasks import Ordinary, do_strange_tasks, source_of
 
+from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.processes.runner import LOCAL, Runner
+from marsupial_service.entries.documents import plan_of
 from marsupial_service.entries.records import EventRecord
 from marsupial_service.jobs.records import JobRecord, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
@@ -56,6 +60,20 @@ async def ended(jobs: Jobs, job: str) -> JobRecord:
     return record
 
 
+@dataclass(frozen=True)
+class StoredPlan:
+    plan: Plan
+    makespan_ms: int
+    ipc: str
+
+
+async def plans_of(jobs: Jobs, job: str) -> list[StoredPlan]:
+    """Return every revision of a job's plan, the first one first."""
+    count = (await jobs.of("me", job)).plans
+    found = [json.loads(await jobs.plan_text(job, revision)) for revision in range(1, count + 1)]
+    return [StoredPlan(plan_of(one["actions"]), one["makespan_ms"], one["ipc"]) for one in found]
+
+
 async def told(jobs: Jobs, job: str, after: int = 0) -> list[EventRecord]:
     async with asyncio.timeout(HANG_S):
         return [event async for event in followed(jobs, job, after)]
@@ -65,6 +83,6 @@ async def planned(jobs: Jobs, job: str, revision: int = 1) -> None:
     """Wait until a job has that revision."""
 
     async def is_there() -> bool:
-        return len(await jobs.plans(job)) >= revision
+        return (await jobs.of("me", job)).plans >= revision
 
     await awaited(is_there, f"revision {revision} of {job}")

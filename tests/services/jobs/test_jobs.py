@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from job_house import SLOW, ended, open_jobs, planned, request, submit, told
+from job_house import SLOW, ended, open_jobs, planned, plans_of, request, submit, told
 from launcher_tree import is_gone, nothing_runs
 from patience import HANG_S
 from situations import many_rooms, one_hall, one_room, out_of_reach
@@ -63,7 +63,7 @@ def test_revisions_improve_strictly_are_valid_and_are_what_events_told(place: st
         async with open_jobs(place) as jobs:
             job = await submit(jobs, request(situation, "anytime", seconds=None, steps=300))
             events = await told(jobs, job)
-            plans = await jobs.plans(job)
+            plans = await plans_of(jobs, job)
             assert len(plans) > 1
             assert all(check(situation, record.plan).valid for record in plans)
             scores = [MAKESPAN.value(situation, record.plan) for record in plans]
@@ -215,7 +215,7 @@ def test_a_cancelled_job_keeps_its_best_plan(place: str, tmp_path: Path) -> None
             await planned(jobs, job)
             cancelled = await jobs.cancel(job)
             assert cancelled.outcome is JobOutcome.CANCELLED
-            best = (await jobs.plans(job))[-1]
+            best = (await plans_of(jobs, job))[-1]
             assert best.makespan_ms == cancelled.makespan_ms
             assert check(one_room(), best.plan).valid
             assert (await told(jobs, job))[-1].type is JobEventType.END

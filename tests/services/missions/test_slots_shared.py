@@ -68,7 +68,7 @@ def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_job_goe
             await jobs.start()
             await missions.start()
             job = (await jobs.submit(WANTED, owner="me")).record.id
-            while not await jobs.plans(job):
+            while not (await jobs.of("me", job)).plans:
                 await asyncio.sleep(0.02)
             record = await started(missions)
             assert await Driver(team()).drive(missions, record)
