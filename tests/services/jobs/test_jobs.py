@@ -13,7 +13,7 @@ from job_house import SLOW, ended, open_jobs, planned, plans_of, request, submit
 from launcher_tree import is_gone, nothing_runs
 from patience import HANG_S
 from situations import many_rooms, one_hall, one_room, out_of_reach
-from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in
+from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in, source_of
 
 from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_json
@@ -280,7 +280,7 @@ def test_a_map_is_analysed_by_the_worker_and_what_it_found_is_kept(place: str) -
             ready = await submit(jobs)
             await ended(jobs, ready)
             assert await jobs.analysis(ready) is None
-            assert json.loads(await jobs.source(ready) or "") == {"planner": "greedy"}
+            assert json.loads(await jobs.source(ready) or "") == source_of(one_room())
 
     asyncio.run(run())
 
