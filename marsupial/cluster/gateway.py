@@ -124,7 +124,7 @@ class Gateway:
         return await asyncio.get_running_loop().run_in_executor(self._threads, function, *arguments)
 
     async def look(self) -> None:
-        """Have a node agent on every node that has processors, and none on those that are gone.
+        """Keep a node agent on every node that has processors, and drop those of nodes that are gone.
 
         Raises
         ------
@@ -252,5 +252,5 @@ class RelayedRun:
         return None
 
     def _still(self, ready: Mapping[str, Link]) -> bool:
-        """Say whether a place on these nodes is wanted: no other ones are ready meanwhile."""
+        """Return whether a place on these nodes is wanted: no other ones are ready meanwhile."""
         return not self._left and self._gateway.ready().keys() == ready.keys()

@@ -83,7 +83,7 @@ class Link:
             self._gateway.go(self._post())
 
     def load(self) -> None:
-        """Have the agent load what the gateway was told meanwhile."""
+        """Make the agent load what was added to the preload list meanwhile."""
         if self.ready:
             self._agent.load.remote(self._gateway.preload)
 

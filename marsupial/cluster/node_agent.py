@@ -67,7 +67,7 @@ class NodeAgent:
         return platform.node()
 
     async def load(self, preload: list[bytes]) -> None:
-        """Have pickled functions called once for all jobs."""
+        """Call pickled functions once, for all jobs."""
         calls = tuple(pickle.loads(one) for one in preload)
         await asyncio.to_thread(partial(launcher.warm_up, preload=calls))
 

@@ -38,7 +38,7 @@ class ClusterRunner:
     packages
         Of ours, which have to be the same on all nodes.
     warn
-        Is told in words when the cluster can't be used, with what Ray says of it.
+        Receives a message when the cluster can't be used, with Ray's reason.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class ClusterRunner:
             found.close()
 
     def _asked(self, patience_s: float) -> bool:
-        """Ask the gateway how it is; say whether it answers."""
+        """Ask the gateway how it is; return whether it answers."""
         channel = self.ask(gateway.STATE, None)
         if channel is None:
             return False

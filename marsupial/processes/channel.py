@@ -142,7 +142,7 @@ class Channel:
         return self._line.fileno()
 
     def end(self) -> None:
-        """Let the other end know that nothing more is sent."""
+        """Signal the other end that nothing more is sent."""
         try:
             self._line.shutdown(socket.SHUT_WR)
         except OSError:  # it is closed

@@ -82,11 +82,11 @@ class Launcher:
         return self._process.pid
 
     def usable(self) -> bool:
-        """Say whether it can still be asked by this process."""
+        """Return whether it can still be asked by this process."""
         return self.owner == os.getpid() and self._process.poll() is None
 
     def was_killed(self) -> bool:
-        """Say whether another process has killed it, or what it has just forked."""
+        """Return whether another process has killed it, or what it has just forked."""
         return not self._ended and (self._process.poll() or -1) < 0
 
     def ask(self, request: bytes, order: object) -> Channel:
@@ -252,7 +252,7 @@ class JobRun:
             self._channel.send(value)
 
     def put(self, value: object) -> bool:
-        """Send a value as far as that goes without waiting; say whether something is left, for `drain`."""
+        """Send a value as far as that goes without waiting; return whether something is left, for `drain`."""
         self._channel.put_value(value)
         self._channel.flush()
         return self._channel.unsent > 0

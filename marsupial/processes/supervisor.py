@@ -96,7 +96,7 @@ class _Supervisor:
         self.stop = (Ending.KILLED, "the process that starts jobs has ended")
 
     def _end(self, ending: Ending, detail: str) -> None:
-        """Have the job ended, unless that is so already."""
+        """Request the end of the job, unless it was requested before."""
         self.stop = self.stop or (ending, detail)
 
     def run(self) -> None:
@@ -139,7 +139,7 @@ class _Supervisor:
             self._end(Ending.TIMEOUT, f"stopped at its limit of {self.limits.wall_s:g} s")
 
     def _rests(self) -> bool:
-        """Say whether the worker, with nothing below it, has done nothing since it was looked at; look later then."""
+        """Return whether the worker, with nothing below it, has done nothing since the last look; poll less then."""
         worked_s, before_s = reaper.cpu_s(self.pid), self.worked_s
         rests = self.alone and worked_s is not None and worked_s == before_s
         self.worked_s = worked_s

@@ -114,7 +114,7 @@ class Bridge:
         return self.outcome
 
     async def _leave(self, line: asyncio.Future[None]) -> None:
-        """Have all goals ended, and wait until they are, but not for long."""
+        """Cancel all goals and wait for their ends, but not for long."""
         loop = asyncio.get_running_loop()
         until_s = loop.time() + LEAVE_S
         self._fleet.abandon(self._clock.now_s)
@@ -230,7 +230,7 @@ class Bridge:
             await asyncio.sleep(TICK_S)
 
     def _due(self, n: int) -> bool:
-        """Say whether a report is due after report `n`."""
+        """Return whether a report is due after report `n`."""
         until_ms = self._record.until_ms
         if self._over or until_ms is None or self._record.answered < n:
             return False

@@ -68,13 +68,13 @@ class Chart:
 
     @property
     def grid(self) -> Grid | None:
-        """The map as ROS told it last, with its masks; None before the first."""
+        """The last map from ROS, with its masks; None before the first."""
         if self._grid is None and self._occupancy is not None:
             self._grid = self._read(self._occupancy)
         return self._grid
 
     def take(self, occupancy: Occupancy) -> None:
-        """Take a whole map in.
+        """Store a whole map.
 
         Raises
         ------
@@ -90,7 +90,7 @@ class Chart:
         self._occupancy, self._grid, self.fresh = occupancy, None, True
 
     def update(self, update: Update) -> None:
-        """Take a new part of the map in; one that comes before the map, or after one that was refused, is passed over.
+        """Store a new part of the map. Parts before the first map, or after a refused one, are ignored.
 
         Raises MapError if it lies outside the map.
         """
@@ -105,7 +105,7 @@ class Chart:
         self._occupancy, self._grid, self.fresh = replace(self._occupancy, values=values), None, True
 
     def begin(self) -> Grid:
-        """Let the mission begin with the frame of the map as it is now, and nothing reported; return that."""
+        """Begin the mission with the present frame of the map and nothing reported; return the map."""
         assert self.grid is not None
         self._first, self._frame = self.grid, MissionFrame.of(self.grid)
         self._reported = np.full_like(self._first.cells, UNKNOWN)

@@ -71,7 +71,7 @@ def handover_goal(
 
 
 def failure_of(goal: ActionGoal, end: ActionResult) -> str:
-    """Say why a goal was not reached, in the words of its action as far as it has any."""
+    """Return why a goal was not reached, in the words of its action if it has any."""
     word = GoalStatus(end.status).name.lower() if end.status in list(GoalStatus) else f"status {end.status}"
     values = end.values if isinstance(end.values, dict) else {}
     said = values.get("error_msg") or values.get("message") or (end.values if isinstance(end.values, str) else "")
@@ -82,7 +82,7 @@ def failure_of(goal: ActionGoal, end: ActionResult) -> str:
 
 
 def succeeded(end: ActionResult) -> bool:
-    """Say whether a goal was reached; the actions of `marsupial_interfaces` may say that it was not after all."""
+    """Return whether a goal was reached; the actions of `marsupial_interfaces` may say that it was not after all."""
     return end.status == GoalStatus.SUCCEEDED and not (
         isinstance(end.values, dict) and end.values.get("success") is False
     )

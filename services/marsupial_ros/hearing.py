@@ -43,7 +43,7 @@ def subscriptions(settings: Settings) -> list[Subscription]:
 
 
 class Hearing:
-    """Hears what rosbridge brings; what can't be read is told once for each topic, and passed over."""
+    """Receives messages of rosbridge; unreadable ones are reported once per topic and ignored."""
 
     def __init__(
         self,
@@ -108,7 +108,7 @@ class Hearing:
         self._chart.update(update_in(message))
 
     def _transforms(self, frames: Frames, static: bool, message: Mapping[str, Any]) -> None:
-        """Take all links in that can be read: others may be of other robots."""
+        """Store all readable links: the unreadable ones may be of other robots."""
         faults: list[Exception] = []
         for stamped in message["transforms"]:
             try:

@@ -110,8 +110,8 @@ class Rosbridge:
         self._outbox: asyncio.Queue[str] | None = None
         self._fragments: dict[str, dict[int, str]] = {}
         self._readers: Mapping[str, Callable[[Mapping[str, Any]], None]] = {
-            "publish": self._published,
-            "action_feedback": self._action_told,
+            "publish": lambda told: listener.message(told["topic"], told["msg"]),
+            "action_feedback": lambda told: listener.feedback(str(told.get("id")), told["values"]),
             "action_result": self._action_ended,
             "status": self._told,
             "fragment": self._fragment,
@@ -128,7 +128,7 @@ class Rosbridge:
         self._send({**document, "args": values, "feedback": True})
 
     def cancel_goal(self, goal: str, action: str) -> None:
-        """Have a goal ended; that it has is told as of any other."""
+        """Cancel a goal; its end is reported as any other."""
         self._send({"op": "cancel_action_goal", "id": goal, "action": action})
 
     async def run(self) -> None:
@@ -192,7 +192,7 @@ class Rosbridge:
             self._take(data)
 
     def _take(self, data: str | bytes) -> None:
-        """Take a message in; one that can't be read is told of and passed over."""
+        """Dispatch a message; an unreadable one is reported and ignored."""
         try:
             document = json.loads(data) if isinstance(data, str) else cbor2.loads(data)
             reader = self._readers.get(document["op"])
@@ -200,12 +200,6 @@ class Rosbridge:
                 reader(document)
         except (*UNREADABLE, RecursionError, cbor2.CBORDecodeError) as error:
             self._listener.complaint(f"rosbridge sent what is no message of its protocol ({error!r})")
-
-    def _published(self, document: Mapping[str, Any]) -> None:
-        self._listener.message(document["topic"], document["msg"])
-
-    def _action_told(self, document: Mapping[str, Any]) -> None:
-        self._listener.feedback(str(document.get("id")), document["values"])
 
     def _action_ended(self, document: Mapping[str, Any]) -> None:
         status = int(document.get("status", GoalStatus.SUCCEEDED if document.get("result") else GoalStatus.UNKNOWN))
@@ -227,7 +221,7 @@ class Rosbridge:
 
 
 async def first_of(*work: Coroutine[Any, Any, None]) -> None:
-    """Do all of it until the first part is over, then end the rest; what a part raises is raised."""
+    """Run all of it until the first part is over, then cancel the rest; what a part raises is raised."""
     tasks = [asyncio.ensure_future(part) for part in work]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

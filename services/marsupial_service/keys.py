@@ -59,7 +59,7 @@ class Key:
         return self.sha256[:8]
 
     def holds(self, now_s: float) -> bool:
-        """Say whether it is good at that moment."""
+        """Return whether it is good at that moment."""
         return self.revoked_s is None and now_s < self.expires_s
 
 
@@ -81,11 +81,11 @@ class Keys(ABC):
         return next((key for key in found if key.holds(now_s)), None)
 
     def is_good(self, key: Key, now_s: float) -> bool:
-        """Say whether a key that was found is still good."""
+        """Return whether a key that was found is still good."""
         return any(other.sha256 == key.sha256 and other.holds(now_s) for other in self.all())
 
     def knows(self, name: str, now_s: float) -> bool:
-        """Say whether a name has a good key."""
+        """Return whether a name has a good key."""
         return any(key.name == name and key.holds(now_s) for key in self.all())
 
     def add(self, name: str, scopes: Iterable[str], days: float, now_s: float) -> str:
@@ -155,7 +155,7 @@ class KeyFile(Keys):
 
 
 class KeyRow(Keys):
-    """The keys of a database that servers share; a change is seen as soon as its server is told of it."""
+    """The keys of a database that servers share; a change is seen when its notification arrives."""
 
     def __init__(self, store: Store) -> None:
         self._store = store

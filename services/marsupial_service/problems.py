@@ -132,7 +132,7 @@ def problem_of(error: MarsupialError, document: object) -> HttpProblem:
 
 
 def problem_of_all(kind: str, problems: Sequence[Problem], document: object) -> HttpProblem:
-    """Return the problem for all that is wrong with the body `document`; the first ones are told."""
+    """Return the problem that lists the first faults of the body `document`."""
     details = [
         ProblemDetailAnswer(pointer=of_path(problem.path, document), detail=problem.message)
         for problem in problems[:MOST_ERRORS]
@@ -199,17 +199,14 @@ def _first(path: str, body: object) -> tuple[str | int, str]:
     if index is not None:
         return int(index[1]), path[index.end() :]
     if isinstance(body, Mapping):
-        keys = [key for key in body if isinstance(key, str) and key and _begins(path, key)]
+        keys = [key for key in body if isinstance(key, str) and key and path.startswith(key)]
+        keys = [key for key in keys if path[len(key) : len(key) + 1] in ("", ".", "[")]
         if keys:
             key = max(keys, key=len)
             return key, path[len(key) :]
     match = re.match(r"[^.\[]*", path)
     word = match[0] if match is not None and match[0] else path
     return word, path[len(word) :]
-
-
-def _begins(path: str, key: str) -> bool:
-    return path.startswith(key) and path[len(key) : len(key) + 1] in ("", ".", "[")
 
 
 def _at(body: object, part: str | int) -> Any:

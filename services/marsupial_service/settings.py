@@ -135,7 +135,7 @@ class ServiceSettings:
 
     @property
     def is_loopback(self) -> bool:
-        """Say whether only this machine can connect."""
+        """Return whether only this machine can connect."""
         return self.host in LOOPBACK
 
     def in_force(self) -> ServiceSettings:
@@ -159,7 +159,7 @@ class ServiceSettings:
 
     @property
     def needs_keys(self) -> bool:
-        """Say whether requests need an API key."""
+        """Return whether requests need an API key."""
         return self.keys or not self.is_loopback
 
 

@@ -41,7 +41,7 @@ class Quota:
 
     @property
     def is_bounded(self) -> bool:
-        """Say whether there is a quota at all."""
+        """Return whether there is a quota at all."""
         return self.seconds < UNBOUNDED_S
 
     def asked_s(self, seconds: float | None) -> float:

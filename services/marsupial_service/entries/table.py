@@ -139,7 +139,7 @@ class EntryTable(Generic[E]):
         return tuple(self.record(row) for row in reader.execute(sql, (*conditions.values(), limit)))
 
     def move(self, tx: Transaction, number: int, state: StrEnum, now_ms: int, **more: object) -> bool:
-        """Put an entry into another state, with `more` columns; say whether that may follow the one it was in."""
+        """Put an entry into another state, with `more` columns; return whether that may follow the one it was in."""
         if not self.moves[state]:
             more["finished_ms"] = now_ms
         before = [former for former, states in self.moves.items() if state in states]
@@ -157,7 +157,7 @@ class EntryTable(Generic[E]):
         return term
 
     def _set(self, tx: Transaction, where: Mapping[str, Sequence[object]], **columns: object) -> bool:
-        """Set columns of the entries whose other columns have one of the values given; say whether there are any."""
+        """Set columns of the entries whose other columns have one of the values given; return whether there are any."""
         changes = ", ".join(f"{column} = ?" for column in columns)
         which = " AND ".join(f"{column} IN ({', '.join('?' * len(values))})" for column, values in where.items())
         given = (*columns.values(), *(value for values in where.values() for value in values))

@@ -40,11 +40,6 @@ def _moment(name: str) -> Callable[[], dict[str, Any]]:
     return load
 
 
-def _tiny() -> dict[str, Any]:
-    situation: dict[str, Any] = json.loads(situation_to_json(tiny()))
-    return situation
-
-
 def tiny() -> Situation:
     """Return: a carrier with a rover aboard, a door 1 s away, and a target behind it that only the rover reaches."""
     carrier = np.array([[0, UNREACHABLE, 1000], [UNREACHABLE] * 3, [1000, UNREACHABLE, 0]])
@@ -64,13 +59,12 @@ def tiny() -> Situation:
     )
 
 
-def _yard() -> dict[str, Any]:
-    state: dict[str, Any] = json.loads((files("marsupial_service.examples") / "yard.json").read_bytes())
-    return state
-
-
 DEMOS: Mapping[str, Demo] = {
-    "tiny": Demo(kind="situation", summary="one carrier, one rover, one target behind a door", load=_tiny),
+    "tiny": Demo(
+        kind="situation",
+        summary="one carrier, one rover, one target behind a door",
+        load=lambda: json.loads(situation_to_json(tiny())),
+    ),
     "office-2x2": Demo(
         kind="situation",
         summary="2 carriers with 2 rovers each and 8 targets in an office",
@@ -81,7 +75,11 @@ DEMOS: Mapping[str, Demo] = {
         summary="6 carriers with 3 rovers each and 18 targets in an office",
         load=_moment("mission-office-6x3-18"),
     ),
-    "yard": Demo(kind="map_state", summary="a yard with rough ground and mud that only rovers cross", load=_yard),
+    "yard": Demo(
+        kind="map_state",
+        summary="a yard with rough ground and mud that only rovers cross",
+        load=lambda: json.loads((files("marsupial_service.examples") / "yard.json").read_bytes()),
+    ),
 }
 """Requests for /v1/jobs, by name."""
 

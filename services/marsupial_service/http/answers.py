@@ -11,7 +11,7 @@ from starlette.responses import Response
 from marsupial_service.entries.documents import text_of, text_with
 from marsupial_service.jobs.records import JobRecord
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.problems import KINDS, MEDIA_TYPE, MOST_ERRORS, HttpProblem, Kind, summary
+from marsupial_service.problems import KINDS, MEDIA_TYPE, MOST_ERRORS, HttpProblem, summary
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.answers import JobSummaryAnswer, MissionAnswer, ProblemAnswer
 from marsupial_service.schemas.base import Answer
@@ -67,13 +67,12 @@ def answer(problem: HttpProblem, instance: str) -> Response:
         type=f"urn:marsupial:problem:{problem.kind}",
         title=kind.title,
         status=kind.status,
-        detail=problem.detail or summary(errors, len(problem.errors)) or _described(kind),
+        detail=problem.detail
+        or summary(errors, len(problem.errors))
+        or HTTPStatus(kind.status).description
+        or kind.title,
         instance=instance,
         errors=list(errors) or None,
     )
     text = json.dumps(body.model_dump())
     return Response(text.encode(), status_code=kind.status, headers=problem.headers, media_type=MEDIA_TYPE)
-
-
-def _described(kind: Kind) -> str:
-    return HTTPStatus(kind.status).description or kind.title

@@ -145,7 +145,7 @@ class GuardedProtocol(H11Protocol):
             self.transport.abort()
 
     def _look(self) -> None:
-        """Have the time run while there is no request."""
+        """Run the timer while there is no request."""
         busy = self._is_busy
         self._census.note(self, busy=busy)
         if busy and self._due is not None:
@@ -197,7 +197,7 @@ class LoopFaults:
 
 
 def allow_files(limits: ServiceLimits) -> None:
-    """Let this process have as many files open as it needs for all connections, as far as the system allows."""
+    """Raise the limit of open files to what all connections need, if the system allows it."""
     needed = limits.connections + OTHER_FILES
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = needed if hard == resource.RLIM_INFINITY else min(needed, hard)

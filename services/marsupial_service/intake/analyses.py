@@ -17,7 +17,7 @@ from marsupial_service.settings import ServiceLimits
 
 
 def analysis_of(body: AnalysisBody, _: Digested, limits: ServiceLimits) -> tuple[MapState, frozenset[str]]:
-    """Return what is to be analysed, and what is to be told of it. Raises InputError naming all that is wrong."""
+    """Return the map state, and the parts of the analysis that are asked for. Raises InputError with all faults."""
     return map_state_of(body.map_state, limits), INCLUDE if body.include is None else frozenset(body.include)
 
 

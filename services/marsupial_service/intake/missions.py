@@ -101,7 +101,7 @@ def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
 
 
 def _field(body: MissionBody, limits: ServiceLimits) -> tuple[Grid, Types]:
-    """Return the map as far as it is known, and the robot types for it."""
+    """Return the known map, and the robot types for it."""
     notes, frame = Notes(), body.frame
     size = frame.width * frame.height
     terrains = terrains_of(body.terrains, notes)
@@ -190,7 +190,7 @@ def _check_maps(batch: BatchBody, frame: MissionFrame, limits: ServiceLimits) ->
 
 @contextmanager
 def within_batch(i: int) -> Iterator[None]:
-    """Have what is wrong with a report told by its place in the batch."""
+    """Prefix the paths of errors with the report's place in the batch."""
     try:
         yield
     except InputError as error:
@@ -212,7 +212,7 @@ def _frame(body: ReportFrameBody, grid: Grid, notes: Notes, most_cells: int) -> 
 
 
 def _check_names(body: ReportBody, known: set[str], notes: Notes) -> None:
-    """Note robots that are not of the team, and what is told twice."""
+    """Note robots that are not of the team, and duplicates."""
     names = [(f"robots[{i}].name", note.name) for i, note in enumerate(body.robots)]
     lost = [(f"lost[{i}].robot", one.robot) for i, one in enumerate(body.lost)]
     teller = [] if body.robot is None else [("robot", body.robot)]
@@ -264,20 +264,15 @@ def _reports_of(
     """Return the reports of a request with their digests, and whether it is a batch."""
     is_batch = isinstance(body.root, BatchBody)
     bodies = body.root.reports if isinstance(body.root, BatchBody) else [body.root]
-    told = sum(_told(seen.runs) for one in bodies for seen in one.revealed)
+    told = sum(sum(seen.runs[1::3]) for one in bodies for seen in one.revealed)  # lengths of runs
     check_count("/reports" if is_batch else "/revealed", told, max(limits.cells, frame.size), "cells")
     digests = map(digest_of, sent.document["reports"]) if is_batch else [sent.digest]
     return list(zip(reports_of(body, brief, frame, limits), digests, strict=True)), is_batch
 
 
 def _has_no_map(body: ReportsBody) -> bool:
-    """Say whether no report has a whole map: a few runs of it are laid out as all cells of a frame."""
+    """Return whether no report has a whole map: a few runs of it are laid out as all cells of a frame."""
     return all(one.map is None for one in (body.root.reports if isinstance(body.root, BatchBody) else [body.root]))
-
-
-def _told(runs: Runs) -> int:
-    """Return how many cells runs tell of."""
-    return sum(runs[1::3])
 
 
 MISSION_READER = BodyReader(model=MissionBody, counts=counts.MISSION, make=_mission_of)

@@ -95,7 +95,7 @@ def _bare(asked: MapSimulationBody, grid: Grid, limits: ServiceLimits) -> Scenar
 
 
 def _placed(asked: Asked, scenario: Scenario, warnings: Sequence[str]) -> tuple[PlacedRobot, ...]:
-    """Return where the robots start; where there is no room, oddities of the map are told too: they may be why."""
+    """Return where the robots start. Without room for them, the error lists the map's oddities too."""
     try:
         return place_team(scenario, asked.seed)
     except ScenarioError as error:

@@ -89,7 +89,7 @@ class Attempt:
         return max(0.0, self._begun_s + self.took_s - self._cancelled_s)
 
     def cancel(self) -> None:
-        """Have it ended; returns at once."""
+        """Request its end; returns at once."""
         with self._lock:
             self._cancelled_s = min(self._cancelled_s, time.monotonic())
             self._cancelled.set()

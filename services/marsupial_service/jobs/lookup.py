@@ -20,7 +20,7 @@ FROM jobs LEFT JOIN plans ON plans.job = jobs.number AND plans.revision = jobs.p
 
 
 def plan_text(reader: StoreReader, job: str, revision: int) -> str:
-    """Return a revision of a job's plan as it is told, without looking at its actions. Raises UnknownEntry."""
+    """Return a revision of a job's plan as JSON, without parsing its actions. Raises UnknownEntry."""
     sql = "SELECT plans.* FROM plans JOIN jobs ON number = job WHERE id = ? AND revision = ?"
     row = reader.execute(sql, (job, revision)).fetchone()
     if row is None:

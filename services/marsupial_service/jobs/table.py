@@ -127,7 +127,7 @@ def queue_full(retry_after_s: int, *, yours: bool = False) -> TooMany:
 
 
 def is_queued(reader: StoreReader) -> bool:
-    """Say whether a job waits."""
+    """Return whether a job waits."""
     sql = "SELECT 1 FROM jobs WHERE state = ? AND finished_ms IS NULL LIMIT 1"
     return reader.execute(sql, (JobState.QUEUED,)).fetchone() is not None
 
@@ -174,7 +174,7 @@ def counts(reader: StoreReader) -> Metrics:
 
 
 def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
-    """Keep what was found on the map; say whether it was in time."""
+    """Keep what was found on the map; return whether it was in time."""
     if not _is_running(tx, claim):
         return False
     sql = "UPDATE payloads SET situation = ?, places = ? WHERE job = ?"
@@ -184,7 +184,7 @@ def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
 
 
 def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
-    """Keep a plan as the next revision; say whether it was in time and better than the last."""
+    """Keep a plan as the next revision; return whether it was in time and better than the last."""
     best = _best(tx, claim.number)
     if not _is_running(tx, claim) or (best is not None and found.score >= best[0]):
         return False
@@ -215,7 +215,7 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
 def finish(
     tx: Transaction, claim: Claim, closed: Closed, now_ms: int, quota: Quota = NO_QUOTA, took_ms: int | None = None
 ) -> bool:
-    """Put a running job into its final state; say whether it was in time. `took_ms`: see `_charge`."""
+    """Put a running job into its final state; return whether it was in time. `took_ms`: see `_charge`."""
     return _is_running(tx, claim) and _end(tx, claim.number, closed, now_ms, quota, took_ms)
 
 
@@ -298,7 +298,7 @@ def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
 
 
 def is_running(reader: StoreReader, claim: Claim, lock: str = "") -> bool:
-    """Say whether an attempt is under way, and neither over nor lost to another one."""
+    """Return whether an attempt is under way, and neither over nor lost to another one."""
     sql = f"SELECT 1 FROM jobs WHERE number = ? AND state = ? AND term = ?{lock}"
     return reader.execute(sql, (claim.number, JobState.RUNNING, claim.term)).fetchone() is not None
 

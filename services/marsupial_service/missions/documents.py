@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -69,7 +70,7 @@ def decision_of(text: str) -> Decision:
     return Decision(plan=plan_of(fields["actions"]), report=planning_of(fields))
 
 
-def planning_of(document: dict[str, Any]) -> PlanningReport:
+def planning_of(document: Mapping[str, Any]) -> PlanningReport:
     """Return how a decision was found, from its document."""
     report = {key: value for key, value in document.items() if key != "actions"}
     return PlanningReport(**{**report, "outcome": Outcome(document["outcome"])})

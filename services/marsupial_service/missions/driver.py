@@ -55,7 +55,7 @@ class Driver:
         self._next: StoredReport | None = None
 
     def hear(self, batches: Sequence[MissionBatch]) -> None:
-        """Take note of what is to be reported after these batches."""
+        """Note what is to be reported after these batches."""
         for batch in batches:
             self._next = batch.next or self._next
 

@@ -16,7 +16,7 @@ from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 
 _SAME_YAW = 1e-6
-"""Radians by which the yaw of a frame may differ from the mission's: as exact as poses are told."""
+"""Radians by which the yaw of a frame may differ from the mission's: poses are no more exact."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,7 +50,8 @@ def inputs_after(reader: StoreReader, number: int, seq: int) -> Iterator[tuple[I
 
 def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[StoredEvent]], now_ms: int) -> None:
     """Store the next events of a mission by the batches that they are of; followers are told once that is committed."""
-    stored = {batch: _packed(_text(events)) for batch, events in batches.items()}
+    texts = {batch: "\n".join(f"{one.type} {one.data}" for one in events) for batch, events in batches.items()}
+    stored = {batch: _packed(text.encode()) for batch, text in texts.items()}
     sql = "UPDATE missions SET events = events + ?, bytes = bytes + ? WHERE number = ? RETURNING id, events"
     count, more = sum(map(len, batches.values())), sum(more for _, more in stored.values())
     row = tx.execute(sql, (count, more, number)).fetchone()
@@ -61,10 +62,6 @@ def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[Stor
             head = {"mission": number, "seq": last, "part": part, "turn": batch}
             tx.insert("mission_events", **head, data=piece, at_ms=now_ms)
     tx.news.add(row["id"])
-
-
-def _text(events: Sequence[StoredEvent]) -> bytes:
-    return "\n".join(f"{event.type} {event.data}" for event in events).encode()
 
 
 def events_of_batch(reader: StoreReader, number: int, batch: int) -> tuple[StoredEvent, ...]:

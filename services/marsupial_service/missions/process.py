@@ -100,7 +100,7 @@ class MissionProcess(Observer):
         self._decisions = deque(self._next_input().decisions)
 
     def event(self, event: MissionEvent) -> None:
-        """Log an event; clients that follow no log are told of a frame that has grown as well."""
+        """Log an event. A grown frame is an event of its own too, for clients that read no log."""
         if isinstance(event, Planned):
             self._revision = event.revision
         elif isinstance(event, ActionStarted):

@@ -85,7 +85,7 @@ class MissionSettings(EntrySettings):
     may_go_on
         Whether an owner still may have missions.
     lag
-        Is told how long every input has waited for its answer, in s.
+        Receives how long each input has waited for its answer, in s.
     """
 
     may_go_on: Callable[[str], bool] = lambda owner: True

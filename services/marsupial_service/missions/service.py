@@ -1,4 +1,4 @@
-"""Missions: created, reported to, told about. Everything here runs in one event loop, and blocks nowhere."""
+"""Missions: created, reported to, followed. Everything here runs in one event loop, and blocks nowhere."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class Missions(Entries[MissionRecord]):
         return await self.read(lambda reader: brief(reader, record)) if known is None else known
 
     async def reports(self, record: MissionRecord, sent: Sequence[tuple[MissionReport, bytes]]) -> MissionRecord:
-        """Take reports in, with their digests: all of them, or none; what is returned is committed.
+        """Store reports with their digests, all or none; what is returned is committed.
 
         Those that were taken before change nothing. Raises ReportConflict (also where the mission is over), which says
         whose fault it is, TooMany, StoreFull, StoreError.
@@ -116,7 +116,7 @@ class Missions(Entries[MissionRecord]):
         return await asyncio.shield(self.write(lambda tx: table.add_control(tx, record.id, control, self.now_ms())))
 
     async def log(self, record: MissionRecord) -> str:
-        """Return the mission log as far as there is one."""
+        """Return the mission log so far."""
         lines = await self.read(lambda reader: table.log(reader, record))
         return "".join(f"{line}\n" for line in lines)
 
@@ -189,7 +189,7 @@ class Missions(Entries[MissionRecord]):
         self._start("supervisor", partial(self._keep, supervisor), restart=False)
 
     async def _simulated(self, record: MissionRecord, told: StoredReport) -> None:
-        """Take in what simulated robots report, unless the mission is over or another server's."""
+        """Store a report of simulated robots, unless the mission is over or another server's."""
         states, limits, capacity = self._states, self._limits, self._capacity
         await self.write(lambda tx: table.add_simulated(tx, states, record, told, limits, self.now_ms(), capacity))
 

@@ -63,7 +63,7 @@ class MissionStates:
         return known.state
 
     def replace(self, record: MissionRecord, state: MissionState) -> Callable[[], None]:
-        """Let `state`, which has taken in all inputs of `record`, stand for the one there is.
+        """Replace a state by `state`, to which all inputs of `record` were applied.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""The world of a mission as its client reports it: robots that are told what to do, and news when they have done it.
+"""The world of a mission as its client reports it: commands go out, reports of their ends come in.
 
 Mission time is the client's: it advances with each report. What a report does not say of a robot is as it was foreseen
 when its command was given.
@@ -53,7 +53,7 @@ class Exchange(Protocol):
 
 @dataclass(slots=True, kw_only=True)
 class CommandedRobot(ReportedRobot[Cell]):
-    """A robot, as far as its reports and the commands that it was given tell."""
+    """A robot as its reports and commands describe it."""
 
     kind: RobotType
     free_at_ms: int = 0
@@ -185,7 +185,7 @@ class RemoteWorld:
         return news
 
     def stop_all(self, *, halted: bool = False) -> None:
-        """Let all robots that drive stop: until a pause ends if `halted`, else for good."""
+        """Stop all robots that drive: until a pause ends if `halted`, else for good."""
         for name, robot in self._robots.items():
             if robot.order is not None and robot.order.name == "drive" and not robot.order.stopped:
                 robot.order.halted = halted
@@ -215,7 +215,7 @@ class RemoteWorld:
         self._process.order(order)
 
     def _next(self, until_ms: int) -> None:
-        """Take the next input in."""
+        """Apply the next input."""
         match self._process.exchange(until_ms):
             case MissionReport() as report:
                 self._take(report)
@@ -354,7 +354,7 @@ class PendingNews:
             self.revealed += [(name, cells)] if len(cells) else []
 
     def move(self, shift: FrameShift) -> None:
-        """Call all cells as they are called now that the frame has grown."""
+        """Re-index all cells after the frame grew."""
         self.moved = shift if self.moved is None else self.moved.then(shift)
         self.revealed = [(name, shift.indices(cells)) for name, cells in self.revealed]
         self.changed = [(name, shift.indices(cells)) for name, cells in self.changed]
@@ -375,5 +375,5 @@ class PendingNews:
 
 
 def _without(cells: npt.NDArray[np.int64], told: Sequence[Seen]) -> npt.NDArray[np.int64]:
-    """Return the cells that are not among those that were told of before."""
+    """Return the cells that are not among those of `told`."""
     return cells[~np.isin(cells, np.concatenate([seen for _, seen in told]))] if told else cells

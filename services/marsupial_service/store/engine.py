@@ -120,7 +120,7 @@ class StoreBackend(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of the database; the connections are closed."""
+        """Release the database, once all connections are closed."""
 
     def lock(self, connection: Connection, name: str) -> None:
         """Keep other servers from taking the lock `name` until the end of the transaction."""

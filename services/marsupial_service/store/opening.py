@@ -38,7 +38,7 @@ def engine_of(place: str | Path, *, maintains: bool = False) -> StoreBackend:
 
 
 def is_shared(place: str | Path) -> bool:
-    """Say whether a place is a database that servers share, and no folder."""
+    """Return whether a place is a database that servers share, and no folder."""
     return str(place).startswith(SCHEMES)
 
 

@@ -20,7 +20,7 @@ _READERS = 2
 T = TypeVar("T")
 
 Listener = Callable[[frozenset[str] | None], None]
-"""Is told on which topics there is news; None where there may be on any."""
+"""Receives the topics with news; None where there may be news on any."""
 
 
 class Store:
@@ -62,7 +62,7 @@ class Store:
             raise StoreError("the store is closed", "the service is ending") from error
 
     def settle(self) -> bool:
-        """Give back what commits have left behind on the disk; say whether that was done, or somebody is in the way."""
+        """Give back what commits have left behind on the disk; return False if somebody is in the way."""
         with suppress(*self._engine.errors):
             return self._engine.settle()
         return False
@@ -72,7 +72,7 @@ class Store:
         return self.read(self._engine.disk_bytes)
 
     def listen(self, listener: Listener) -> None:
-        """Have `listener` called, by whatever thread, after every commit of any server that has news."""
+        """Call `listener`, in any thread, after every commit of any server that has news."""
         self._listeners.append(listener)
 
     def close(self) -> None:

@@ -15,7 +15,7 @@ class Transaction:
     Attributes
     ----------
     news
-        The topics whose followers are to be told after the commit.
+        The topics whose subscribers are notified after the commit.
     undone
         Called if nothing of the transaction is stored.
     server
@@ -75,7 +75,7 @@ class Transaction:
         self._engine.lock(self._connection, name)
 
     def shrink(self) -> bool:
-        """Give back some of the space that is no longer used; say whether there is more."""
+        """Give back some of the space that is no longer used; return whether there is more."""
         return self._engine.shrink(self._connection)
 
 

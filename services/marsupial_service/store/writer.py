@@ -101,7 +101,7 @@ class Writer:
         self._thread.start()
 
     def write(self, write: Callable[[Transaction], Any]) -> Future[Any]:
-        """Have `write` done; its result comes after its commit. Raises StoreError as `Store.write` says."""
+        """Queue `write`; its result comes after its commit. Raises StoreError as `Store.write` says."""
         request = WriteRequest(write)
         with self._lock:
             if self._closed:

@@ -11,8 +11,7 @@ import pytest
 from entry_house import followed, opened, settings_of
 from mission_house import Driver, open_missions, run, started, team
 from patience import HANG_S
-from situations import one_room
-from strange_tasks import source_of
+from situations import job_source, one_room
 from undisturbed import undisturbed
 
 from marsupial.model.planning import Budget
@@ -158,7 +157,7 @@ def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) ->
     async def left_s() -> float:
         async with opened(place, jobs_of) as jobs:
             budget = Budget(seconds=0.001)
-            asked = PackedRequest.of(planner="greedy", budget=budget, digest=b"", source=source_of(one_room()))
+            asked = PackedRequest.of(planner="greedy", budget=budget, digest=b"", source=job_source(one_room()))
             for job in [(await jobs.submit(asked, owner="me")).record.id for _ in range(5)]:
                 await jobs.wait(job, 60)
             return (await jobs.left_s())["me"]
@@ -213,7 +212,7 @@ def test_it_holds_after_a_restart(place: str) -> None:
 
     def wanted(seconds: float) -> PackedRequest:
         return PackedRequest.of(
-            planner="greedy", budget=Budget(seconds=seconds), digest=b"", source=source_of(one_room())
+            planner="greedy", budget=Budget(seconds=seconds), digest=b"", source=job_source(one_room())
         )
 
     async def work() -> None:

@@ -14,10 +14,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from situations import one_room
+from situations import job_source, one_room
 
 from marsupial.errors import Problem, SituationError
-from marsupial.formats.situation import situation_to_json
 from marsupial.model.situation import Situation
 from marsupial_service.jobs import attempt, work
 from marsupial_service.jobs.records import WorkerTask
@@ -119,7 +118,7 @@ class Hungry(Ordinary):
 def source_of(task: Situation | Ordinary) -> dict[str, object]:
     """Return a request for a task; workers of jobs understand it if `do_strange_tasks` was called where they start."""
     if isinstance(task, Situation):
-        return {"situation": json.loads(situation_to_json(task))}
+        return job_source(task)
     return {"strange": pickle.dumps(task).hex()}
 
 

@@ -9,8 +9,7 @@ from pathlib import Path
 from entry_house import settings_of
 from mission_house import Driver, run, started, team
 from patience import HANG_S
-from situations import many_rooms
-from strange_tasks import source_of
+from situations import job_source, many_rooms
 
 from marsupial.model.planning import Budget
 from marsupial.processes.jobs import Job
@@ -28,7 +27,7 @@ WANTED = PackedRequest.of(
     planner="anytime",
     budget=Budget(seconds=3.0),
     digest=b"",
-    source=source_of(many_rooms(2, 1, 6, 3)),
+    source=job_source(many_rooms(2, 1, 6, 3)),
 )
 
 
