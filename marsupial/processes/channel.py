@@ -22,7 +22,7 @@ MAX_BYTES = 64 << 20
 """Of a frame; the mission log of a map of 4 million cells without any two alike has 50 MB."""
 
 _HEADER = struct.Struct("!cI")
-_CHUNK = 1 << 16
+_CHUNK = 1 << 16  # bytes a socket takes or gives at a time
 _POLL_S = 0.2  # who waits to send isn't woken when its own end is closed meanwhile
 
 

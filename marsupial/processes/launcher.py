@@ -42,6 +42,7 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUM
 
 _TRIES = 3
 _START_S = 120.0
+# what a supervisor may be late with the end of its job, before it counts as dead
 _SLACK_S = 5.0
 _CANCEL_S = 1.0
 _LEAVE_S = 1.0
@@ -73,6 +74,7 @@ class Launcher:
                 stderr=self._stderr,
                 env={**os.environ, **dict.fromkeys(ONE_THREAD, "1")},
                 pass_fds=(theirs.fileno(),),
+                # Ctrl-C in a terminal is for us: we end what we have started
                 start_new_session=True,
             )
 

@@ -135,6 +135,7 @@ def end_below(pid: int, grace_s: float, *, patience_s: float = 5.0) -> dict[int,
         if not left:
             break
         if time.monotonic() - started < grace_s:
+            # SIGCONT as well: a stopped process handles no SIGTERM
             _signal_all([one for one in left if one not in asked], signal.SIGTERM, signal.SIGCONT)
             asked.update(left)
         else:

@@ -103,6 +103,7 @@ class _Supervisor:
         """Watch until the worker is over, end all that is left, tell how it ended."""
         returncode = self._watch()
         wall_s = time.monotonic() - self.started
+        # before the rest of the output is read, so that nothing more is written
         returncode = reaper.end_below(os.getpid(), self.limits.grace_s).get(self.pid, returncode)
         self._drain()
         self.asker.send_frame(frames.ENDED, pickle.dumps(self._ended(returncode, wall_s)))
@@ -218,6 +219,7 @@ def _fork_worker(asker: Channel, folder: str, order: JobOrder) -> tuple[int, Cha
     pid = os.fork()
     if pid == 0:
         try:
+            # a worker that signals its process group must not reach its supervisor
             os.setsid()
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
             reaper.die_with_parent(parent, signal.SIGKILL)

@@ -263,6 +263,7 @@ class RobotFleet:
             return
         errand.attempt += 1
         errand.goal = goal
+        # never used twice: the end of an earlier goal must not end this one
         errand.name = f"{self.mission}:{errand.command['id']}:{self.starts}.{errand.attempt}"
         self._actions.send_goal(errand.name, goal.action, goal.type, goal.values)
 

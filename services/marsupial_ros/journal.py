@@ -117,6 +117,7 @@ class Journal:
         if self.path is None:
             return
         try:
+            # at once or not at all: the bridge may be killed at any moment
             replace_file(self.path, json.dumps({"version": VERSION, **asdict(record)}).encode())
         except OSError as error:
             raise UsageError(f"--state: {self.path} can't be written ({error.strerror})") from error

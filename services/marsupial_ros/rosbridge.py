@@ -167,6 +167,7 @@ class Rosbridge:
             await self._outbox.join()
 
     async def _talk(self, line: ClientConnection) -> None:
+        # the rest of a message that broke off never comes
         self._fragments.clear()
         self._outbox = asyncio.Queue()
         try:

@@ -47,6 +47,7 @@ class StoreCapacity:
         self._check(reader, owner, self.key_limit, of_reports)
 
     def _check(self, reader: StoreReader, owner: str | None, limit: float, of_reports: bool) -> None:
+        # most stores have no cap: the sum is not computed then
         if limit == math.inf:
             return
         if owner not in self._sums:

@@ -20,6 +20,7 @@ from marsupial_service.entries.table import EntryTable
 from marsupial_service.store import Store, StoreError, Transaction
 from marsupial_service.store.engine import Connection
 
+# events read at a time; fewer mean that there are no more
 _BATCH = 64
 _SWEEP_S = 30.0
 _WATCH_S = 3.0

@@ -26,7 +26,7 @@ _SWEPT = 50
 _SWEPT_ROWS = 10_000
 """So much is removed in one transaction: for longer, some 50 ms, nobody should have to wait."""
 
-_ANY_NUMBER = 1 << 62
+_ANY_NUMBER = 1 << 62  # OFFSET needs a LIMIT
 
 W = TypeVar("W", bound=StrEnum)
 R = TypeVar("R", bound="DataclassInstance")

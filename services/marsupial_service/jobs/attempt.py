@@ -25,6 +25,7 @@ from marsupial_service.store import Store, StoreError, Transaction
 _SLACK_S, _COMMAND_SLACK_S = 1.0, 0.5
 """What a planner that keeps its budget by itself may take longer before it is stopped; ours, and an operator's."""
 
+# a slow disk does not hold a planner up at once; a planner that floods the store waits
 _MOST_UNSTORED = 16
 _AGAIN_S = 1.0
 """After what pause it is tried again to store what the store did not take."""

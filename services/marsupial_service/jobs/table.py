@@ -186,6 +186,7 @@ def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
 def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
     """Keep a plan as the next revision; return whether it was in time and better than the last."""
     best = _best(tx, claim.number)
+    # an attempt that was given up for dead may still send plans
     if not _is_running(tx, claim) or (best is not None and found.score >= best[0]):
         return False
     revision, started_ms = tx.execute(

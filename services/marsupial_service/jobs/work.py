@@ -58,6 +58,7 @@ def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
             situation = task
         else:
             situation = task.situation()
+            # before the search: clients may draw the map while it is planned for
             yield Analysed(situation=situation_to_json(situation), places=line(task.places()))
         yield from _search(work, situation, begun)
     except HttpProblem as error:  # the limits were larger when the job was taken

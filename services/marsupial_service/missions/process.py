@@ -120,6 +120,7 @@ class MissionProcess(Observer):
         """Return the decision that was made before, if there is one, or make one."""
         if self._decisions:
             text = self._decisions.popleft()
+            # of a predecessor: planning again could lead to another plan, which clients have not seen
             decision = documents.decision_of(text)
         else:
             self._send_batches()
@@ -196,6 +197,7 @@ class MissionProcess(Observer):
         data = batch.model_dump()
         self._tell(EventType.COMMANDS, line(data))
         if self._robots is not None and (report := self._robots.report(data)) is not None:
+            # the same for each process of the mission, so a report that was stored before is found to be
             self._next = StoredReport(report, input_digest(report))
 
     def _end_batch(self, *, over: bool) -> None:

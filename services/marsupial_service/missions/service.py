@@ -32,6 +32,7 @@ from marsupial_service.schemas.answers import LastReportsAnswer
 from marsupial_service.store import Store, StoreError, packing
 from marsupial_service.store.engine import Connection
 
+# in a transaction, so that several servers share what a dead one has left
 _AT_A_TIME = 4
 
 T = TypeVar("T")

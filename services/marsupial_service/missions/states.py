@@ -18,7 +18,7 @@ from marsupial_service.missions.values import MissionBrief, MissionReport
 from marsupial_service.store import packing
 from marsupial_service.store.transaction import StoreReader
 
-_MOST_CELLS = 200_000_000
+_MOST_CELLS = 200_000_000  # bytes of all maps that are held
 
 
 @dataclass(slots=True)
@@ -79,6 +79,7 @@ class MissionStates:
         self._known.pop(mission, None)
 
     def _forget(self) -> None:
+        # the one that was asked for last stays, however large it is
         while len(self._known) > 1 and sum(known.state.cells.size for known in self._known.values()) > _MOST_CELLS:
             self._known.popitem(last=False)
 

@@ -83,7 +83,9 @@ _LOOK_S = 1.0
 _PAUSE_S, _LONGEST_PAUSE_S = 0.1, 10.0
 """How long a mission rests before its process is started again: twice as long each time, up to the second."""
 
+# missions end by their own limit of time; this one ends what is stuck
 _WALL_S = 7 * 86400.0
+# between the end of the talk and that of the process, whichever comes first
 _LAST_WORDS_S = 0.5
 
 log = logging.getLogger("marsupial.missions")

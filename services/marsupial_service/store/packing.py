@@ -63,6 +63,7 @@ _PACKER = zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, _MEMORY, zlib.Z_DEFAU
 
 def pack(data: bytes) -> bytes:
     """Return `data` as it is stored."""
+    # a copy has the dictionary loaded, which takes longer than to pack most values
     packer = _PACKER.copy()
     return _NUMBER + packer.compress(data) + packer.flush()
 

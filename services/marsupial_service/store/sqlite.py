@@ -17,8 +17,9 @@ from marsupial_service.store.engine import Connection, StoreBackend, StoreError,
 
 FILE = "marsupial.sqlite"
 
+# only maintenance writes besides the server: readers hold nobody up with a write-ahead log
 _BUSY_MS = 10_000
-_LONGEST_LOG = 64 << 20
+_LONGEST_LOG = 64 << 20  # bytes, to which the write-ahead log is cut after a checkpoint
 _FREED_PAGES = 500
 """So many are given back in one transaction, in some 10 ms."""
 

@@ -15,6 +15,7 @@ from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 from marsupial_service.store.writer import Writer
 
+# a long read leaves one thread to the short ones
 _READERS = 2
 
 T = TypeVar("T")

@@ -52,6 +52,7 @@ class Transaction:
             is_ending = True
             connection.execute("COMMIT")
         except BaseException as error:
+            # before the rollback: if that fails as well, caches must not keep what was not stored
             for undone in self.undone:
                 undone()
             try:

@@ -42,6 +42,7 @@ from marsupial_service.store.engine import Connection, StoreBackend, StoreError
 from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 
+# if a commit fails, all of its group fails
 _LARGEST_GROUP = 256
 _MOST_TRIES = 20
 _TRYING_S = 8.0
