@@ -53,10 +53,7 @@ _CODE = "import sys; sys.path[:] = {path!r}; from {module} import main; main({fd
 class Launcher:
     """A running fork server, or what else starts jobs when it is asked, and the socket to it.
 
-    Parameters
-    ----------
-    module
-        Its function `main` is what runs; it is given the socket, our process id, and `words`.
+    The process runs the function `main` of `module`, with the socket, our process id, and `words`.
     """
 
     def __init__(self, module: str = fork_server.__name__, *words: str) -> None:

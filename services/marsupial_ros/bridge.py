@@ -58,10 +58,7 @@ class BridgeOutcome:
 class Bridge:
     """Drives one mission.
 
-    Parameters
-    ----------
-    stops
-        Says how often the user wants to stop: once ends the mission, twice leaves at once. Goals are cancelled.
+    `stops` returns how often the user wants to stop: once ends the mission, twice leaves at once. Goals are cancelled.
     """
 
     def __init__(

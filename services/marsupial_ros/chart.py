@@ -76,10 +76,7 @@ class Chart:
     def take(self, occupancy: Occupancy) -> None:
         """Store a whole map.
 
-        Raises
-        ------
-        MapError
-            If it is too large, or its cells are not those of the mission; it is passed over then, with its updates.
+        Raises MapError if it is too large or of other cells than the mission; it is ignored then, with its updates.
         """
         self._refused = True
         self._check(occupancy)
@@ -137,10 +134,7 @@ class Chart:
     def news(self, robots: Mapping[str, Point]) -> tuple[ReportFrame | None, list[Revealed]]:
         """Return which cells have changed since they were reported, and their frame; they count as reported then.
 
-        Parameters
-        ----------
-        robots
-            Where each robot on the ground is, in metres of the map frame.
+        `robots` are the places of those on the ground, in metres of the map frame.
         """
         grid = self.grid
         assert grid is not None

@@ -6,13 +6,7 @@ import time
 
 
 class Clock:
-    """Seconds that never go back, and mission time in ms.
-
-    Parameters
-    ----------
-    told
-        Whether time comes from messages (``/clock``) and not from this machine.
-    """
+    """Seconds that never go back, and mission time in ms; if `told`, from messages (``/clock``), not this machine."""
 
     def __init__(self, *, told: bool) -> None:
         self._told_s: float | None = None

@@ -70,13 +70,7 @@ ERROR_KINDS: Mapping[type[MarsupialError], str] = {
 
 
 class HttpProblem(Exception):
-    """An error to be answered.
-
-    Parameters
-    ----------
-    kind
-        One of `KINDS`.
-    """
+    """An error to be answered, of a `kind` in `KINDS`."""
 
     def __init__(
         self,

@@ -55,10 +55,7 @@ class _Storing(NamedTuple):
 class Attempt:
     """An attempt at the job of `claim`, in `reservation`. `cancel` may be called from any thread, at any time.
 
-    Attributes
-    ----------
-    took_s
-        How long its processes took, from being asked for to their end; 0 until then.
+    `took_s` is how long its processes took, from being asked for to their end; 0 until then.
     """
 
     def __init__(

@@ -41,10 +41,7 @@ MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
 class PackedRequest:
     """A job as it is stored: `source` is the compressed JSON text that was sent, which its worker reads again.
 
-    Parameters
-    ----------
-    digest
-        Of what was sent; two requests with one idempotency key have to agree in it.
+    Two requests with one idempotency key must have the same `digest`.
     """
 
     planner: str

@@ -22,8 +22,7 @@ from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.incumbent import Incumbent
-from marsupial_service.analyses.maps import map_state_of
-from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.analyses.maps import MapState, map_state_of
 from marsupial_service.analyses.situations import situation_of
 from marsupial_service.entries.documents import actions_text, line
 from marsupial_service.jobs.records import Analysed, Closed, Found, WorkerTask

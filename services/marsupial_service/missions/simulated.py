@@ -22,10 +22,7 @@ from marsupial_service.missions.values import MissionBrief, MissionReport, Robot
 class SimulatedTeam:
     """A simulated world that takes commands and gives reports, both as JSON.
 
-    Attributes
-    ----------
-    paused
-        Whether the mission is; then time goes on only as long as a robot is busy.
+    While the mission is `paused`, time goes on only as long as a robot is busy.
     """
 
     def __init__(

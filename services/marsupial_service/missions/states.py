@@ -63,13 +63,7 @@ class MissionStates:
         return known.state
 
     def replace(self, record: MissionRecord, state: MissionState) -> Callable[[], None]:
-        """Replace a state by `state`, to which all inputs of `record` were applied.
-
-        Returns
-        -------
-        callable
-            To be called if they are not stored after all.
-        """
+        """Replace a state by `state`, to which all inputs of `record` were applied; return what undoes that."""
         known = self._known[record.id]
         known.state, known.inputs = state, record.inputs
         return lambda: self.drop(record.id)

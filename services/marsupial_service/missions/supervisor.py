@@ -100,13 +100,7 @@ class Dismissed(Exception):
 
 
 class MissionSupervisor:
-    """Keeps one open mission that this server holds.
-
-    Parameters
-    ----------
-    driver
-        Has its robots report, where they are simulated.
-    """
+    """Keeps one open mission that this server holds; `driver` makes its robots report if they are simulated."""
 
     def __init__(
         self,

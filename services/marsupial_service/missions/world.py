@@ -88,13 +88,7 @@ class CommandedRobot(ReportedRobot[Cell]):
 
 
 class RemoteWorld:
-    """A `World` made of reports.
-
-    Attributes
-    ----------
-    cancelled
-        Whether the client wants the mission to end.
-    """
+    """A `World` made of reports; `cancelled` once the client wants the mission to end."""
 
     def __init__(self, brief: MissionBrief, process: Exchange) -> None:
         self._process = process

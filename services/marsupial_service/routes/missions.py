@@ -33,9 +33,11 @@ from marsupial_service.routes.parameters import (
     Owner,
     PageLimit,
     Service,
+    headers_of,
     older_than,
+    page,
+    stored,
 )
-from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.missions import MissionBody, ReportsBody
 

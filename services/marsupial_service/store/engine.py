@@ -46,10 +46,7 @@ class Connection(Protocol):
 class StoreError(Exception):
     """Nothing was stored; the message says why (no space, no permission, a damaged file, no connection).
 
-    Attributes
-    ----------
-    told
-        What anybody may be told: it names no file, address or user.
+    `told` is what anybody may read: it names no file, address or user.
     """
 
     def __init__(self, message: str, told: str = "the store can't be used; the log says why") -> None:
