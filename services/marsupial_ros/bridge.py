@@ -101,7 +101,8 @@ class Bridge:
             self._chart.expect(kept.frame)
         line = asyncio.ensure_future(self._ros.run())
         try:
-            await first_of(_watched(line), self._mission(kept), self._watch())
+            # the end of the connection is an error; the shield keeps it open while goals are cancelled
+            await first_of(asyncio.shield(line), self._mission(kept), self._watch())
         finally:
             try:
                 await self._leave(line)
@@ -232,7 +233,7 @@ class Bridge:
         if self._over or until_ms is None or self._record.answered < n:
             return False
         now_ms = self._clock.mission_ms
-        if n == 0 or self._fleet.pending or now_ms >= until_ms:
+        if n == 0 or self._fleet.gathered.any or now_ms >= until_ms:
             return True
         passed = now_ms - self._reported_ms >= 1000 * self._settings.waits.report_s
         return passed and (self._fleet.driving or self._chart.fresh)
@@ -267,11 +268,6 @@ class Bridge:
         record.gathered = asdict(self._fleet.gathered)
         record.lost = [robot.name for robot in self._fleet.robots.values() if robot.lost]
         self._journal.write(record)
-
-
-async def _watched(line: asyncio.Future[None]) -> None:
-    """Wait for the connection's end, which is an error, without ending it."""
-    await asyncio.shield(line)
 
 
 def brief_of(settings: Settings, grid: Grid, fleet: RobotFleet) -> Brief:

@@ -25,9 +25,8 @@ from marsupial.model.robots import RobotType
 from marsupial.model.runs import cells_in
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
 from marsupial_ros.messages import Update
+from marsupial_ros.progress import Point
 from marsupial_service.missions.frames import MissionFrame, frame_at, laid_out
-
-Point = tuple[float, float]
 
 _SAME_RESOLUTION = 1e-6
 """By which share resolutions may differ: messages hold them in single precision, and some publishers calculate them."""

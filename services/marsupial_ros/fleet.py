@@ -10,8 +10,8 @@ from typing import Any, Protocol
 from marsupial_client.mission_documents import Command, Failed, Lost, News, RobotNote
 from marsupial_ros.chart import Chart
 from marsupial_ros.goals import ActionGoal, drive_goal, failure_of, handover_goal, succeeded
-from marsupial_ros.progress import Progress
-from marsupial_ros.robots import Errand, Point, TrackedRobot
+from marsupial_ros.progress import Point, Progress
+from marsupial_ros.robots import Errand, TrackedRobot
 from marsupial_ros.rosbridge import ActionResult
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
@@ -92,11 +92,6 @@ class RobotFleet:
         """The commands that have not ended."""
         found = {id(robot.errand): robot.errand for robot in self.robots.values() if robot.errand is not None}
         return list(found.values())
-
-    @property
-    def pending(self) -> bool:
-        """Whether a command has ended, or a robot was lost, since the last report."""
-        return self.gathered.any
 
     @property
     def driving(self) -> bool:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Protocol
@@ -221,7 +221,7 @@ class Rosbridge:
             self._take("".join(parts[number] for number in range(total)))
 
 
-async def first_of(*work: Coroutine[Any, Any, None]) -> None:
+async def first_of(*work: Awaitable[None]) -> None:
     """Run all of it until the first part is over, then cancel the rest; what a part raises is raised."""
     tasks = [asyncio.ensure_future(part) for part in work]
     try:

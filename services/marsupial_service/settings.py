@@ -133,11 +133,6 @@ class ServiceSettings:
         """The folder or database of jobs, missions and keys."""
         return self.data if self.store is None else self.store
 
-    @property
-    def is_loopback(self) -> bool:
-        """Return whether only this machine can connect."""
-        return self.host in LOOPBACK
-
     def in_force(self) -> ServiceSettings:
         """Return the settings with the limits that hold: those of one key only where keys are asked for.
 
@@ -160,7 +155,7 @@ class ServiceSettings:
     @property
     def needs_keys(self) -> bool:
         """Return whether requests need an API key."""
-        return self.keys or not self.is_loopback
+        return self.keys or self.host not in LOOPBACK
 
 
 def limits_from(environment: Mapping[str, str], options: Mapping[str, str] | None = None) -> ServiceLimits:

@@ -62,6 +62,7 @@ async def ended(jobs: Jobs, job: str) -> JobRecord:
 
 @dataclass(frozen=True)
 class StoredPlan:
+    revision: int
     plan: Plan
     makespan_ms: int
     ipc: str
@@ -71,7 +72,7 @@ async def plans_of(jobs: Jobs, job: str) -> list[StoredPlan]:
     """Return every revision of a job's plan, the first one first."""
     count = (await jobs.of("me", job)).plans
     found = [json.loads(await jobs.plan_text(job, revision)) for revision in range(1, count + 1)]
-    return [StoredPlan(plan_of(one["actions"]), one["makespan_ms"], one["ipc"]) for one in found]
+    return [StoredPlan(one["revision"], plan_of(one["actions"]), one["makespan_ms"], one["ipc"]) for one in found]
 
 
 async def told(jobs: Jobs, job: str, after: int = 0) -> list[EventRecord]:
