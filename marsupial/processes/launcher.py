@@ -28,7 +28,7 @@ from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import fork_server, reaper
 from marsupial.processes.channel import Channel
-from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message, death
+from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, Message, death
 from marsupial.processes.worker import JobOrder
 
 Preload = ModuleType | Callable[[], object]
@@ -216,8 +216,7 @@ class JobRun:
         self._channel = channel
         self._kill = kill
         self._started = time.monotonic()
-        self._grace_s = limits.grace_s
-        self._deadline = self._started + limits.wall_s + self._grace_s + _SLACK_S
+        self._deadline = self._started + limits.wall_s + GRACE_S + _SLACK_S
         self._over = False
 
     def __iter__(self) -> JobRun:
@@ -262,7 +261,7 @@ class JobRun:
 
     def cancel(self) -> None:
         """Ask for the job to be ended; returns at once. A supervisor that doesn't do so soon is killed."""
-        self._deadline = min(self._deadline, time.monotonic() + self._grace_s + _CANCEL_S)
+        self._deadline = min(self._deadline, time.monotonic() + GRACE_S + _CANCEL_S)
         self._channel.end()
 
     def close(self) -> None:

@@ -24,7 +24,7 @@ from typing import NoReturn
 from marsupial.processes import channel as frames
 from marsupial.processes import reaper
 from marsupial.processes.channel import Channel
-from marsupial.processes.jobs import Ended, Ending, death, ending_of
+from marsupial.processes.jobs import GRACE_S, Ended, Ending, death, ending_of
 from marsupial.processes.worker import JobOrder, work
 
 _Source = Channel | int
@@ -104,7 +104,7 @@ class _Supervisor:
         returncode = self._watch()
         wall_s = time.monotonic() - self.started
         # before the rest of the output is read, so that nothing more is written
-        returncode = reaper.end_below(os.getpid(), self.limits.grace_s).get(self.pid, returncode)
+        returncode = reaper.end_below(os.getpid(), GRACE_S).get(self.pid, returncode)
         self._drain()
         self.asker.send_frame(frames.ENDED, pickle.dumps(self._ended(returncode, wall_s)))
 
