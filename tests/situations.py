@@ -7,6 +7,7 @@ Positions are in seconds at the carrier's speed; rovers take twice as long.
 
 from __future__ import annotations
 
+import json
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from hypothesis import strategies as st
 
+from marsupial.formats.situation import situation_to_json
 from marsupial.model.robots import Role
 from marsupial.model.situation import (
     UNREACHABLE,
@@ -301,3 +303,8 @@ def situations(draw: st.DrawFn, *, goals: bool = True, relays: bool = True) -> S
         types=types,
         goal=SituationGoal(recover_rovers=draw(flags), return_home=draw(flags)),
     )
+
+
+def job_source(situation: Situation) -> dict[str, object]:
+    """Return what asks the service to plan for a situation."""
+    return {"situation": json.loads(situation_to_json(situation))}

@@ -21,6 +21,7 @@ from marsupial.model.scenario import Goal, Scenario
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial_service.intake.missions import brief_of, report_of
 from marsupial_service.missions.process import run_mission
+from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.values import (
     MayPlan,
     MissionBatches,
@@ -32,7 +33,6 @@ from marsupial_service.missions.values import (
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 from marsupial_service.schemas.words import EventType
 from marsupial_service.settings import ServiceLimits
-from marsupial_service.simulation.team import SimulatedTeam, mission_document
 
 KINDS = tuple(replace(kind, radius_m=0.6) for kind in kinds_of(capacity=1).values())
 """They need no more than their own cell of 1 m, and touch what is diagonally beside it."""

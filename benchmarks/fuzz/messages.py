@@ -25,10 +25,9 @@ from marsupial_ros.journal import Journal, Record
 from marsupial_ros.rosbridge import Rosbridge
 from marsupial_ros.settings import Settings, read_settings
 from marsupial_ros.transforms import Frames
-from marsupial_service.examples.bodies import EXAMPLES, mission
+from marsupial_service.examples.demos import EXAMPLES, mission
 from marsupial_service.http.answers import answer
-from marsupial_service.intake.analyses import ANALYSIS_READER, VALIDATION_READER
-from marsupial_service.intake.jobs import JOB_READER
+from marsupial_service.intake.jobs import ANALYSIS_READER, JOB_READER, VALIDATION_READER
 from marsupial_service.intake.missions import MISSION_READER, REPORT_READER, brief_of
 from marsupial_service.intake.reading import BodyReader, read_elsewhere
 from marsupial_service.intake.simulations import SIMULATION_READER

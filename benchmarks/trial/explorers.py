@@ -17,7 +17,7 @@ from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial_client import Client, Mission
 from marsupial_client.mission_documents import Brief
-from marsupial_service.simulation.client import simulate_by
+from marsupial_service.simulation import simulate_by
 
 SCENARIO, STRATEGY, PLANNER = "lobby", "temporal", "greedy"
 SEEDS = 5

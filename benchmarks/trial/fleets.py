@@ -27,7 +27,7 @@ from marsupial.mission.runs import runs_of
 from marsupial.model.planning import Budget
 from marsupial.model.robots import uniform_team
 from marsupial.model.scenario import PlanningTime, Scenario
-from marsupial_service.simulation.team import SimulatedTeam, mission_document, update_document
+from marsupial_service.missions.simulated import SimulatedTeam, mission_document, update_document
 
 _LAST_S = 10.0
 """How long commands are waited for after the last report."""

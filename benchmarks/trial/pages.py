@@ -24,7 +24,7 @@ from marsupial.model.mission import Status
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import MissionLimits, Scenario
 from marsupial.replay.page import replay_page
-from marsupial_service.store.maintenance import maintained
+from marsupial_service.store.opening import maintained
 
 PAGE = "pages"
 SHOWN_GOAL_S, FRAMES_GOAL_HZ, SIZE_GOAL_KB = 0.1, 30.0, 500.0

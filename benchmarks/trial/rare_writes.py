@@ -17,7 +17,7 @@ from marsupial.model.planning import Budget
 from marsupial_service.entries.quota import Quota
 from marsupial_service.entries.records import NewEntry
 from marsupial_service.jobs import table as jobs
-from marsupial_service.jobs.records import JobSettings
+from marsupial_service.jobs.records import JobSettings, PackedRequest
 from marsupial_service.missions import table as missions
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.schemas.words import MissionPhase
@@ -127,10 +127,7 @@ def _job(store: Store, owner: str) -> None:
         owner=owner,
         key=None,
         digest=b"",
-        planner="greedy",
-        budget=Budget(seconds=1.0),
-        task=b"task",
-        source=b"source",
+        request=PackedRequest(planner="greedy", budget=Budget(seconds=1.0), digest=b"", source=b"source"),
     )
     store.write(lambda tx: jobs.insert(tx, new, _SETTINGS, _MADE_MS)).result()
 

@@ -13,7 +13,7 @@ from marsupial.formats.situation import situation_from_json, situation_to_json
 from marsupial.model.objective import MAKESPAN, Value
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
-from marsupial_service.entries.documents import line, plan_of
+from marsupial_service.entries.documents import plan_of
 from marsupial_service.examples.demos import DEMOS, tiny
 
 LARGEST = ("rooms-6x3-20", "two-doors-6x3-20", "homes-6x3-20", "in-flight-6x3-20")
@@ -60,9 +60,9 @@ def _body(fields: Mapping[str, Any]) -> bytes:
     return json.dumps(fields).encode()
 
 
-def scored(situation: Situation, actions: object) -> Value | None:
+def scored(situation: Situation, actions: Any) -> Value | None:
     """Return the score of a plan in the JSON of the service, or None if the checker refuses it."""
-    plan = plan_of(line(actions))
+    plan = plan_of(actions)
     return MAKESPAN.value(situation, plan) if check(situation, plan).valid else None
 
 

@@ -101,7 +101,7 @@ class Gateway:
         for fd in fds:
             channel = Channel(socket.socket(fileno=fd))
             if request == ROOM:
-                _RelayedRun(self, channel)
+                RelayedRun(self, channel)
             else:
                 _ImmediateAnswer(self, channel, request)
 
@@ -124,7 +124,7 @@ class Gateway:
         return await asyncio.get_running_loop().run_in_executor(self._threads, function, *arguments)
 
     async def look(self) -> None:
-        """Have a node agent on every node that has processors, and none on those that are gone.
+        """Keep a node agent on every node that has processors, and drop those of nodes that are gone.
 
         Raises
         ------
@@ -174,7 +174,7 @@ class _ImmediateAnswer:
         self._relay.close()
 
 
-class _RelayedRun:
+class RelayedRun:
     """A run from when room is asked for to its end."""
 
     def __init__(self, gateway: Gateway, channel: Channel) -> None:
@@ -252,5 +252,5 @@ class _RelayedRun:
         return None
 
     def _still(self, ready: Mapping[str, Link]) -> bool:
-        """Say whether a place on these nodes is wanted: no other ones are ready meanwhile."""
+        """Return whether a place on these nodes is wanted: no other ones are ready meanwhile."""
         return not self._left and self._gateway.ready().keys() == ready.keys()

@@ -4,27 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from marsupial.cluster.make import WorkerRefused
 from marsupial.cluster.node_agent import LEASE_S, LOST, Envelope, NodeAgent
 
 if TYPE_CHECKING:
-    from marsupial.cluster.gateway import Gateway
+    from marsupial.cluster.gateway import Gateway, RelayedRun
 
 _PREPARE_S = 300.0
 """Wall-clock time for a node agent to load what jobs need; where nothing is precompiled that takes half a minute."""
 
 _RETRY_S = 2.0
 _REFUSED_S = 30.0
-
-
-class LinkedRun(Protocol):
-    """A run of a node agent, as its gateway has it."""
-
-    def from_agent(self, tag: bytes, payload: bytes) -> None:
-        """Take a frame."""
-        ...
 
 
 class Link:
@@ -41,7 +33,7 @@ class Link:
     def __init__(self, gateway: Gateway, node: str) -> None:
         self._gateway = gateway
         self._node = node
-        self.runs: dict[int, LinkedRun] = {}
+        self.runs: dict[int, RelayedRun] = {}
         self.ready = False
         self.fault = ""
         self._gone = False
@@ -91,7 +83,7 @@ class Link:
             self._gateway.go(self._post())
 
     def load(self) -> None:
-        """Have the agent load what the gateway was told meanwhile."""
+        """Make the agent load what was added to the preload list meanwhile."""
         if self.ready:
             self._agent.load.remote(self._gateway.preload)
 

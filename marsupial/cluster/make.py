@@ -26,12 +26,9 @@ OURS = ("marsupial",)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terms:
-    """What is asked of a process: to be of the same make, and to serve no caller without a token if `token`.
+    """What is asked of a process: the same make, and to serve no caller without a token if `token`.
 
-    Parameters
-    ----------
-    packages
-        Of ours, whose source files have to be the same.
+    `packages` are those of ours whose source files have to be the same.
     """
 
     make: Mapping[str, str]

@@ -21,6 +21,7 @@ from marsupial.cluster.relay import Relay
 from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import launcher, reaper
+from marsupial.processes.jobs import GRACE_S
 from marsupial.processes.worker import JobOrder
 
 ORDER, CANCEL = b"O", b"C"
@@ -67,7 +68,7 @@ class NodeAgent:
         return platform.node()
 
     async def load(self, preload: list[bytes]) -> None:
-        """Have pickled functions called once for all jobs."""
+        """Call pickled functions once, for all jobs."""
         calls = tuple(pickle.loads(one) for one in preload)
         await asyncio.to_thread(partial(launcher.warm_up, preload=calls))
 
@@ -127,7 +128,7 @@ class _AgentRun:
             self._early.append((tag, payload))
         elif tag == CANCEL:
             self._relay.end()
-            asyncio.get_running_loop().call_later(self._order.limits.grace_s + _KILL_S, self._kill)
+            asyncio.get_running_loop().call_later(GRACE_S + _KILL_S, self._kill)
         else:
             self._relay.send(tag, payload)
 

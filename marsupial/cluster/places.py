@@ -80,7 +80,7 @@ class Places:
         return None
 
     def offer(self, place: NodePlace) -> None:
-        """Let another run have a place that is no longer needed."""
+        """Offer a place that is no longer needed to another run."""
         if place.group is None:
             return
         waiting = self._waiting.get(place.cpus)

@@ -74,10 +74,7 @@ def cluster_at(address: str) -> Cluster:
 
     ``auto`` is the one that a node on this machine belongs to; ``local`` one of its own, for as long as it is needed.
 
-    Raises
-    ------
-    UsageError
-        If this is no address.
+    Raises UsageError if this is no address.
     """
     if address in (LOCAL, AUTO):
         return Cluster(address)
@@ -214,7 +211,7 @@ def _meaning(stderr: bytes) -> str | None:
 
 
 def _is_loopback(host: str) -> bool:
-    """Say whether a name or number stands for this machine alone."""
+    """Return whether a name or number stands for this machine alone."""
     try:
         numbers = {str(info[4][0]) for info in socket.getaddrinfo(host, None)}
     except OSError:
@@ -224,7 +221,7 @@ def _is_loopback(host: str) -> bool:
 
 @contextmanager
 def _same_handlers() -> Iterator[None]:
-    """Let signals be handled as before: Ray leaves by itself when it is told to terminate."""
+    """Restore the signal handlers: Ray installs its own, which exit on SIGTERM."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -30,7 +30,7 @@ class Relay:
             self._flush()
 
     def end(self) -> None:
-        """Let the other end know that nothing more is sent, once all is."""
+        """Signal the end of what is sent, once all of it is sent."""
         self._ending = True
         self._flush()
 
@@ -57,7 +57,7 @@ class Relay:
             self._over()
 
     def _hand_on(self) -> bool:
-        """Hand on the frames that have come; say whether they are such."""
+        """Hand on the frames that have come; return whether they are such."""
         try:
             for tag, payload in self._channel.frames():
                 self._take(tag, payload)

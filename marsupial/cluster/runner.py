@@ -38,7 +38,7 @@ class ClusterRunner:
     packages
         Of ours, which have to be the same on all nodes.
     warn
-        Is told in words when the cluster can't be used, with what Ray says of it.
+        Receives a message when the cluster can't be used, with Ray's reason.
     """
 
     def __init__(
@@ -75,7 +75,6 @@ class ClusterRunner:
         return None if self._trouble is None else self._trouble[0]
 
     def shutdown(self) -> None:
-        """End all runs and the connection."""
         self._ended.set()
         found, self._gateway = self._gateway, None
         if found is not None:
@@ -118,7 +117,7 @@ class ClusterRunner:
             found.close()
 
     def _asked(self, patience_s: float) -> bool:
-        """Ask the gateway how it is; say whether it answers."""
+        """Ask the gateway how it is; return whether it answers."""
         channel = self.ask(gateway.STATE, None)
         if channel is None:
             return False
@@ -188,7 +187,6 @@ class _NodeReservation:
         return JobRun(channel, job.limits, kill=lambda: None)
 
     def close(self) -> None:
-        """Give it up."""
         with self._lock:
             self._closed = True
             if self._channel is not None:

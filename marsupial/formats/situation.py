@@ -110,19 +110,15 @@ def _read(fields: Fields) -> Situation | None:
     types = tuple(_type(part) for part in fields.parts("types"))
     robots = tuple(_robot(part) for part in fields.parts("robots"))
     targets = tuple(_target(part) for part in fields.parts("targets"))
-    meetings, homes = _names(fields, "meetings"), _names(fields, "homes", required=False)
-    goal = _goal(fields.part("goal", required=False))
-    starts = [robot.place for robot in robots if robot.place is not None]
-    places = [*starts, *(target.name for target in targets), *meetings, *homes]
-    if fields.has("places"):
-        check_places(fields.data["places"], places, fields)
-    travel = travel_tables(_travel(fields.part("travel_ms")), types, len(places), fields.below("travel_ms"))
+    parts: dict[str, Any] = {
+        "meetings": _names(fields, "meetings"),
+        "homes": _names(fields, "homes", required=False),
+        "goal": _goal(fields.part("goal", required=False)),
+    }
+    places = (fields.data["places"] or []) if fields.has("places") else None
+    travel_ms = _travel(fields.part("travel_ms"))
     fields.finish()
-    if fields.problems:
-        return None
-    return Situation(
-        types=types, robots=robots, targets=targets, meetings=meetings, homes=homes, travel_ms=travel, goal=goal
-    )
+    return situation_of_parts(fields, travel_ms, places, types=types, robots=robots, targets=targets, **parts)
 
 
 def _type(fields: Fields) -> PlanningType:
@@ -202,7 +198,7 @@ def _names(fields: Fields, key: str, *, required: bool = True) -> tuple[str, ...
 
 
 def _travel(fields: Fields) -> dict[str, list[list[int | None]]]:
-    """Read the tables as rows of times; `travel_tables` checks their sizes."""
+    """Read the tables as rows of times; `_travel_tables` checks their sizes."""
     tables: dict[str, list[list[int | None]]] = {}
     for kind, rows in fields.data.items():
         if isinstance(rows, list):
@@ -223,13 +219,29 @@ def _row(fields: Fields, key: str, row: object) -> list[int | None]:
     return row
 
 
-def check_places(given: object, places: Sequence[str], notes: Notes) -> None:
-    """Check that `given` lists the rows and columns of the tables in their order."""
-    if given != places:
+def situation_of_parts(
+    notes: Notes, travel_ms: Mapping[str, Sequence[Sequence[int | None]]], given_places: object, **parts: Any
+) -> Situation | None:
+    """Return the situation of parts that are right by themselves, or None with what doesn't fit together noted.
+
+    Parameters
+    ----------
+    travel_ms
+        Rows of times by robot type; None means no path.
+    given_places
+        What is said to be the rows and columns of the tables; None if nothing is.
+    parts
+        All other arguments of `Situation`, which raises SituationError.
+    """
+    starts = [robot.place for robot in parts["robots"] if robot.place is not None]
+    places = [*starts, *(target.name for target in parts["targets"]), *parts["meetings"], *parts["homes"]]
+    if given_places is not None and given_places != places:
         notes.wrong("places", f"must be {places}: starts in robot order, targets, meetings, homes")
+    tables = _travel_tables(travel_ms, parts["types"], len(places), notes.below("travel_ms"))
+    return None if notes.problems else Situation(**parts, travel_ms=tables)
 
 
-def travel_tables(
+def _travel_tables(
     travel: Mapping[str, Sequence[Sequence[int | None]]], types: Sequence[PlanningType], size: int, notes: Notes
 ) -> dict[str, TravelTable]:
     """Return the travel tables of `size` places from rows of times, in which None means no path, and note problems."""

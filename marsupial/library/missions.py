@@ -65,7 +65,17 @@ def simulate(
     crowded = CrowdedWorld(scenario.grid, kinds, robots, sensor=sensor) if scenario.interference else None
     told = [] if crowded is None else [_PlanTeller(crowded)]
     watcher = Observers([reports, *told, *([] if observer is None else [observer])])
-    started = _started(scenario, robots, strategy, planner, seed)
+    started = MissionStarted.of(
+        scenario.grid,
+        scenario=scenario.name,
+        strategy=strategy if isinstance(strategy, str) else strategy.name,
+        planner=planner if isinstance(planner, str) else planner.info.name,
+        seed=seed,
+        types=scenario.robot_types,
+        robots=robots,
+        goal=scenario.goal,
+        interference=scenario.interference,
+    )
     reachable = reachable_area(scenario, robots)
     watcher.reachable(reachable)
     watcher.event(started)
@@ -127,25 +137,3 @@ class _PlanTeller(Observer):
     def event(self, event: MissionEvent) -> None:
         if isinstance(event, Planned):
             self._world.plan(event.meetings, event.actions)
-
-
-def _started(
-    scenario: Scenario, robots: tuple[PlacedRobot, ...], strategy: str | Decider, planner: str | Engine, seed: int
-) -> MissionStarted:
-    grid = scenario.grid
-    return MissionStarted(
-        t_ms=0,
-        scenario=scenario.name,
-        strategy=strategy if isinstance(strategy, str) else strategy.name,
-        planner=planner if isinstance(planner, str) else planner.info.name,
-        seed=seed,
-        width=grid.width,
-        height=grid.height,
-        resolution_m=grid.resolution_m,
-        origin_m=grid.origin_m,
-        terrains=grid.terrains,
-        types=scenario.robot_types,
-        robots=robots,
-        goal=scenario.goal,
-        interference=scenario.interference,
-    )

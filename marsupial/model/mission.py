@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
-from marsupial.model.grid import Cell, Terrain
+from marsupial.model.grid import Cell, Grid, Terrain
 from marsupial.model.plan import Action
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal
@@ -58,6 +59,19 @@ class MissionStarted:
     robots: tuple[PlacedRobot, ...]
     goal: Goal
     interference: bool = False
+
+    @classmethod
+    def of(cls, grid: Grid, **others: Any) -> MissionStarted:
+        """Return the event at time 0 for the frame and terrains of a map, with all `others` of its fields."""
+        return cls(
+            t_ms=0,
+            width=grid.width,
+            height=grid.height,
+            resolution_m=grid.resolution_m,
+            origin_m=grid.origin_m,
+            terrains=grid.terrains,
+            **others,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -50,6 +50,13 @@ def cells_in(runs: Sequence[int]) -> tuple[Ints, Bytes]:
     return indices, np.repeat(table[:, 2].astype(np.uint8), lengths)
 
 
+def drawn(runs: Sequence[int], shape: tuple[int, ...]) -> CellArray:
+    """Return a map of that shape, (height, width), that is unknown but for the cells in runs."""
+    cells = np.full(shape, UNKNOWN, dtype=np.uint8)
+    paint(cells, runs)
+    return cells
+
+
 def paint(cells: CellArray, runs: Sequence[int]) -> None:
     """Set the cells of a map (height, width) to the codes of runs."""
     flat = cells.reshape(-1)

@@ -22,7 +22,7 @@ MAX_BYTES = 64 << 20
 """Of a frame; the mission log of a map of 4 million cells without any two alike has 50 MB."""
 
 _HEADER = struct.Struct("!cI")
-_CHUNK = 1 << 16
+_CHUNK = 1 << 16  # bytes a socket takes or gives at a time
 _POLL_S = 0.2  # who waits to send isn't woken when its own end is closed meanwhile
 
 
@@ -43,25 +43,13 @@ class Channel:
         self._unread = bytearray()
 
     def send(self, value: object) -> None:
-        """Send a value and wait until it is on its way.
-
-        Raises
-        ------
-        BrokenPipeError
-            If the other end is closed.
-        """
+        """Send a value and wait until it is on its way. Raises BrokenPipeError if the other end is closed."""
         self.put_value(value)
         if not self.drain():
             raise BrokenPipeError("the other end of the channel is closed")
 
     def receive(self) -> object:
-        """Wait for the next value.
-
-        Raises
-        ------
-        EOFError
-            If the other end is closed.
-        """
+        """Wait for the next value. Raises EOFError if the other end is closed."""
         frame = self.receive_frame()
         if frame is None:
             raise EOFError("the other end of the channel is closed")
@@ -70,10 +58,7 @@ class Channel:
     def receive_frame(self, timeout_s: float | None = None) -> tuple[bytes, bytes] | None:
         """Wait for the next (tag, payload); None if the other end is closed.
 
-        Raises
-        ------
-        TimeoutError
-            If nothing comes for so long.
+        Raises TimeoutError if nothing comes for so long.
         """
         while True:
             for frame in self.frames():
@@ -99,13 +84,7 @@ class Channel:
         return True
 
     def put(self, tag: bytes, payload: bytes = b"") -> None:
-        """Add a frame to what is to be sent by `flush`.
-
-        Raises
-        ------
-        FrameTooBig
-            If it is above the bound.
-        """
+        """Add a frame to what is to be sent by `flush`. Raises FrameTooBig if it is above the bound."""
         if len(payload) > MAX_BYTES:
             raise FrameTooBig(f"a message has {len(payload)} bytes, at most {MAX_BYTES} are allowed")
         self._unsent += _HEADER.pack(tag, len(payload))
@@ -145,10 +124,7 @@ class Channel:
     def frames(self) -> Iterator[tuple[bytes, bytes]]:
         """Yield and drop every whole (tag, payload) that was read.
 
-        Raises
-        ------
-        FrameTooBig
-            If one is announced that is above the bound.
+        Raises FrameTooBig if one is announced that is above the bound.
         """
         while len(self._unread) >= _HEADER.size:
             tag, length = _HEADER.unpack_from(self._unread)
@@ -166,7 +142,7 @@ class Channel:
         return self._line.fileno()
 
     def end(self) -> None:
-        """Let the other end know that nothing more is sent."""
+        """Signal the other end that nothing more is sent."""
         try:
             self._line.shutdown(socket.SHUT_WR)
         except OSError:  # it is closed

@@ -82,6 +82,7 @@ def _preload(asker: Channel, loaded: set[bytes]) -> None:
             except Exception as error:
                 print(f"what jobs need can't be loaded ahead: {error}", flush=True)
     gc.collect()
+    # what is loaded is never looked at by the collector again, so its pages stay shared with workers
     gc.freeze()
     asker.send_frame(START)
     asker.close()

@@ -15,6 +15,9 @@ from enum import StrEnum
 
 GIB = 1 << 30
 
+GRACE_S = 0.1
+"""How long processes have between being asked to end and being killed."""
+
 
 class Ending(StrEnum):
     """Why a job is over."""
@@ -41,14 +44,11 @@ class JobLimits:
         gets twice as much as a hard limit on its data, which stops what allocates faster than that. None for no limit.
     cpu_s
         Processor seconds per process, rounded up to whole ones; None for no limit.
-    grace_s
-        How long processes have between being asked to end and being killed.
     """
 
     wall_s: float = math.inf
     memory_bytes: int | None = 2 * GIB
     cpu_s: float | None = None
-    grace_s: float = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

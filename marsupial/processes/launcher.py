@@ -28,7 +28,7 @@ from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import fork_server, reaper
 from marsupial.processes.channel import Channel
-from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message, death
+from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, Message, death
 from marsupial.processes.worker import JobOrder
 
 Preload = ModuleType | Callable[[], object]
@@ -42,6 +42,7 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUM
 
 _TRIES = 3
 _START_S = 120.0
+# what a supervisor may be late with the end of its job, before it counts as dead
 _SLACK_S = 5.0
 _CANCEL_S = 1.0
 _LEAVE_S = 1.0
@@ -52,10 +53,7 @@ _CODE = "import sys; sys.path[:] = {path!r}; from {module} import main; main({fd
 class Launcher:
     """A running fork server, or what else starts jobs when it is asked, and the socket to it.
 
-    Parameters
-    ----------
-    module
-        Its function `main` is what runs; it is given the socket, our process id, and `words`.
+    The process runs the function `main` of `module`, with the socket, our process id, and `words`.
     """
 
     def __init__(self, module: str = fork_server.__name__, *words: str) -> None:
@@ -73,6 +71,7 @@ class Launcher:
                 stderr=self._stderr,
                 env={**os.environ, **dict.fromkeys(ONE_THREAD, "1")},
                 pass_fds=(theirs.fileno(),),
+                # Ctrl-C in a terminal is for us: we end what we have started
                 start_new_session=True,
             )
 
@@ -82,11 +81,11 @@ class Launcher:
         return self._process.pid
 
     def usable(self) -> bool:
-        """Say whether it can still be asked by this process."""
+        """Return whether it can still be asked by this process."""
         return self.owner == os.getpid() and self._process.poll() is None
 
     def was_killed(self) -> bool:
-        """Say whether another process has killed it, or what it has just forked."""
+        """Return whether another process has killed it, or what it has just forked."""
         return not self._ended and (self._process.poll() or -1) < 0
 
     def ask(self, request: bytes, order: object) -> Channel:
@@ -101,10 +100,7 @@ class Launcher:
     def answer(self, channel: Channel) -> bytes:
         """Wait for the answer: everything that was asked for before is loaded.
 
-        Raises
-        ------
-        InternalError
-            If it ends, was ended, or takes minutes.
+        Raises InternalError if it ends, was ended, or takes minutes.
         """
         frame = None
         try:
@@ -182,10 +178,7 @@ def warm_up(*, wait: bool = True, preload: tuple[Preload, ...] = ()) -> None:
     preload
         What it is to load, as will every fork server that replaces it; what it has loaded already costs nothing.
 
-    Raises
-    ------
-    InternalError
-        If the fork server can't be started and `wait`.
+    Raises InternalError if the fork server can't be started and `wait`.
     """
     _preload.update(dict.fromkeys(preload))
     launcher = _current()
@@ -223,8 +216,7 @@ class JobRun:
         self._channel = channel
         self._kill = kill
         self._started = time.monotonic()
-        self._grace_s = limits.grace_s
-        self._deadline = self._started + limits.wall_s + self._grace_s + _SLACK_S
+        self._deadline = self._started + limits.wall_s + GRACE_S + _SLACK_S
         self._over = False
 
     def __iter__(self) -> JobRun:
@@ -258,7 +250,7 @@ class JobRun:
             self._channel.send(value)
 
     def put(self, value: object) -> bool:
-        """Send a value as far as that goes without waiting; say whether something is left, for `drain`."""
+        """Send a value as far as that goes without waiting; return whether something is left, for `drain`."""
         self._channel.put_value(value)
         self._channel.flush()
         return self._channel.unsent > 0
@@ -269,7 +261,7 @@ class JobRun:
 
     def cancel(self) -> None:
         """Ask for the job to be ended; returns at once. A supervisor that doesn't do so soon is killed."""
-        self._deadline = min(self._deadline, time.monotonic() + self._grace_s + _CANCEL_S)
+        self._deadline = min(self._deadline, time.monotonic() + GRACE_S + _CANCEL_S)
         self._channel.end()
 
     def close(self) -> None:
@@ -299,10 +291,7 @@ def run(job: Job) -> JobRun:
 
     Its time counts from when it has a process: what is being loaded for jobs is waited for before.
 
-    Raises
-    ------
-    InternalError
-        If the fork server can't be started.
+    Raises InternalError if the fork server can't be started.
     """
     channel, supervisor = begin(order_of(job))
     return JobRun(channel, job.limits, partial(reaper.kill, supervisor))

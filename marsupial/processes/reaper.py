@@ -20,6 +20,7 @@ import psutil
 _PR_SET_PDEATHSIG = 1
 _PR_SET_CHILD_SUBREAPER = 36
 _POLL_S = 0.005
+_PATIENCE_S = 5.0  # with processes that even SIGKILL does not end at once
 _PROC = os.path.exists("/proc/self/task")
 _PAGE = os.sysconf("SC_PAGE_SIZE") if _PROC else 0
 
@@ -118,7 +119,7 @@ def kill(pid: int) -> None:
     _signal_all([pid, *descendants(pid)], signal.SIGKILL)
 
 
-def end_below(pid: int, grace_s: float, *, patience_s: float = 5.0) -> dict[int, int]:
+def end_below(pid: int, grace_s: float) -> dict[int, int]:
     """End every process below `pid`: TERM, `grace_s` seconds, then KILL until none is left.
 
     Returns
@@ -129,12 +130,13 @@ def end_below(pid: int, grace_s: float, *, patience_s: float = 5.0) -> dict[int,
     ended: dict[int, int] = {}
     asked: set[int] = set()
     started = time.monotonic()
-    while time.monotonic() - started < patience_s:
+    while time.monotonic() - started < _PATIENCE_S:
         ended.update(reap())
         left = descendants(pid)
         if not left:
             break
         if time.monotonic() - started < grace_s:
+            # SIGCONT as well: a stopped process handles no SIGTERM
             _signal_all([one for one in left if one not in asked], signal.SIGTERM, signal.SIGCONT)
             asked.update(left)
         else:

@@ -55,30 +55,25 @@ class _Here:
     """Room on this machine, which has as much as is asked for."""
 
     def wait(self) -> bool:
-        """Return at once."""
         return True
 
     def run(self, job: Job) -> JobRun:
-        """Start a job."""
         return launcher.run(job)
 
     def close(self) -> None:
-        """Do nothing."""
+        pass
 
 
 class LocalRunner:
     """Runs jobs below this process."""
 
     def warm_up(self, preload: tuple[Preload, ...] = (), *, wait: bool = False) -> None:
-        """Start the fork server."""
         launcher.warm_up(wait=wait, preload=preload)
 
     def reserve(self, cpus: float = 1.0) -> Reservation:
-        """Return room."""
         return _Here()
 
     def trouble(self) -> str | None:
-        """Return nothing: a job will tell."""
         return None
 
     def shutdown(self) -> None:

@@ -24,7 +24,7 @@ from typing import NoReturn
 from marsupial.processes import channel as frames
 from marsupial.processes import reaper
 from marsupial.processes.channel import Channel
-from marsupial.processes.jobs import Ended, Ending, death, ending_of
+from marsupial.processes.jobs import GRACE_S, Ended, Ending, death, ending_of
 from marsupial.processes.worker import JobOrder, work
 
 _Source = Channel | int
@@ -96,14 +96,15 @@ class _Supervisor:
         self.stop = (Ending.KILLED, "the process that starts jobs has ended")
 
     def _end(self, ending: Ending, detail: str) -> None:
-        """Have the job ended, unless that is so already."""
+        """Request the end of the job, unless it was requested before."""
         self.stop = self.stop or (ending, detail)
 
     def run(self) -> None:
         """Watch until the worker is over, end all that is left, tell how it ended."""
         returncode = self._watch()
         wall_s = time.monotonic() - self.started
-        returncode = reaper.end_below(os.getpid(), self.limits.grace_s).get(self.pid, returncode)
+        # before the rest of the output is read, so that nothing more is written
+        returncode = reaper.end_below(os.getpid(), GRACE_S).get(self.pid, returncode)
         self._drain()
         self.asker.send_frame(frames.ENDED, pickle.dumps(self._ended(returncode, wall_s)))
 
@@ -139,7 +140,7 @@ class _Supervisor:
             self._end(Ending.TIMEOUT, f"stopped at its limit of {self.limits.wall_s:g} s")
 
     def _rests(self) -> bool:
-        """Say whether the worker, with nothing below it, has done nothing since it was looked at; look later then."""
+        """Return whether the worker, with nothing below it, has done nothing since the last look; poll less then."""
         worked_s, before_s = reaper.cpu_s(self.pid), self.worked_s
         rests = self.alone and worked_s is not None and worked_s == before_s
         self.worked_s = worked_s
@@ -218,6 +219,7 @@ def _fork_worker(asker: Channel, folder: str, order: JobOrder) -> tuple[int, Cha
     pid = os.fork()
     if pid == 0:
         try:
+            # a worker that signals its process group must not reach its supervisor
             os.setsid()
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
             reaper.die_with_parent(parent, signal.SIGKILL)

@@ -11,19 +11,21 @@ import math
 from collections.abc import Callable
 from contextlib import aclosing, suppress
 from dataclasses import asdict, dataclass
+from typing import Any, cast
 
 from marsupial.errors import InputError
+from marsupial.formats.scenario.write import terrain_fields, type_fields
+from marsupial.model.grid import Grid
 from marsupial_client import AsyncClient, AsyncMission, Conflict
-from marsupial_client.mission_documents import Commands, MissionEnded, Report
-from marsupial_ros.brief import brief_of, frame_of
+from marsupial_client.mission_documents import Brief, Commands, MissionEnded, Report
 from marsupial_ros.chart import Chart
 from marsupial_ros.clock import Clock
 from marsupial_ros.fleet import CANCEL_S, RobotFleet, UnreportedEvents
 from marsupial_ros.hearing import Hearing, subscriptions
 from marsupial_ros.journal import Journal, Record
-from marsupial_ros.rosbridge import Rosbridge
+from marsupial_ros.robots import TrackedRobot
+from marsupial_ros.rosbridge import Rosbridge, first_of
 from marsupial_ros.settings import Settings
-from marsupial_ros.together import first_of
 from marsupial_ros.transforms import Frames
 
 TICK_S = 0.05
@@ -56,10 +58,7 @@ class BridgeOutcome:
 class Bridge:
     """Drives one mission.
 
-    Parameters
-    ----------
-    stops
-        Says how often the user wants to stop: once ends the mission, twice leaves at once. Goals are cancelled.
+    `stops` returns how often the user wants to stop: once ends the mission, twice leaves at once. Goals are cancelled.
     """
 
     def __init__(
@@ -91,10 +90,7 @@ class Bridge:
     async def run(self) -> BridgeOutcome:
         """Drive the mission to its end, or to where the user leaves.
 
-        Raises
-        ------
-        UsageError, InputError, ClientError
-            If settings, state or service are of no use.
+        Raises UsageError, InputError, ClientError if settings, state or service are of no use.
         """
         kept = self._journal.read()
         if kept is not None:
@@ -105,7 +101,8 @@ class Bridge:
             self._chart.expect(kept.frame)
         line = asyncio.ensure_future(self._ros.run())
         try:
-            await first_of(_watched(line), self._mission(kept), self._watch())
+            # the end of the connection is an error; the shield keeps it open while goals are cancelled
+            await first_of(asyncio.shield(line), self._mission(kept), self._watch())
         finally:
             try:
                 await self._leave(line)
@@ -115,7 +112,7 @@ class Bridge:
         return self.outcome
 
     async def _leave(self, line: asyncio.Future[None]) -> None:
-        """Have all goals ended, and wait until they are, but not for long."""
+        """Cancel all goals and wait for their ends, but not for long."""
         loop = asyncio.get_running_loop()
         until_s = loop.time() + LEAVE_S
         self._fleet.abandon(self._clock.now_s)
@@ -231,12 +228,12 @@ class Bridge:
             await asyncio.sleep(TICK_S)
 
     def _due(self, n: int) -> bool:
-        """Say whether a report is due after report `n`."""
+        """Return whether a report is due after report `n`."""
         until_ms = self._record.until_ms
         if self._over or until_ms is None or self._record.answered < n:
             return False
         now_ms = self._clock.mission_ms
-        if n == 0 or self._fleet.pending or now_ms >= until_ms:
+        if n == 0 or self._fleet.gathered.any or now_ms >= until_ms:
             return True
         passed = now_ms - self._reported_ms >= 1000 * self._settings.waits.report_s
         return passed and (self._fleet.driving or self._chart.fresh)
@@ -273,6 +270,36 @@ class Bridge:
         self._journal.write(record)
 
 
-async def _watched(line: asyncio.Future[None]) -> None:
-    """Wait for the connection's end, which is an error, without ending it."""
-    await asyncio.shield(line)
+def brief_of(settings: Settings, grid: Grid, fleet: RobotFleet) -> Brief:
+    """Return the brief for a team that is placed, in the frame of a map of which nothing is reported yet."""
+    names = {terrain.code: terrain.name for terrain in grid.terrains}
+    planning = settings.planning
+    document: dict[str, Any] = {
+        "name": settings.name,
+        "frame": frame_of(grid),
+        "terrains": terrain_fields(grid),
+        "robot_types": [type_fields(kind, names) for kind in settings.kinds],
+        "team": [_member(robot) for robot in fleet.robots.values()],
+        "goal": {"recover_rovers": settings.goal.recover_rovers, "return_home": settings.goal.return_home},
+        "budget": {"seconds": planning.budget_s},
+        "planning_time": planning.planning_time.value,
+        "time_limit_ms": settings.limits.time_ms,
+    }
+    document |= {} if planning.strategy is None else {"strategy": planning.strategy}
+    document |= {} if planning.planner is None else {"planner": planning.planner}
+    return cast(Brief, document)
+
+
+def frame_of(grid: Grid) -> dict[str, Any]:
+    """Return the frame of a map."""
+    return {
+        "width": grid.width,
+        "height": grid.height,
+        "resolution_m": grid.resolution_m,
+        "origin_m": list(grid.origin_m),
+    }
+
+
+def _member(robot: TrackedRobot) -> dict[str, Any]:
+    where = {"carrier": robot.aboard} if robot.anchor is None else {"pose_m": list(robot.anchor)}
+    return {"name": robot.name, "type": robot.settings.kind.name, **where}

@@ -25,9 +25,8 @@ from marsupial.model.robots import RobotType
 from marsupial.model.runs import cells_in
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
 from marsupial_ros.messages import Update
+from marsupial_ros.progress import Point
 from marsupial_service.missions.frames import MissionFrame, frame_at, laid_out
-
-Point = tuple[float, float]
 
 _SAME_RESOLUTION = 1e-6
 """By which share resolutions may differ: messages hold them in single precision, and some publishers calculate them."""
@@ -68,18 +67,15 @@ class Chart:
 
     @property
     def grid(self) -> Grid | None:
-        """The map as ROS told it last, with its masks; None before the first."""
+        """The last map from ROS, with its masks; None before the first."""
         if self._grid is None and self._occupancy is not None:
             self._grid = self._read(self._occupancy)
         return self._grid
 
     def take(self, occupancy: Occupancy) -> None:
-        """Take a whole map in.
+        """Store a whole map.
 
-        Raises
-        ------
-        MapError
-            If it is too large, or its cells are not those of the mission; it is passed over then, with its updates.
+        Raises MapError if it is too large or of other cells than the mission; it is ignored then, with its updates.
         """
         self._refused = True
         self._check(occupancy)
@@ -90,12 +86,9 @@ class Chart:
         self._occupancy, self._grid, self.fresh = occupancy, None, True
 
     def update(self, update: Update) -> None:
-        """Take a new part of the map in; one that comes before the map, or after one that was refused, is passed over.
+        """Store a new part of the map. Parts before the first map, or after a refused one, are ignored.
 
-        Raises
-        ------
-        MapError
-            If it lies outside the map.
+        Raises MapError if it lies outside the map.
         """
         if self._occupancy is None or self._refused:
             return
@@ -108,7 +101,7 @@ class Chart:
         self._occupancy, self._grid, self.fresh = replace(self._occupancy, values=values), None, True
 
     def begin(self) -> Grid:
-        """Let the mission begin with the frame of the map as it is now, and nothing reported; return that."""
+        """Begin the mission with the present frame of the map and nothing reported; return the map."""
         assert self.grid is not None
         self._first, self._frame = self.grid, MissionFrame.of(self.grid)
         self._reported = np.full_like(self._first.cells, UNKNOWN)
@@ -140,10 +133,7 @@ class Chart:
     def news(self, robots: Mapping[str, Point]) -> tuple[ReportFrame | None, list[Revealed]]:
         """Return which cells have changed since they were reported, and their frame; they count as reported then.
 
-        Parameters
-        ----------
-        robots
-            Where each robot on the ground is, in metres of the map frame.
+        `robots` are the places of those on the ground, in metres of the map frame.
         """
         grid = self.grid
         assert grid is not None

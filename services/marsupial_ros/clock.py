@@ -6,13 +6,7 @@ import time
 
 
 class Clock:
-    """Seconds that never go back, and mission time in ms.
-
-    Parameters
-    ----------
-    told
-        Whether time is told by messages (``/clock``); else it is that of this machine.
-    """
+    """Seconds that never go back, and mission time in ms; if `told`, from messages (``/clock``), not this machine."""
 
     def __init__(self, *, told: bool) -> None:
         self._told_s: float | None = None
@@ -45,9 +39,9 @@ class Clock:
         return min(stamp_s, self.now_s) if self._told and stamp_s else self.now_s
 
     def tell(self, now_s: float) -> None:
-        """Take a time in; a simulator that was reset makes it stand still until it is that late again."""
+        """Set the time. After a simulator was reset the clock stands still until it catches up."""
         self._told_s = now_s if self._told_s is None else max(now_s, self._told_s)
 
     def begin(self, at_ms: int = 0) -> None:
-        """Let it be `at_ms` in the mission now."""
+        """Set mission time to `at_ms`."""
         self._began_s, self._began_ms = self.now_s, at_ms

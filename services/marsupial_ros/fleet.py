@@ -10,8 +10,8 @@ from typing import Any, Protocol
 from marsupial_client.mission_documents import Command, Failed, Lost, News, RobotNote
 from marsupial_ros.chart import Chart
 from marsupial_ros.goals import ActionGoal, drive_goal, failure_of, handover_goal, succeeded
-from marsupial_ros.progress import Progress
-from marsupial_ros.robots import Errand, Point, TrackedRobot
+from marsupial_ros.progress import Point, Progress
+from marsupial_ros.robots import Errand, TrackedRobot
 from marsupial_ros.rosbridge import ActionResult
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
@@ -31,7 +31,7 @@ class Actions(Protocol):
         ...
 
     def cancel_goal(self, goal: str, action: str) -> None:
-        """Have a goal ended."""
+        """Cancel a goal."""
         ...
 
 
@@ -64,7 +64,7 @@ class RobotFleet:
     mission, starts
         The id of the mission, and how often it was taken up before: names of goals are never used twice.
     gathered
-        What is to be told with the next report.
+        What goes into the next report.
     """
 
     def __init__(
@@ -94,11 +94,6 @@ class RobotFleet:
         return list(found.values())
 
     @property
-    def pending(self) -> bool:
-        """Whether a command has ended, or a robot was lost, since the last report."""
-        return self.gathered.any
-
-    @property
     def driving(self) -> bool:
         """Whether any robot drives."""
         return any(errand.drives for errand in self.errands)
@@ -117,7 +112,7 @@ class RobotFleet:
         return f"{self._frame} -> {robot.settings.base_frame} on {robot.settings.tf}"
 
     def place(self) -> None:
-        """Let robots on the ground stand where tf has them, or beside it where the map lets them stand."""
+        """Place robots on the ground where tf has them, or at the nearest free ground."""
         for robot in self.robots.values():
             if robot.on_ground and robot.anchor is None:
                 robot.anchor = self._standing(robot)
@@ -142,7 +137,7 @@ class RobotFleet:
         self._start(errand, now_s)
 
     def connected(self, now_s: float) -> None:
-        """Send all goals again: nobody knows what of them has arrived, and their ends were told to nobody."""
+        """Send all goals again: they, or the messages of their ends, may be lost."""
         self._cancel_given_up()
         for robot in self.robots.values():
             robot.since_s = now_s
@@ -153,7 +148,7 @@ class RobotFleet:
                 self._start(errand, now_s)
 
     def hear(self, goal: str, feedback: Mapping[str, Any], now_s: float) -> None:
-        """Take in how a drive gets on; what is told of earlier goals counts no more."""
+        """Apply the feedback of a drive; that of earlier goals is ignored."""
         errand = self._errand(goal)
         if errand is not None and errand.drives:
             errand.progress.hear(feedback, now_s)
@@ -180,13 +175,13 @@ class RobotFleet:
             self._check(errand, now_s)
 
     def stop(self, now_s: float) -> None:
-        """Let all robots that drive stop."""
+        """Stop all robots that drive."""
         for errand in self.errands:
             if errand.drives:
                 self._cancel(errand, now_s)
 
     def abandon(self, now_s: float) -> None:
-        """Have every goal ended, those of dockings too, and those given up that are not known to have ended."""
+        """Cancel every goal, also of dockings, and given-up goals that may still run."""
         self._cancel_given_up()
         for errand in self.errands:
             self._cancel(errand, now_s)
@@ -225,12 +220,12 @@ class RobotFleet:
         return (r for r in self.robots.values() if r.on_ground and (r.errand is None or self._carries(r)))
 
     def _carries(self, robot: TrackedRobot) -> bool:
-        """Say whether a robot drives, or is the carrier of what it takes part in."""
+        """Return whether a robot drives, or is the carrier of what it takes part in."""
         assert robot.errand is not None
         return robot.errand.drives or robot.errand.command["robot"] != robot.name
 
     def _follow(self, robot: TrackedRobot) -> None:
-        """Move the place a robot is told to be at to where it is, unless it is near enough to that."""
+        """Update the reported place of a robot, unless it is near enough to it."""
         at = robot.point(self._frame)
         if at is None:
             return
@@ -263,6 +258,7 @@ class RobotFleet:
             return
         errand.attempt += 1
         errand.goal = goal
+        # never used twice: the end of an earlier goal must not end this one
         errand.name = f"{self.mission}:{errand.command['id']}:{self.starts}.{errand.attempt}"
         self._actions.send_goal(errand.name, goal.action, goal.type, goal.values)
 
@@ -324,7 +320,7 @@ class RobotFleet:
         self._fail(errand, reason)
 
     def _drop(self, errand: Errand) -> None:
-        """Have the goal ended of a command that is not waited for."""
+        """Cancel the goal of a command that is no longer waited for."""
         if errand.goal is not None:
             self._given_up[errand.name] = errand.goal.action
             self._actions.cancel_goal(errand.name, errand.goal.action)

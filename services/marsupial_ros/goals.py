@@ -13,10 +13,9 @@ from typing import Any
 
 from marsupial_client.mission_documents import Command
 from marsupial_ros.messages import final_yaw, path_of, pose_stamped
+from marsupial_ros.progress import Point
 from marsupial_ros.rosbridge import ActionResult, GoalStatus
 from marsupial_ros.settings import DriveAction, RobotSettings, Settings
-
-Point = tuple[float, float]
 
 FOLLOW_PATH_TYPE = "nav2_msgs/action/FollowPath"
 NAVIGATE_TYPE = "nav2_msgs/action/NavigateToPose"
@@ -71,7 +70,7 @@ def handover_goal(
 
 
 def failure_of(goal: ActionGoal, end: ActionResult) -> str:
-    """Say why a goal was not reached, in the words of its action as far as it has any."""
+    """Return why a goal was not reached, in the words of its action if it has any."""
     word = GoalStatus(end.status).name.lower() if end.status in list(GoalStatus) else f"status {end.status}"
     values = end.values if isinstance(end.values, dict) else {}
     said = values.get("error_msg") or values.get("message") or (end.values if isinstance(end.values, str) else "")
@@ -82,7 +81,7 @@ def failure_of(goal: ActionGoal, end: ActionResult) -> str:
 
 
 def succeeded(end: ActionResult) -> bool:
-    """Say whether a goal was reached; the actions of `marsupial_interfaces` may say that it was not after all."""
+    """Return whether a goal was reached; the actions of `marsupial_interfaces` may say that it was not after all."""
     return end.status == GoalStatus.SUCCEEDED and not (
         isinstance(end.values, dict) and end.values.get("success") is False
     )

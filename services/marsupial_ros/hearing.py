@@ -43,7 +43,7 @@ def subscriptions(settings: Settings) -> list[Subscription]:
 
 
 class Hearing:
-    """Hears what rosbridge brings; what can't be read is told once for each topic, and passed over."""
+    """Receives messages of rosbridge; unreadable ones are reported once per topic and ignored."""
 
     def __init__(
         self,
@@ -71,7 +71,6 @@ class Hearing:
             self._readers[settings.clock] = lambda message: clock.tell(seconds_of(message["clock"]))
 
     def connected(self) -> None:
-        """Have the fleet send its goals again."""
         self._say("rosbridge: connected")
         self._open = True
         self._said.clear()
@@ -84,24 +83,20 @@ class Hearing:
         self._open = False
 
     def message(self, topic: str, message: Mapping[str, Any]) -> None:
-        """Take a message in."""
         try:
             self._readers[topic](message)
         except UNREADABLE as error:
             self._once(topic, f"{topic}: a message was passed over: {error}")
 
     def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
-        """Let the fleet know."""
         if self.fleet is not None:
             self.fleet.hear(goal, values, self._clock.now_s)
 
     def ended(self, end: ActionResult) -> None:
-        """Let the fleet know."""
         if self.fleet is not None:
             self.fleet.ended(end)
 
     def complaint(self, text: str) -> None:
-        """Tell it, once only."""
         self._once(text, text)
 
     def _map(self, message: Mapping[str, Any]) -> None:
@@ -113,7 +108,7 @@ class Hearing:
         self._chart.update(update_in(message))
 
     def _transforms(self, frames: Frames, static: bool, message: Mapping[str, Any]) -> None:
-        """Take all links in that can be read: others may be of other robots."""
+        """Store all readable links: the unreadable ones may be of other robots."""
         faults: list[Exception] = []
         for stamped in message["transforms"]:
             try:

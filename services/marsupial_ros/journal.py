@@ -69,10 +69,7 @@ class Record:
     def check(self) -> None:
         """Check what a file holds that was changed or is of something else.
 
-        Raises
-        ------
-        ValueError, TypeError, KeyError
-            If it can't be what was written.
+        Raises ValueError, TypeError, KeyError if it can't be what was written.
         """
         width, height, (_, _, _) = self.frame["width"], self.frame["height"], self.frame["origin_m"]
         texts, numbers = [self.mission, *self.robots], [self.after, self.answered, self.starts, width, height]
@@ -116,16 +113,11 @@ class Journal:
             raise InputError(f"is no state of `marsupial ros` ({error})", source=str(self.path)) from error
 
     def write(self, record: Record) -> None:
-        """Keep a record in place of the one before.
-
-        Raises
-        ------
-        UsageError
-            If it can't be written.
-        """
+        """Keep a record in place of the one before. Raises UsageError if it can't be written."""
         if self.path is None:
             return
         try:
+            # at once or not at all: the bridge may be killed at any moment
             replace_file(self.path, json.dumps({"version": VERSION, **asdict(record)}).encode())
         except OSError as error:
             raise UsageError(f"--state: {self.path} can't be written ({error.strerror})") from error

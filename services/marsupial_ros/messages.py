@@ -68,13 +68,7 @@ def update_in(message: Mapping[str, Any]) -> Update:
 
 
 def check_frame(message: Mapping[str, Any], frame: str) -> None:
-    """Check that a message is in a frame; one that names none is.
-
-    Raises
-    ------
-    MapError
-        If it is in another frame.
-    """
+    """Check that a message is in a frame; one that names none is. Raises MapError if it is in another frame."""
     found = _frame(message.get("header", {}).get("frame_id", ""))
     if found not in ("", frame):
         raise MapError(f"is in the frame {found!r}, not in {frame!r}")

@@ -24,7 +24,7 @@ DETOUR_M = 1.0
 """A way that is longer by so much is another one: the robot has to get nearer on that."""
 
 FEEDBACK_S = 5.0
-"""What was told of the way so long ago counts no more."""
+"""Feedback that is older counts no more."""
 
 MOST_RECOVERIES = 6
 """In a row that bring a robot no nearer; after as many that fail nav2's own behavior tree gives up."""
@@ -53,12 +53,12 @@ class Progress:
     recoveries: tuple[int, int] | None = None
 
     def see(self, at: Point, now_s: float) -> None:
-        """Take in where the robot is."""
+        """Apply the robot's position."""
         if self.moved_from is None or math.dist(at, self.moved_from) > PROGRESS_M:
             self.moved_from, self.moved_s = at, now_s
 
     def hear(self, feedback: Mapping[str, Any], now_s: float) -> None:
-        """Take in what the action tells; fields that are missing, or are no such numbers, are passed over."""
+        """Apply feedback of the action; missing fields and invalid numbers are ignored."""
         recoveries = _number(feedback.get("number_of_recoveries"))
         if recoveries is not None:
             self._recover(int(recoveries))

@@ -7,11 +7,9 @@ from dataclasses import dataclass, field
 
 from marsupial_client.mission_documents import Command
 from marsupial_ros.goals import ActionGoal
-from marsupial_ros.progress import Progress
+from marsupial_ros.progress import Point, Progress
 from marsupial_ros.settings import RobotSettings
 from marsupial_ros.transforms import Frames, Transform
-
-Point = tuple[float, float]
 
 LOOK_AHEAD_M = 5.0
 """How far along its route a robot may have come since it was looked at last: a route may pass a place twice."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Protocol
@@ -21,7 +21,6 @@ from websockets.exceptions import InvalidURI, WebSocketException
 
 from marsupial.errors import UsageError
 from marsupial_ros.messages import UNREADABLE
-from marsupial_ros.together import first_of
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.2, 5.0
 """Between tries to connect."""
@@ -61,18 +60,16 @@ class ActionResult:
 
 @dataclass(frozen=True, slots=True)
 class Subscription:
-    """A topic, its type, and how its messages are to come (`compression`, at most one in `throttle_ms`)."""
+    """A topic, its type, and how its messages are to come (`compression`)."""
 
     topic: str
     type: str
     compression: str = "none"
-    throttle_ms: int = 0
 
     def as_document(self) -> dict[str, Any]:
         """Return the request for it."""
         document: dict[str, Any] = {"op": "subscribe", "id": f"marsupial:{self.topic}"}
-        document |= {"topic": self.topic, "type": self.type, "compression": self.compression}
-        return document | ({"throttle_rate": self.throttle_ms} if self.throttle_ms else {})
+        return document | {"topic": self.topic, "type": self.type, "compression": self.compression}
 
 
 class Listener(Protocol):
@@ -113,8 +110,8 @@ class Rosbridge:
         self._outbox: asyncio.Queue[str] | None = None
         self._fragments: dict[str, dict[int, str]] = {}
         self._readers: Mapping[str, Callable[[Mapping[str, Any]], None]] = {
-            "publish": self._published,
-            "action_feedback": self._action_told,
+            "publish": lambda told: listener.message(told["topic"], told["msg"]),
+            "action_feedback": lambda told: listener.feedback(str(told.get("id")), told["values"]),
             "action_result": self._action_ended,
             "status": self._told,
             "fragment": self._fragment,
@@ -131,16 +128,13 @@ class Rosbridge:
         self._send({**document, "args": values, "feedback": True})
 
     def cancel_goal(self, goal: str, action: str) -> None:
-        """Have a goal ended; that it has is told as of any other."""
+        """Cancel a goal; its end is reported as any other."""
         self._send({"op": "cancel_action_goal", "id": goal, "action": action})
 
     async def run(self) -> None:
         """Connect, again and again, and let the listener hear what comes.
 
-        Raises
-        ------
-        UsageError
-            Where the address is none.
+        Raises UsageError where the address is none.
         """
         pause_s = FIRST_PAUSE_S
         while True:
@@ -173,6 +167,7 @@ class Rosbridge:
             await self._outbox.join()
 
     async def _talk(self, line: ClientConnection) -> None:
+        # the rest of a message that broke off never comes
         self._fragments.clear()
         self._outbox = asyncio.Queue()
         try:
@@ -198,7 +193,7 @@ class Rosbridge:
             self._take(data)
 
     def _take(self, data: str | bytes) -> None:
-        """Take a message in; one that can't be read is told of and passed over."""
+        """Dispatch a message; an unreadable one is reported and ignored."""
         try:
             document = json.loads(data) if isinstance(data, str) else cbor2.loads(data)
             reader = self._readers.get(document["op"])
@@ -206,12 +201,6 @@ class Rosbridge:
                 reader(document)
         except (*UNREADABLE, RecursionError, cbor2.CBORDecodeError) as error:
             self._listener.complaint(f"rosbridge sent what is no message of its protocol ({error!r})")
-
-    def _published(self, document: Mapping[str, Any]) -> None:
-        self._listener.message(document["topic"], document["msg"])
-
-    def _action_told(self, document: Mapping[str, Any]) -> None:
-        self._listener.feedback(str(document.get("id")), document["values"])
 
     def _action_ended(self, document: Mapping[str, Any]) -> None:
         status = int(document.get("status", GoalStatus.SUCCEEDED if document.get("result") else GoalStatus.UNKNOWN))
@@ -230,3 +219,16 @@ class Rosbridge:
         if len(parts) == total:
             del self._fragments[name]
             self._take("".join(parts[number] for number in range(total)))
+
+
+async def first_of(*work: Awaitable[None]) -> None:
+    """Run all of it until the first part is over, then cancel the rest; what a part raises is raised."""
+    tasks = [asyncio.ensure_future(part) for part in work]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+    for task in done:
+        task.result()

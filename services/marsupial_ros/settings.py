@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
 
 from marsupial.errors import Problem, ScenarioError
-from marsupial.formats.fields import Fields, Notes, shown
+from marsupial.formats.fields import Fields, shown
 from marsupial.formats.mapfiles.filter_masks import FilterMasks
 from marsupial.formats.mapfiles.occupancy import FREE_THRESH, OCCUPIED_THRESH
 from marsupial.formats.scenario.filters import read_filters
@@ -148,13 +148,7 @@ class Settings:
 
 
 def read_settings(path: Path) -> Settings:
-    """Read the file.
-
-    Raises
-    ------
-    ScenarioError
-        With every wrong field by its path and line.
-    """
+    """Read the file. Raises ScenarioError with every wrong field by its path and line."""
     data, text = parse(path)
     if not isinstance(data, Mapping):
         raise ScenarioError(f"must be a mapping of fields, got {shown(data)}", source=str(path))
@@ -195,10 +189,7 @@ def _read(top: Fields, path: Path) -> Settings | None:
 
 
 def _read_controller(fields: Fields) -> Controller:
-    controller = Controller(
-        controller_id=fields.text("controller_id") if fields.has("controller_id") else "",
-        goal_checker_id=fields.text("goal_checker_id") if fields.has("goal_checker_id") else "",
-    )
+    controller = Controller(**{name: fields.text(name) for name in asdict(Controller()) if fields.has(name)})
     fields.finish()
     return controller
 
@@ -222,15 +213,8 @@ def _read_map(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Ma
 
 
 def _read_waits(fields: Fields) -> Waits:
-    usual = Waits()
-    waits = Waits(
-        report_s=fields.number("report_s", usual.report_s, SECONDS),
-        silent_s=fields.number("silent_s", usual.silent_s, SECONDS),
-        lost_s=fields.number("lost_s", usual.lost_s, SECONDS),
-        stuck_s=fields.number("stuck_s", usual.stuck_s, SECONDS),
-        handover_s=fields.number("handover_s", usual.handover_s, SECONDS),
-        tolerance_m=fields.number("tolerance_m", usual.tolerance_m, METRES),
-    )
+    bounds = dict.fromkeys(asdict(Waits()), SECONDS) | {"tolerance_m": METRES}
+    waits = Waits(**{name: fields.number(name, usual, bounds[name]) for name, usual in asdict(Waits()).items()})
     if waits.lost_s < waits.silent_s:
         fields.wrong("lost_s", f"must not be below silent_s ({waits.silent_s:g})")
     fields.finish()
@@ -300,9 +284,5 @@ def _check_apart(robots: list[tuple[Fields, RobotSettings]], key: str) -> None:
         place = ("", robot.namespace) if key == "namespace" else (robot.tf, robot.base_frame)
         other = seen.setdefault(place, robot.name)
         if other != robot.name:
-            _note_same(notes, key, place, other)
-
-
-def _note_same(notes: Notes, key: str, place: tuple[str, str], other: str) -> None:
-    where = f" of {place[0]}" if place[0] else ""
-    notes.wrong(key, f"{place[1] or '/'}{where} is that of {other} too")
+            where = f" of {place[0]}" if place[0] else ""
+            notes.wrong(key, f"{place[1] or '/'}{where} is that of {other} too")

@@ -62,7 +62,7 @@ class Frames:
         self._told: dict[str, LastTransform] = {}
 
     def tell(self, parent: str, child: str, transform: Transform, at_s: float | None, stamp_s: float = 0.0) -> None:
-        """Take a link in; `at_s` is None for one that holds for good.
+        """Store a link; `at_s` is None for a static one.
 
         A link with the stamp of the one before is that one, sent again: it is no news of the frame. So a robot whose
         transforms are repeated grows silent, whatever the clocks of two machines say.

@@ -27,7 +27,7 @@ from marsupial_service.http.routing import LOCAL_OWNER
 from marsupial_service.intake import jobs as job_bodies
 from marsupial_service.intake import missions as mission_bodies
 from marsupial_service.intake import simulations as simulation_bodies
-from marsupial_service.intake.analyses import load_analysis
+from marsupial_service.intake.jobs import load_analysis
 from marsupial_service.jobs.records import JobSettings
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.keys import KeyFile, KeyRow

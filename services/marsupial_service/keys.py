@@ -21,7 +21,7 @@ from pathlib import Path
 
 from marsupial.errors import UsageError
 from marsupial_service.store import Store, Transaction, documents, open_store
-from marsupial_service.store.engine import Connection
+from marsupial_service.store.transaction import StoreReader
 
 FILE = "keys.json"
 TOPIC = "keys"
@@ -59,7 +59,7 @@ class Key:
         return self.sha256[:8]
 
     def holds(self, now_s: float) -> bool:
-        """Say whether it is good at that moment."""
+        """Return whether it is good at that moment."""
         return self.revoked_s is None and now_s < self.expires_s
 
 
@@ -81,11 +81,11 @@ class Keys(ABC):
         return next((key for key in found if key.holds(now_s)), None)
 
     def is_good(self, key: Key, now_s: float) -> bool:
-        """Say whether a key that was found is still good."""
+        """Return whether a key that was found is still good."""
         return any(other.sha256 == key.sha256 and other.holds(now_s) for other in self.all())
 
     def knows(self, name: str, now_s: float) -> bool:
-        """Say whether a name has a good key."""
+        """Return whether a name has a good key."""
         return any(key.name == name and key.holds(now_s) for key in self.all())
 
     def add(self, name: str, scopes: Iterable[str], days: float, now_s: float) -> str:
@@ -131,7 +131,6 @@ class KeyFile(Keys):
         self._keys: tuple[Key, ...] = ()
 
     def all(self) -> tuple[Key, ...]:
-        """Return all keys, the expired and revoked ones too."""
         try:
             status = self._path.stat()
         except FileNotFoundError:
@@ -156,7 +155,7 @@ class KeyFile(Keys):
 
 
 class KeyRow(Keys):
-    """The keys of a database that servers share; a change is seen as soon as its server is told of it."""
+    """The keys of a database that servers share; a change is seen when its notification arrives."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
@@ -165,7 +164,6 @@ class KeyRow(Keys):
         self._read()
 
     def all(self) -> tuple[Key, ...]:
-        """Return all keys, the expired and revoked ones too."""
         return self._keys
 
     def _hear(self, topics: frozenset[str] | None) -> None:
@@ -199,7 +197,7 @@ def open_keys(place: str | Path) -> Iterator[Keys]:
         store.close()
 
 
-def _kept(reader: Connection | Transaction) -> tuple[Key, ...]:
+def _kept(reader: StoreReader) -> tuple[Key, ...]:
     text = documents.text_of(reader, _ROW)
     return () if text is None else _keys_in(text)
 

@@ -70,13 +70,7 @@ ERROR_KINDS: Mapping[type[MarsupialError], str] = {
 
 
 class HttpProblem(Exception):
-    """An error to be answered.
-
-    Parameters
-    ----------
-    kind
-        One of `KINDS`.
-    """
+    """An error to be answered, of a `kind` in `KINDS`."""
 
     def __init__(
         self,
@@ -111,6 +105,13 @@ def summary(errors: Sequence[ProblemDetailAnswer], count: int) -> str:
     return f"{first.pointer or first.query or first.header or first.path or 'the body'}: {first.detail}{more}"
 
 
+def check_count(where: str, count: int, limit: int, noun: str) -> None:
+    """Raise HttpProblem naming the field that a JSON pointer leads to, if there are more than the limit allows."""
+    if count > limit:
+        text = f"has {count} {noun}, more than the limit of {limit}"
+        raise HttpProblem("too-large", errors=[ProblemDetailAnswer(pointer=where, detail=text)])
+
+
 def problem_of(error: MarsupialError, document: object) -> HttpProblem:
     """Return the problem for what the library raises about input, which is the body `document`.
 
@@ -125,7 +126,7 @@ def problem_of(error: MarsupialError, document: object) -> HttpProblem:
 
 
 def problem_of_all(kind: str, problems: Sequence[Problem], document: object) -> HttpProblem:
-    """Return the problem for all that is wrong with the body `document`; the first ones are told."""
+    """Return the problem that lists the first faults of the body `document`."""
     details = [
         ProblemDetailAnswer(pointer=of_path(problem.path, document), detail=problem.message)
         for problem in problems[:MOST_ERRORS]
@@ -192,17 +193,14 @@ def _first(path: str, body: object) -> tuple[str | int, str]:
     if index is not None:
         return int(index[1]), path[index.end() :]
     if isinstance(body, Mapping):
-        keys = [key for key in body if isinstance(key, str) and key and _begins(path, key)]
+        keys = [key for key in body if isinstance(key, str) and key and path.startswith(key)]
+        keys = [key for key in keys if path[len(key) : len(key) + 1] in ("", ".", "[")]
         if keys:
             key = max(keys, key=len)
             return key, path[len(key) :]
     match = re.match(r"[^.\[]*", path)
     word = match[0] if match is not None and match[0] else path
     return word, path[len(word) :]
-
-
-def _begins(path: str, key: str) -> bool:
-    return path.startswith(key) and path[len(key) : len(key) + 1] in ("", ".", "[")
 
 
 def _at(body: object, part: str | int) -> Any:

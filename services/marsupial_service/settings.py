@@ -133,11 +133,6 @@ class ServiceSettings:
         """The folder or database of jobs, missions and keys."""
         return self.data if self.store is None else self.store
 
-    @property
-    def is_loopback(self) -> bool:
-        """Say whether only this machine can connect."""
-        return self.host in LOOPBACK
-
     def in_force(self) -> ServiceSettings:
         """Return the settings with the limits that hold: those of one key only where keys are asked for.
 
@@ -159,8 +154,8 @@ class ServiceSettings:
 
     @property
     def needs_keys(self) -> bool:
-        """Say whether requests need an API key."""
-        return self.keys or not self.is_loopback
+        """Return whether requests need an API key."""
+        return self.keys or self.host not in LOOPBACK
 
 
 def limits_from(environment: Mapping[str, str], options: Mapping[str, str] | None = None) -> ServiceLimits:

@@ -26,6 +26,7 @@ from marsupial_service.intake.missions import brief_of, report_of
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.service import Missions
+from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.values import (
     Control,
     HasPlanned,
@@ -41,7 +42,6 @@ from marsupial_service.missions.values import (
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 from marsupial_service.schemas.words import EventType
 from marsupial_service.settings import ServiceLimits
-from marsupial_service.simulation.team import SimulatedTeam, mission_document
 
 
 def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:

@@ -15,7 +15,7 @@ import pytest
 from patience import HANG_S
 from servers import Server
 
-from marsupial_service.examples.bodies import EXAMPLES
+from marsupial_service.examples.demos import EXAMPLES
 from marsupial_service.http import openapi
 from marsupial_service.http.openapi import FILE
 

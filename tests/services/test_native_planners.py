@@ -25,9 +25,9 @@ from marsupial.model.strategy import PlanningReport
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial_client import Client
-from marsupial_service.intake.situations import reading_of
+from marsupial_service.analyses.situations import reading_of
 from marsupial_service.schemas.requests import ActionsPlan
-from marsupial_service.simulation.client import simulate_by
+from marsupial_service.simulation import simulate_by
 
 ANSWERS = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.TIMEOUT, Outcome.NO_PLAN)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +67,7 @@ def test_plans_are_kept_in_the_form_they_always_had() -> None:
         '[{"name":"dock","robot":"r","carrier":"c","place":"m","start_ms":0,"duration_ms":5},'
         '{"name":"move","robot":"c","origin":"m","place":"\\u00e9\\u2028","start_ms":6,"duration_ms":7}]'
     )
-    assert plan_of(text) == plan
+    assert plan_of(json.loads(text)) == plan
 
 
 def document(kind: int, field: str, value: object) -> dict[str, Any]:

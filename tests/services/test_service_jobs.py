@@ -13,7 +13,7 @@ from talk import frames
 
 from marsupial.formats.situation import situation_from_fields
 from marsupial.planning.checker import check
-from marsupial_service.intake.situations import reading_of
+from marsupial_service.analyses.situations import reading_of
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 

@@ -18,9 +18,8 @@ from service_house import pointers, problem
 
 from marsupial.errors import InputError
 from marsupial.model.grid import Cell
-from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.analyses.maps import MapState, map_state_of
 from marsupial_service.examples.demos import DEMOS
-from marsupial_service.intake.maps import map_state_of
 from marsupial_service.problems import of_location, of_path
 from marsupial_service.schemas.mapstates import MapStateBody
 from marsupial_service.settings import ServiceLimits

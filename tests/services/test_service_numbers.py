@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from service_house import pointers, problem
 
-from marsupial_service.examples.bodies import EXAMPLES
+from marsupial_service.examples.demos import EXAMPLES
 from marsupial_service.intake.reading import parse
 
 JSON = {"content-type": "application/json"}

@@ -17,7 +17,7 @@ from service_house import client, pointers, problem, serve
 from situations import one_hall
 
 from marsupial.formats.situation import situation_to_json
-from marsupial_service.examples.bodies import EXAMPLES
+from marsupial_service.examples.demos import EXAMPLES
 
 SCRIPT = """
 import sys

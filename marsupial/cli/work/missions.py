@@ -154,7 +154,7 @@ def _simulate_by(server: str) -> Callable[..., Summary]:
         from marsupial_client import Busy, Client
     except ImportError as error:
         raise EngineUnavailable(f"--server needs {error.name}: pip install 'marsupial[client]'") from error
-    from marsupial_service.simulation.client import simulate_by
+    from marsupial_service.simulation import simulate_by
 
     def missed(error: Exception) -> None:
         there = "" if isinstance(error, Busy) else ": is `marsupial serve` running there?"

@@ -19,9 +19,9 @@ from marsupial.maps.growth import reach_of
 from marsupial.maps.survey import placed
 from marsupial.maps.territory import Territory
 from marsupial.model.grid import Cell
-from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.analyses.maps import MapState
 from marsupial_service.analyses.outlines import polygons
-from marsupial_service.entries.documents import line, rounded
+from marsupial_service.entries.documents import rounded, text_of
 from marsupial_service.problems import HttpProblem, problem_of
 from marsupial_service.schemas.answers import AnalysisAnswer, FeatureAnswer, Geometry, GeometryAnswer
 
@@ -30,7 +30,7 @@ def analyse(argument: tuple[MapState, frozenset[str], int]) -> Iterator[bytes | 
     """Yield the analysis as JSON text of at most so many bytes, or what is wrong with the map state."""
     state, include, most_bytes = argument
     try:
-        text = line(analysis(state, include).model_dump()).encode()
+        text = text_of(analysis(state, include)).encode()
     except InputError as error:
         below = Notes("map_state")
         below.take(error)
@@ -43,13 +43,7 @@ def analyse(argument: tuple[MapState, frozenset[str], int]) -> Iterator[bytes | 
 
 
 def analysis(state: MapState, include: frozenset[str]) -> AnalysisAnswer:
-    """Return the feature collection of a map state.
-
-    Parameters
-    ----------
-    include
-        Which of `INCLUDE` are told.
-    """
+    """Return the feature collection of a map state; `include` are some of `INCLUDE`."""
     features = [feature for name, found in _FEATURES.items() if name in include for feature in found(state)]
     situation = json.loads(situation_to_json(state.situation()))
     return AnalysisAnswer(type="FeatureCollection", features=features, situation=situation)

@@ -80,7 +80,7 @@ def _area2(ring: Ring) -> int:
 
 
 def _is_inside(hole: Ring, ring: Ring) -> bool:
-    """Say whether a hole's first corner, moved half a cell into its cells' side, lies in an outer ring."""
+    """Return whether a hole's first corner, moved half a cell into its cells' side, lies in an outer ring."""
     (x, y), (x1, y1) = hole[0], hole[1]
     dx, dy = np.sign(x1 - x), np.sign(y1 - y)
     px, py = x + 0.5 * dx - 0.5 * dy, y + 0.5 * dy + 0.5 * dx

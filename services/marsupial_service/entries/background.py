@@ -42,7 +42,7 @@ class BackgroundTasks:
         self._unlogged: Counter[str] = Counter()
 
     def start(self, name: str, work: Work, *, restart: bool = True) -> asyncio.Task[None]:
-        """Start a task, and start it again whenever it fails (unless told otherwise), until it returns."""
+        """Start a task, and restart it whenever it fails (if `restart`), until it returns."""
         task = asyncio.create_task(self._supervise(name, work, restart), name=name)
         self.running.add(task)
         task.add_done_callback(self.running.discard)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from marsupial_service.entries.table import StoreReader
+from marsupial_service.store.transaction import StoreReader
 
 RESERVE = 0.1
 """What open missions may take beyond the cap, as a part of it."""
@@ -47,6 +47,7 @@ class StoreCapacity:
         self._check(reader, owner, self.key_limit, of_reports)
 
     def _check(self, reader: StoreReader, owner: str | None, limit: float, of_reports: bool) -> None:
+        # most stores have no cap: the sum is not computed then
         if limit == math.inf:
             return
         if owner not in self._sums:

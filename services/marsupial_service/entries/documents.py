@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping
 from typing import Any
 
+from pydantic import BaseModel
+
 from marsupial.model.plan import Action, ActionName, Plan
-from marsupial_service.moments import timestamp
 from marsupial_service.schemas.answers import ActionAnswer
 
 _ENCODER = json.JSONEncoder(separators=(",", ":"), allow_nan=False)
@@ -22,24 +24,21 @@ def rounded(point_m: tuple[float, float]) -> list[float]:
     return [round(metres, 6) for metres in point_m]
 
 
-def action_document(action: Action) -> dict[str, Any]:
-    """Return an action's fields; those that don't apply are left out."""
-    return ActionAnswer.of(action).model_dump()
+def text_of(document: BaseModel) -> str:
+    """Return a document as JSON in one line."""
+    return line(document.model_dump())
+
+
+def text_with(document: Mapping[str, object], **more: str) -> str:
+    """Return a document as JSON in one line, with `more` fields that are JSON text already."""
+    return "".join([line(document)[:-1], *(f',"{name}":{text}' for name, text in more.items()), "}"])
 
 
 def actions_text(plan: Plan) -> str:
     """Return the actions of a plan as JSON in one line."""
-    return line([action_document(action) for action in plan.actions])
+    return line([ActionAnswer.of(action).model_dump() for action in plan.actions])
 
 
-def plan_of(text: str) -> Plan:
-    """Return the plan whose `actions_text` this is."""
-    actions = (Action(**{**fields, "name": ActionName(fields["name"])}) for fields in json.loads(text))
-    return Plan(actions=tuple(actions))
-
-
-def plan_event(revision: int, makespan_ms: int, found_after_ms: int, at_ms: int, actions: str) -> str:
-    """Return the data of a plan's event; `actions` is its `actions_text`."""
-    at = timestamp(at_ms)
-    head = line({"revision": revision, "makespan_ms": makespan_ms, "found_after_ms": found_after_ms, "at": at})
-    return f'{head[:-1]},"actions":{actions}}}'
+def plan_of(actions: Iterable[Mapping[str, Any]]) -> Plan:
+    """Return the plan of which these are the documents of its actions."""
+    return Plan(actions=tuple(Action(**{**fields, "name": ActionName(fields["name"])}) for fields in actions))

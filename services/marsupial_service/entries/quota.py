@@ -14,14 +14,12 @@ from dataclasses import dataclass
 from marsupial_service.entries.records import TooMany
 from marsupial_service.settings import UNBOUNDED_S
 from marsupial_service.store import Transaction, documents
-from marsupial_service.store.engine import Connection
+from marsupial_service.store.transaction import StoreReader
 
 HOUR_S = 3600.0
 
 PREPARATION_S = 1.0
 """What an attempt at a job may take besides its budget; no job reserves less, no analysis begins with less left."""
-
-StoreReader = Connection | Transaction
 
 _DOCUMENT = "planning/"
 """Before the name of the owner, the name of the document that has that moment, in ms since 1970."""
@@ -43,7 +41,7 @@ class Quota:
 
     @property
     def is_bounded(self) -> bool:
-        """Say whether there is a quota at all."""
+        """Return whether there is a quota at all."""
         return self.seconds < UNBOUNDED_S
 
     def asked_s(self, seconds: float | None) -> float:

@@ -71,14 +71,14 @@ class EventBatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EntrySettings:
-    """The limits that hold for entries, and who is told what.
+    """The limits that hold for entries, and callbacks.
 
     Parameters
     ----------
     planned
-        Is told whose planning took so long, in s.
+        Receives the owner and duration in s of each planning.
     failed
-        Is told the name of each background task that fails.
+        Receives the name of each background task that fails.
     """
 
     limits: ServiceLimits = field(default_factory=ServiceLimits)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import AsyncGenerator, Awaitable, Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from enum import StrEnum
 from functools import partial
 from typing import Generic, TypeVar
@@ -20,6 +20,7 @@ from marsupial_service.entries.table import EntryTable
 from marsupial_service.store import Store, StoreError, Transaction
 from marsupial_service.store.engine import Connection
 
+# events read at a time; fewer mean that there are no more
 _BATCH = 64
 _SWEEP_S = 30.0
 _WATCH_S = 3.0
@@ -109,7 +110,7 @@ class Entries(Generic[E]):
         self._capacity = StoreCapacity(limits.store_bytes, limits.key_bytes)
         self.quota = Quota(seconds=limits.key_planning_s, steps_s=limits.steps_s)
         self.now_ms = now_ms
-        self._subscriptions = Subscriptions()
+        self.subscriptions = Subscriptions()
         self._stop = asyncio.Event()
         self.background = BackgroundTasks(self._stop, settings.failed)
 
@@ -135,7 +136,7 @@ class Entries(Generic[E]):
 
         Ends after the last one or at `stop`.
         """
-        with self._subscriptions.subscribe(entry) as news:
+        with self.subscriptions.subscribe(entry) as news:
             while not self.stopping:
                 news.clear()
                 batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=_BATCH))
@@ -147,12 +148,8 @@ class Entries(Generic[E]):
                 if len(batch.events) < _BATCH:
                     await news.wait()
 
-    def subscribe(self, topic: str) -> AbstractContextManager[asyncio.Event]:
-        """Give an event that is set whenever there is news on `topic`; a waiting caller clears it before looking."""
-        return self._subscriptions.subscribe(topic)
-
     async def is_told(self, entry: str, after: int) -> bool:
-        """Say whether nothing comes after event number `after`, nor ever will."""
+        """Return whether nothing comes after event number `after`, nor ever will."""
         batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=1))
         return not batch.events and not batch.is_open
 
@@ -166,8 +163,8 @@ class Entries(Generic[E]):
         return self._stop.is_set()
 
     async def _begin(self, preload: tuple[Preload, ...]) -> None:
-        """Hear of what is committed from now on, have the runner load what is needed, and look after the store."""
-        self._subscriptions.listen_to(self._store)
+        """Subscribe to commits, preload what processes need, and start the background tasks."""
+        self.subscriptions.listen_to(self._store)
         await asyncio.to_thread(self._runner.warm_up, preload)
         self._start("take up", self._watch)
         self._start("sweep", self._sweep)
@@ -175,7 +172,7 @@ class Entries(Generic[E]):
     def leave(self) -> None:
         """End streams, and begin nothing more: `stop` is about to come."""
         self._stop.set()
-        self._subscriptions.notify_all()
+        self.subscriptions.notify_all()
 
     def charge(self, owner: str, planned_s: float) -> None:
         """Charge an owner for planning, soon: nobody has to wait for that."""
@@ -197,12 +194,12 @@ class Entries(Generic[E]):
         return self.background.start(f"{self._table.noun} {what}", work, restart=restart)
 
     async def _take_up(self) -> None:
-        """Take up what servers that are gone have left. Raises StoreError."""
+        """Adopt what servers that are gone have left. Raises StoreError."""
         raise NotImplementedError
 
     async def _watch(self) -> None:
         """Take up what other servers leave: on a goodbye message, and by polling, as a killed server sends none."""
-        with self._subscriptions.subscribe(self._table.left) as news:
+        with self.subscriptions.subscribe(self._table.left) as news:
             while not self.stopping:
                 news.clear()
                 pause_s = _WATCH_S

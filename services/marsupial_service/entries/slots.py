@@ -62,7 +62,7 @@ class Slots:
         return sum(not turn.done() for turn in self._owners.get(owner, ()))
 
     def let_break(self, slot: Slot, breaks: Callable[[], None]) -> None:
-        """Let what has a slot be broken off from now on: at once, if an owner waits for whom nothing is."""
+        """Mark what has a slot as preemptible. It is preempted at once if an owner waits in vain."""
         slot.breaks = breaks
         if sum(map(self.waiting, self._owners)) > sum(one.is_wanted for one in self._taken):
             self._break_off()

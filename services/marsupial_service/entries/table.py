@@ -10,13 +10,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from functools import cache
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from marsupial_service.entries import records
 from marsupial_service.entries.records import Created, E, EventBatch, EventRecord, NewEntry
 from marsupial_service.store import Transaction
-from marsupial_service.store.engine import StoreRow, StoreRows
+from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.tables import ROW_BYTES
+from marsupial_service.store.transaction import StoreReader
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -25,18 +26,10 @@ _SWEPT = 50
 _SWEPT_ROWS = 10_000
 """So much is removed in one transaction: for longer, some 50 ms, nobody should have to wait."""
 
-_ANY_NUMBER = 1 << 62
+_ANY_NUMBER = 1 << 62  # OFFSET needs a LIMIT
 
 W = TypeVar("W", bound=StrEnum)
 R = TypeVar("R", bound="DataclassInstance")
-
-
-class StoreReader(Protocol):
-    """A connection, or a transaction under way."""
-
-    def execute(self, sql: str, values: tuple[object, ...] = ..., /) -> StoreRows:
-        """Run one statement."""
-        ...
 
 
 def made_of(kind: type[R], row: StoreRow, **more: object) -> R:
@@ -146,7 +139,7 @@ class EntryTable(Generic[E]):
         return tuple(self.record(row) for row in reader.execute(sql, (*conditions.values(), limit)))
 
     def move(self, tx: Transaction, number: int, state: StrEnum, now_ms: int, **more: object) -> bool:
-        """Put an entry into another state, with `more` columns; say whether that may follow the one it was in."""
+        """Put an entry into another state, with `more` columns; return whether that may follow the one it was in."""
         if not self.moves[state]:
             more["finished_ms"] = now_ms
         before = [former for former, states in self.moves.items() if state in states]
@@ -164,7 +157,7 @@ class EntryTable(Generic[E]):
         return term
 
     def _set(self, tx: Transaction, where: Mapping[str, Sequence[object]], **columns: object) -> bool:
-        """Set columns of the entries whose other columns have one of the values given; say whether there are any."""
+        """Set columns of the entries whose other columns have one of the values given; return whether there are any."""
         changes = ", ".join(f"{column} = ?" for column in columns)
         which = " AND ".join(f"{column} IN ({', '.join('?' * len(values))})" for column, values in where.items())
         given = (*columns.values(), *(value for values in where.values() for value in values))

@@ -1,4 +1,4 @@
-"""Requests for /v1/jobs to try the service with."""
+"""Requests for /v1/jobs to try the service with, and the bodies that the OpenAPI document gives as examples."""
 
 from __future__ import annotations
 
@@ -40,11 +40,6 @@ def _moment(name: str) -> Callable[[], dict[str, Any]]:
     return load
 
 
-def _tiny() -> dict[str, Any]:
-    situation: dict[str, Any] = json.loads(situation_to_json(tiny()))
-    return situation
-
-
 def tiny() -> Situation:
     """Return: a carrier with a rover aboard, a door 1 s away, and a target behind it that only the rover reaches."""
     carrier = np.array([[0, UNREACHABLE, 1000], [UNREACHABLE] * 3, [1000, UNREACHABLE, 0]])
@@ -64,13 +59,12 @@ def tiny() -> Situation:
     )
 
 
-def _yard() -> dict[str, Any]:
-    state: dict[str, Any] = json.loads((files("marsupial_service.examples") / "yard.json").read_bytes())
-    return state
-
-
 DEMOS: Mapping[str, Demo] = {
-    "tiny": Demo(kind="situation", summary="one carrier, one rover, one target behind a door", load=_tiny),
+    "tiny": Demo(
+        kind="situation",
+        summary="one carrier, one rover, one target behind a door",
+        load=lambda: json.loads(situation_to_json(tiny())),
+    ),
     "office-2x2": Demo(
         kind="situation",
         summary="2 carriers with 2 rovers each and 8 targets in an office",
@@ -81,5 +75,68 @@ DEMOS: Mapping[str, Demo] = {
         summary="6 carriers with 3 rovers each and 18 targets in an office",
         load=_moment("mission-office-6x3-18"),
     ),
-    "yard": Demo(kind="map_state", summary="a yard with rough ground and mud that only rovers cross", load=_yard),
+    "yard": Demo(
+        kind="map_state",
+        summary="a yard with rough ground and mud that only rovers cross",
+        load=lambda: json.loads((files("marsupial_service.examples") / "yard.json").read_bytes()),
+    ),
+}
+"""Requests for /v1/jobs, by name."""
+
+_CARRIER = {
+    "name": "carrier",
+    "role": "carrier",
+    "speed_mps": 1.0,
+    "sensor_range_m": 3.0,
+    "radius_m": 0.2,
+    "terrains": ["floor"],
+    "capacity": 1,
+}
+
+
+def job() -> dict[str, Any]:
+    """Return the request for a small job."""
+    return {**DEMOS["tiny"].request(), "budget": {"seconds": 0.2}}
+
+
+def analysis() -> dict[str, Any]:
+    """Return the request for the analysis of a small map."""
+    return {"map_state": DEMOS["yard"].request()["map_state"]}
+
+
+def validation() -> dict[str, Any]:
+    """Return the request to validate a plan that does nothing."""
+    return {"situation": DEMOS["tiny"].request()["situation"], "plan": {"actions": []}}
+
+
+def mission() -> dict[str, Any]:
+    """Return the request for a mission of one carrier on a small map, of which nothing is known."""
+    return {
+        "name": "closet",
+        "frame": {"width": 8, "height": 6, "resolution_m": 0.5},
+        "robot_types": [_CARRIER],
+        "team": [{"name": "mother", "type": "carrier", "cell": [2, 2]}],
+        "strategy": "temporal",
+        "planner": "greedy",
+        "budget": {"steps": 1},
+    }
+
+
+def report() -> dict[str, Any]:
+    """Return the first report of such a mission: what is seen at the start."""
+    return {"n": 1, "t_ms": 0, "revealed": [{"robot": "mother", "runs": [9, 4, 1, 17, 4, 1]}]}
+
+
+def simulation() -> dict[str, Any]:
+    """Return the request for a mission in the smallest scenario, a hundred times as fast as it would be."""
+    return {"scenario": "lobby", "carriers": 1, "rovers": 1, "planner": "greedy", "budget": {"steps": 1}, "speed": 100}
+
+
+EXAMPLES: Mapping[str, Callable[[], dict[str, Any]]] = {
+    "/v1/jobs": job,
+    "/v1/analysis": analysis,
+    "/v1/validations": validation,
+    "/v1/missions": mission,
+    "/v1/simulations": simulation,
+    "/v1/missions/{mission}/reports": report,
 }

@@ -8,10 +8,10 @@ from http import HTTPStatus
 
 from starlette.responses import Response
 
-from marsupial_service.entries.documents import line
+from marsupial_service.entries.documents import text_of, text_with
 from marsupial_service.jobs.records import JobRecord
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.problems import KINDS, MEDIA_TYPE, MOST_ERRORS, HttpProblem, Kind, summary
+from marsupial_service.problems import KINDS, MEDIA_TYPE, MOST_ERRORS, HttpProblem, summary
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.answers import JobSummaryAnswer, MissionAnswer, ProblemAnswer
 from marsupial_service.schemas.base import Answer
@@ -22,7 +22,7 @@ UNKEPT = {"Cache-Control": "no-store"}
 
 def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
     """Return a response with a JSON body."""
-    return text_answer(line(body.model_dump()).encode(), status, headers)
+    return text_answer(text_of(body).encode(), status, headers)
 
 
 def text_answer(text: bytes, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
@@ -42,7 +42,7 @@ def summary_answer(job: JobRecord) -> JobSummaryAnswer:
 
 def job_text(job: JobRecord, best: str) -> bytes:
     """Return a job with its best plan (``null``: none), which is JSON text already, as `JobAnswer` describes it."""
-    return f'{line(summary_answer(job).model_dump())[:-1]},"best":{best}}}'.encode()
+    return text_with(summary_answer(job).model_dump(), best=best).encode()
 
 
 def mission_path(mission: str) -> str:
@@ -67,13 +67,12 @@ def answer(problem: HttpProblem, instance: str) -> Response:
         type=f"urn:marsupial:problem:{problem.kind}",
         title=kind.title,
         status=kind.status,
-        detail=problem.detail or summary(errors, len(problem.errors)) or _described(kind),
+        detail=problem.detail
+        or summary(errors, len(problem.errors))
+        or HTTPStatus(kind.status).description
+        or kind.title,
         instance=instance,
         errors=list(errors) or None,
     )
     text = json.dumps(body.model_dump())
     return Response(text.encode(), status_code=kind.status, headers=problem.headers, media_type=MEDIA_TYPE)
-
-
-def _described(kind: Kind) -> str:
-    return HTTPStatus(kind.status).description or kind.title

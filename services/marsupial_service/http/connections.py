@@ -97,7 +97,6 @@ class GuardedProtocol(H11Protocol):
         return self.cycle is not None and not self.cycle.response_complete
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Take it in, if there is room."""
         super().connection_made(transport)
         if self._census.enter(self, self.client[0] if self.client else ""):
             self._look()
@@ -105,7 +104,6 @@ class GuardedProtocol(H11Protocol):
             self._refuse(HttpProblem("too-many", "too many connections", headers={"Retry-After": "1"}))
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Forget it."""
         self._census.leave(self)
         for timer in (self._due, self._stall):
             if timer is not None:
@@ -113,14 +111,12 @@ class GuardedProtocol(H11Protocol):
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Take in what came."""
         if not self.transport.is_closing():
             self._has_sent = True
             super().data_received(data)
             self._look()
 
     def on_response_complete(self) -> None:
-        """Wait for the next request."""
         self._has_sent = False
         super().on_response_complete()
         self._look()
@@ -137,7 +133,6 @@ class GuardedProtocol(H11Protocol):
         self._stall = self.loop.call_later(self._census.limits.stall_s, self._stalled)
 
     def resume_writing(self) -> None:
-        """Stop looking."""
         if self._stall is not None:
             self._stall.cancel()
         super().resume_writing()
@@ -150,7 +145,7 @@ class GuardedProtocol(H11Protocol):
             self.transport.abort()
 
     def _look(self) -> None:
-        """Have the time run while there is no request."""
+        """Run the timer while there is no request."""
         busy = self._is_busy
         self._census.note(self, busy=busy)
         if busy and self._due is not None:
@@ -202,7 +197,7 @@ class LoopFaults:
 
 
 def allow_files(limits: ServiceLimits) -> None:
-    """Let this process have as many files open as it needs for all connections, as far as the system allows."""
+    """Raise the limit of open files to what all connections need, if the system allows it."""
     needed = limits.connections + OTHER_FILES
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = needed if hard == resource.RLIM_INFINITY else min(needed, hard)

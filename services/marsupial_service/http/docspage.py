@@ -35,7 +35,7 @@ HEADERS: Mapping[str, str] = {
 _CODE = re.compile("`{1,2}([^`]+)`{1,2}")
 
 _LEVELS = 4
-"""How deep what stands in a schema is told before only its kind is."""
+"""How many levels of nested schemas are shown."""
 
 
 def page_of(document: Mapping[str, Any]) -> str:

@@ -25,7 +25,7 @@ log = logging.getLogger("marsupial.service")
 _METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 _READING = frozenset({"GET", "HEAD", "OPTIONS"})
 _OUR_SITE = frozenset({"same-origin", "none"})
-_GONE = 499
+_GONE = 499  # nginx's status for a client that left before its answer
 
 
 class Edge:

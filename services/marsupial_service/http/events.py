@@ -40,6 +40,7 @@ class _Counted(EventStream):
     """Calls `close` once it is over, however that comes."""
 
     def __init__(self, frames: AsyncIterator[bytes], close: Callable[[], None]) -> None:
+        # nginx would hold events back until its buffer is full
         super().__init__(frames, headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"})
         self._close = close
 

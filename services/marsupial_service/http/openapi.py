@@ -15,7 +15,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from pydantic import BaseModel
 
-from marsupial_service.examples.bodies import EXAMPLES
+from marsupial_service.examples.demos import EXAMPLES
 from marsupial_service.problems import KINDS, MEDIA_TYPE
 from marsupial_service.schemas.answers import ProblemAnswer
 from marsupial_service.schemas.events import JOB_EVENTS, MISSION_EVENTS
@@ -114,12 +114,10 @@ def _event(tag: str) -> dict[str, Any]:
     for kind, model in _EVENT_DATA[tag].items():
         data = {**_EVENT["properties"]["data"], "contentSchema": {"$ref": _REF.format(model=model.__name__)}}
         told = {**_EVENT["properties"], "event": {"type": "string", "const": kind.value}, "data": data}
-        variants.append({**_EVENT, "title": kind.value, "description": _first_line(model), "properties": told})
+        variants.append(
+            {**_EVENT, "title": kind.value, "description": (model.__doc__ or "").partition("\n")[0], "properties": told}
+        )
     return {"oneOf": variants}
-
-
-def _first_line(model: type[BaseModel]) -> str:
-    return (model.__doc__ or "").partition("\n")[0]
 
 
 def _drop_null_defaults(node: object) -> None:

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 
 from marsupial.model.grid import UNKNOWN
 from marsupial.model.sizes import MOST_TYPES
-from marsupial_service.problems import HttpProblem, pointer
-from marsupial_service.schemas.answers import ProblemDetailAnswer
+from marsupial_service.problems import check_count, pointer
 from marsupial_service.schemas.missions import MOST_REPORTS
 from marsupial_service.settings import ServiceLimits
 
@@ -102,13 +101,6 @@ def check_counts(document: object, counts: Sequence[Count], limits: ServiceLimit
         for path, value in _found(document, count.path, ()):
             if isinstance(value, list | dict | str) and len(value) > most:
                 check_count(pointer(path), len(value), most, count.noun)
-
-
-def check_count(where: str, count: int, limit: int, noun: str) -> None:
-    """Raise HttpProblem naming the field that a JSON pointer leads to, if there are more than the limit allows."""
-    if count > limit:
-        text = f"has {count} {noun}, more than the limit of {limit}"
-        raise HttpProblem("too-large", errors=[ProblemDetailAnswer(pointer=where, detail=text)])
 
 
 def _found(

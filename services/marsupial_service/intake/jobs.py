@@ -1,4 +1,4 @@
-"""From the body of a job to what is stored of it."""
+"""From the bodies of jobs to what is stored of them, of analyses to map states, of validations to verdicts."""
 
 from __future__ import annotations
 
@@ -6,17 +6,20 @@ import json
 from collections.abc import Iterator, Mapping
 
 from marsupial.model.planning import EngineInfo
-from marsupial.model.situation import Situation
-from marsupial_service.analyses.mapstate import MapState
+from marsupial.planning.checker import check
+from marsupial_service.analyses.analysis import INCLUDE, analysis
+from marsupial_service.analyses.maps import MapState, image_cells, map_state_of
+from marsupial_service.analyses.situations import budget_of, reading_of, refuse, situation_of
 from marsupial_service.entries.documents import line
+from marsupial_service.examples.demos import DEMOS
 from marsupial_service.intake import counts
-from marsupial_service.intake.maps import image_cells, map_state_of
 from marsupial_service.intake.missions import known_map_text
 from marsupial_service.intake.reading import BodyReader, Digested
-from marsupial_service.intake.situations import budget_of, refuse, situation_of
 from marsupial_service.jobs.records import PackedRequest
 from marsupial_service.planners import planner_info, planner_names
-from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
+from marsupial_service.schemas import answers
+from marsupial_service.schemas.mapstates import MapStateBody
+from marsupial_service.schemas.requests import AnalysisBody, JobBody, MapStateJobBody, SituationJobBody, ValidationBody
 from marsupial_service.settings import ServiceLimits
 
 DEFAULT_BUDGET_S = 5.0
@@ -29,12 +32,11 @@ def job_of(body: JobBody, sent: Digested, limits: ServiceLimits, planners: Mappi
     budget = budget_of(job.budget, limits, DEFAULT_BUDGET_S)
     if budget.steps is not None and not info.deterministic_steps:
         raise refuse("budget.steps", f"planner {job.planner} can't count steps: give it a budget in seconds")
-    task: Situation | MapState
-    if isinstance(job, SituationJobBody):
-        task = situation_of(job.situation, limits)
+    if isinstance(job, SituationJobBody):  # only to see that it can be read: the worker reads it again
+        situation_of(job.situation, limits)
     else:
-        task = map_state_of(job.map_state, limits)
-    return PackedRequest.of(planner=job.planner, budget=budget, task=task, digest=sent.digest, source=sent.document)
+        map_state_of(job.map_state, limits)
+    return PackedRequest.of(planner=job.planner, budget=budget, digest=sent.digest, source=sent.document)
 
 
 def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:
@@ -70,3 +72,30 @@ def situation_text(source: str) -> bytes | None:
 def tell_situation(source: str) -> Iterator[bytes | None]:
     """Yield the situation in what was sent for a job; the function of a job."""
     yield situation_text(source)
+
+
+def analysis_of(body: AnalysisBody, _: Digested, limits: ServiceLimits) -> tuple[MapState, frozenset[str]]:
+    """Return the map state, and the parts of the analysis that are asked for. Raises InputError with all faults."""
+    return map_state_of(body.map_state, limits), INCLUDE if body.include is None else frozenset(body.include)
+
+
+def verdict_of(body: ValidationBody, _: Digested, limits: ServiceLimits) -> answers.VerdictAnswer:
+    """Return the verdict on a plan. Raises InputError if it, or its situation, can't be read."""
+    situation = situation_of(body.situation, limits)
+    reading = reading_of(body.plan, situation)
+    actions, retimed = len(reading.plan.actions), len(reading.mended)
+    return answers.VerdictAnswer.of(check(situation, reading.plan), actions=actions, retimed=retimed)
+
+
+def _cells_of_analysis(body: AnalysisBody) -> int:
+    return image_cells(body.map_state.map)
+
+
+ANALYSIS_READER = BodyReader(model=AnalysisBody, counts=counts.ANALYSIS, make=analysis_of, cells=_cells_of_analysis)
+VALIDATION_READER = BodyReader(model=ValidationBody, counts=counts.VALIDATION, make=verdict_of)
+
+
+def load_analysis() -> None:
+    """Analyse a small map."""
+    yard = map_state_of(MapStateBody.model_validate(DEMOS["yard"].load()), ServiceLimits())
+    analysis(yard, INCLUDE)

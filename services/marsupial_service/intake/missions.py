@@ -14,19 +14,19 @@ from marsupial.formats.scenario.team import MemberEntry, standing_fault
 from marsupial.maps.footprint import fits
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
-from marsupial.model.runs import Runs, cells_in, known_runs, runs_fault
+from marsupial.model.runs import Runs, cells_in, drawn, known_runs, runs_fault
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.sizes import Extent
 from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
-from marsupial_service.entries.documents import line
+from marsupial_service.analyses.situations import budget_of, refuse
+from marsupial_service.analyses.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
+from marsupial_service.entries.documents import text_of
 from marsupial_service.entries.records import digest_of
 from marsupial_service.intake import counts
-from marsupial_service.intake.counts import check_count
 from marsupial_service.intake.reading import BodyReader, Digested
-from marsupial_service.intake.situations import budget_of, refuse
-from marsupial_service.intake.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
 from marsupial_service.missions.frames import MissionFrame, frame_at
 from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
+from marsupial_service.problems import check_count
 from marsupial_service.schemas.answers import KnownMapAnswer
 from marsupial_service.schemas.missions import (
     BatchBody,
@@ -101,7 +101,7 @@ def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
 
 
 def _field(body: MissionBody, limits: ServiceLimits) -> tuple[Grid, Types]:
-    """Return the map as far as it is known, and the robot types for it."""
+    """Return the known map, and the robot types for it."""
     notes, frame = Notes(), body.frame
     size = frame.width * frame.height
     terrains = terrains_of(body.terrains, notes)
@@ -110,19 +110,12 @@ def _field(body: MissionBody, limits: ServiceLimits) -> tuple[Grid, Types]:
     _check_runs(body.area or (), size, range(256), "area", notes)
     notes.check(ScenarioError)
     grid = Grid(
-        cells=_cells(frame.known, (frame.height, frame.width)),
+        cells=drawn(frame.known, (frame.height, frame.width)),
         resolution_m=frame.resolution_m,
         origin_m=frame.origin_m or ORIGIN,
         terrains=terrains,
     )
     return grid, types
-
-
-def _cells(runs: Runs, shape: tuple[int, ...]) -> CellArray:
-    cells = np.full(shape, UNKNOWN, dtype=np.uint8)
-    indices, codes = cells_in(runs)
-    cells.reshape(-1)[indices] = codes
-    return cells
 
 
 def _mask(runs: Runs, grid: Grid) -> Mask:
@@ -163,7 +156,7 @@ def report_of(
         n=body.n,
         t_ms=body.t_ms,
         revealed=tuple((seen.robot, seen.runs) for seen in body.revealed),
-        map=None if body.map is None else _cells(body.map.runs, grid.cells.shape),
+        map=None if body.map is None else drawn(body.map.runs, grid.cells.shape),
         robots=robots,
         finished=tuple(body.finished),
         failed=tuple((failed.id, failed.reason) for failed in body.failed),
@@ -197,7 +190,7 @@ def _check_maps(batch: BatchBody, frame: MissionFrame, limits: ServiceLimits) ->
 
 @contextmanager
 def within_batch(i: int) -> Iterator[None]:
-    """Have what is wrong with a report told by its place in the batch."""
+    """Prefix the paths of errors with the report's place in the batch."""
     try:
         yield
     except InputError as error:
@@ -219,7 +212,7 @@ def _frame(body: ReportFrameBody, grid: Grid, notes: Notes, most_cells: int) -> 
 
 
 def _check_names(body: ReportBody, known: set[str], notes: Notes) -> None:
-    """Note robots that are not of the team, and what is told twice."""
+    """Note robots that are not of the team, and duplicates."""
     names = [(f"robots[{i}].name", note.name) for i, note in enumerate(body.robots)]
     lost = [(f"lost[{i}].robot", one.robot) for i, one in enumerate(body.lost)]
     teller = [] if body.robot is None else [("robot", body.robot)]
@@ -271,20 +264,15 @@ def _reports_of(
     """Return the reports of a request with their digests, and whether it is a batch."""
     is_batch = isinstance(body.root, BatchBody)
     bodies = body.root.reports if isinstance(body.root, BatchBody) else [body.root]
-    told = sum(_told(seen.runs) for one in bodies for seen in one.revealed)
+    told = sum(sum(seen.runs[1::3]) for one in bodies for seen in one.revealed)  # lengths of runs
     check_count("/reports" if is_batch else "/revealed", told, max(limits.cells, frame.size), "cells")
     digests = map(digest_of, sent.document["reports"]) if is_batch else [sent.digest]
     return list(zip(reports_of(body, brief, frame, limits), digests, strict=True)), is_batch
 
 
 def _has_no_map(body: ReportsBody) -> bool:
-    """Say whether no report has a whole map: a few runs of it are laid out as all cells of a frame."""
+    """Return whether no report has a whole map: a few runs of it are laid out as all cells of a frame."""
     return all(one.map is None for one in (body.root.reports if isinstance(body.root, BatchBody) else [body.root]))
-
-
-def _told(runs: Runs) -> int:
-    """Return how many cells runs tell of."""
-    return sum(runs[1::3])
 
 
 MISSION_READER = BodyReader(model=MissionBody, counts=counts.MISSION, make=_mission_of)
@@ -299,7 +287,7 @@ def changes_in(cells: CellArray) -> int:
 
 def known_map_text(known: Grid) -> bytes:
     """Return a map as JSON."""
-    return line(KnownMapAnswer.of(known, runs=known_runs(known.cells)).model_dump()).encode()
+    return text_of(KnownMapAnswer.of(known, runs=known_runs(known.cells))).encode()
 
 
 def tell_known_map(known: Grid) -> Iterator[bytes]:

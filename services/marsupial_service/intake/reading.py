@@ -146,6 +146,7 @@ def parse(data: bytes) -> Any:
         value = json.loads(
             data.decode("utf-8"), object_pairs_hook=_unique, parse_constant=_no_constant, parse_float=_number
         )
+        # half of a surrogate pair can only come from an escape
         if b"\\u" in data:
             json.dumps(value, ensure_ascii=False).encode("utf-8")
     except json.JSONDecodeError as error:

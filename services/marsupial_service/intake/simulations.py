@@ -7,7 +7,7 @@ here, and the log is the same.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import replace
 from pathlib import PureWindowsPath
 
 from marsupial.errors import EngineUnavailable, InputError, Problem, ScenarioError
@@ -23,12 +23,13 @@ from marsupial.model.mapreading import MapReading
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
-from marsupial_service.intake.counts import check_count
-from marsupial_service.intake.maps import decoded_image, yaml_header
+from marsupial_service.analyses.maps import decoded_image, yaml_header
+from marsupial_service.analyses.situations import budget_of, refuse
 from marsupial_service.intake.missions import DEFAULT_BUDGET_S, brief_of
 from marsupial_service.intake.reading import INLINE_CELLS, BodyReader, Digested
-from marsupial_service.intake.situations import budget_of, refuse
-from marsupial_service.missions.values import MissionBrief
+from marsupial_service.missions.simulated import mission_document
+from marsupial_service.missions.values import MissionBrief, RobotSimulation
+from marsupial_service.problems import check_count
 from marsupial_service.schemas.missions import MissionBody
 from marsupial_service.schemas.simulations import (
     MapSimulationBody,
@@ -37,14 +38,13 @@ from marsupial_service.schemas.simulations import (
     UploadedMapBody,
 )
 from marsupial_service.settings import ServiceLimits
-from marsupial_service.simulation.team import SimulatedBrief, mission_document
 
 Asked = ScenarioSimulationBody | MapSimulationBody
 
 
 def simulation_of(
     body: SimulationBody, sent: Digested, limits: ServiceLimits, commands: Mapping[str, str]
-) -> tuple[SimulatedBrief, bytes]:
+) -> tuple[MissionBrief, bytes]:
     """Return the brief of a request and the digest of what was sent; `commands` as in `brief_of`.
 
     Raises InputError naming what is wrong by the fields of the request, HttpProblem if there is too much of something.
@@ -61,8 +61,8 @@ def simulation_of(
         warnings = describe(scenario.grid, scenario.robot_types, reading=reading).warnings
     team = _placed(asked, scenario, warnings)
     brief = _brief(asked, scenario, team, budget, limits, commands)
-    own = {one.name: getattr(brief, one.name) for one in fields(MissionBrief)}
-    return SimulatedBrief(**own, truth=scenario.grid, speed=asked.speed, warnings=warnings), sent.digest
+    simulation = RobotSimulation(truth=scenario.grid.cells, speed=asked.speed, warnings=warnings)
+    return replace(brief, simulation=simulation), sent.digest
 
 
 def _built_in(asked: ScenarioSimulationBody, limits: ServiceLimits) -> Scenario:
@@ -95,7 +95,7 @@ def _bare(asked: MapSimulationBody, grid: Grid, limits: ServiceLimits) -> Scenar
 
 
 def _placed(asked: Asked, scenario: Scenario, warnings: Sequence[str]) -> tuple[PlacedRobot, ...]:
-    """Return where the robots start; where there is no room, oddities of the map are told too: they may be why."""
+    """Return where the robots start. Without room for them, the error lists the map's oddities too."""
     try:
         return place_team(scenario, asked.seed)
     except ScenarioError as error:

@@ -25,6 +25,7 @@ from marsupial_service.store import Store, StoreError, Transaction
 _SLACK_S, _COMMAND_SLACK_S = 1.0, 0.5
 """What a planner that keeps its budget by itself may take longer before it is stopped; ours, and an operator's."""
 
+# a slow disk does not hold a planner up at once; a planner that floods the store waits
 _MOST_UNSTORED = 16
 _AGAIN_S = 1.0
 """After what pause it is tried again to store what the store did not take."""
@@ -54,10 +55,7 @@ class _Storing(NamedTuple):
 class Attempt:
     """An attempt at the job of `claim`, in `reservation`. `cancel` may be called from any thread, at any time.
 
-    Attributes
-    ----------
-    took_s
-        How long its processes took, from being asked for to their end; 0 until then.
+    `took_s` is how long its processes took, from being asked for to their end; 0 until then.
     """
 
     def __init__(
@@ -89,7 +87,7 @@ class Attempt:
         return max(0.0, self._begun_s + self.took_s - self._cancelled_s)
 
     def cancel(self) -> None:
-        """Have it ended; returns at once."""
+        """Request its end; returns at once."""
         with self._lock:
             self._cancelled_s = min(self._cancelled_s, time.monotonic())
             self._cancelled.set()
@@ -125,7 +123,9 @@ class Attempt:
         claim, settings = self.claim, self._settings
         limit_s = settings.limits.steps_s if claim.budget.seconds is None else claim.budget.seconds
         engine = settings.commands.get(claim.planner, claim.planner)
-        task = WorkerTask(task=claim.task, engine=engine, budget=claim.budget, start=claim.start)
+        task = WorkerTask(
+            source=claim.source, limits=settings.limits, engine=engine, budget=claim.budget, start=claim.start
+        )
         limits = JobLimits(wall_s=limit_s + self._slack_s(), memory_bytes=settings.limits.memory_bytes)
         return Job(function=solve, argument=task, limits=limits)
 

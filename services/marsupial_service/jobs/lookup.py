@@ -5,35 +5,28 @@ from __future__ import annotations
 import zlib
 
 from marsupial.model.planning import Budget
-from marsupial_service.entries.documents import line, plan_of
+from marsupial_service.entries.documents import line, text_with
 from marsupial_service.entries.records import UnknownEntry
-from marsupial_service.entries.table import EntryTable, StoreReader, made_of
-from marsupial_service.jobs.records import MOVES, Analysed, JobRecord, PlanRecord
+from marsupial_service.entries.table import EntryTable, made_of
+from marsupial_service.jobs.records import MOVES, Analysed, JobRecord
 from marsupial_service.moments import timestamp
 from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.store.engine import StoreRow
+from marsupial_service.store.transaction import StoreReader
 
 _SELECT = """
 SELECT jobs.*, plans.makespan_ms
 FROM jobs LEFT JOIN plans ON plans.job = jobs.number AND plans.revision = jobs.plans"""
 
 
-def plans(reader: StoreReader, job: str) -> tuple[PlanRecord, ...]:
-    """Return the plans of a job in order."""
-    sql = "SELECT plans.* FROM plans JOIN jobs ON number = job WHERE id = ? ORDER BY revision"
-    rows = reader.execute(sql, (job,))
-    return tuple(made_of(PlanRecord, row, plan=plan_of(row["actions"])) for row in rows)
-
-
 def plan_text(reader: StoreReader, job: str, revision: int) -> str:
-    """Return a revision of a job's plan as it is told, without looking at its actions. Raises UnknownEntry."""
+    """Return a revision of a job's plan as JSON, without parsing its actions. Raises UnknownEntry."""
     sql = "SELECT plans.* FROM plans JOIN jobs ON number = job WHERE id = ? AND revision = ?"
     row = reader.execute(sql, (job, revision)).fetchone()
     if row is None:
         raise UnknownEntry("job")
-    words = {"revision": row["revision"], "makespan_ms": row["makespan_ms"], "found_after_ms": row["found_after_ms"]}
-    head, ipc = line({**words, "found_at": timestamp(row["at_ms"])}), line(row["ipc"])
-    return f'{head[:-1]},"actions":{row["actions"]},"ipc":{ipc}}}'
+    words = {name: row[name] for name in ("revision", "makespan_ms", "found_after_ms")}
+    return text_with({**words, "found_at": timestamp(row["at_ms"])}, actions=row["actions"], ipc=line(row["ipc"]))
 
 
 def analysis(reader: StoreReader, job: str) -> Analysed | None:

@@ -14,11 +14,9 @@ from enum import StrEnum
 from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial.model.situation import Situation
-from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.entries.records import EntrySettings, StoredEntry
 from marsupial_service.schemas.words import JobOutcome, JobState
-from marsupial_service.store import kept
+from marsupial_service.settings import ServiceLimits
 
 STATE_OF: Mapping[JobOutcome, JobState] = {
     **dict.fromkeys(JobOutcome, JobState.FAILED),
@@ -41,47 +39,21 @@ MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PackedRequest:
-    """A job to be done as it is stored: `task` pickled, `source` (what was sent) as compressed JSON text.
+    """A job as it is stored: `source` is the compressed JSON text that was sent, which its worker reads again.
 
-    Parameters
-    ----------
-    digest
-        Of what was sent; two requests with one idempotency key have to agree in it.
+    Two requests with one idempotency key must have the same `digest`.
     """
 
     planner: str
     budget: Budget
     digest: bytes
-    task: bytes
     source: bytes
 
     @classmethod
-    def of(
-        cls, *, planner: str, budget: Budget, task: Situation | MapState, digest: bytes, source: Mapping[str, object]
-    ) -> PackedRequest:
+    def of(cls, *, planner: str, budget: Budget, digest: bytes, source: Mapping[str, object]) -> PackedRequest:
         """Pack a job."""
         packed = zlib.compress(json.dumps(source).encode(), 1)
-        return cls(planner=planner, budget=budget, digest=digest, task=kept.dumps(task), source=packed)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlanRecord:
-    """A revision of a job's plan, counted from 1, each better than the last and accepted by the checker.
-
-    Parameters
-    ----------
-    found_after_ms
-        Since the job first began to run.
-    ipc
-        The plan in the format of the planning competitions.
-    """
-
-    revision: int
-    plan: Plan
-    makespan_ms: int
-    found_after_ms: int
-    at_ms: int
-    ipc: str
+        return cls(planner=planner, budget=budget, digest=digest, source=packed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +65,7 @@ class JobRecord(StoredEntry):
     attempts
         How often it was started; more than one only where a process of it was killed or the server ended.
     plans
-        How many revisions there are; `makespan_ms` is that of the last, which is the best.
+        How many revisions of the plan there are, each better than the one before; `makespan_ms` is that of the last.
     lower_bound_ms
         On the makespan, where the planner proved one.
     """
@@ -152,15 +124,18 @@ class WorkerTask:
 
     Parameters
     ----------
-    task
-        Pickled; only the worker opens it.
+    source
+        As in `PackedRequest`.
+    limits
+        Of the service; what is read must not be larger.
     engine
         The name for `marsupial.planning.engines.engine`.
     start
         The best plan of earlier attempts; only better ones are sent back.
     """
 
-    task: bytes
+    source: bytes
+    limits: ServiceLimits
     engine: str
     budget: Budget
     start: Plan | None = None

@@ -1,4 +1,4 @@
-"""Planning jobs: taken, kept, run, told about.
+"""Planning jobs: accepted, stored, run, followed.
 
 Everything here runs in one event loop. What blocks is elsewhere: writing and reading in the store's threads, following
 a running job in a thread per slot, planning in processes of its own.
@@ -25,7 +25,7 @@ from marsupial_service.entries.slots import Slot, Slots
 from marsupial_service.jobs import lookup, table, turns, work
 from marsupial_service.jobs.attempt import Attempt, AttemptLost
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.records import Analysed, Closed, JobRecord, JobSettings, Metrics, PackedRequest, PlanRecord
+from marsupial_service.jobs.records import Analysed, Closed, JobRecord, JobSettings, Metrics, PackedRequest
 from marsupial_service.moments import wall_clock_ms
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError
@@ -118,10 +118,6 @@ class Jobs(Entries[JobRecord]):
             self._storing -= 1
         return submitted
 
-    async def plans(self, job: str) -> tuple[PlanRecord, ...]:
-        """Return every revision, the first one first."""
-        return await self.read(lambda reader: lookup.plans(reader, job))
-
     async def plan_text(self, job: str, revision: int) -> str:
         """Return a revision as JSON text. Raises UnknownEntry."""
         return await self.read(lambda reader: lookup.plan_text(reader, job, revision))
@@ -142,7 +138,7 @@ class Jobs(Entries[JobRecord]):
         """Return the job once it is over, or as it is after so many seconds or at `stop`. Raises UnknownEntry."""
         try:
             async with asyncio.timeout(seconds):
-                with self._subscriptions.subscribe(job) as news:
+                with self.subscriptions.subscribe(job) as news:
                     while (record := await self._existing(job)).finished_at_ms is None and not self.stopping:
                         await news.wait()
                         news.clear()
@@ -198,7 +194,7 @@ class Jobs(Entries[JobRecord]):
 
     async def _some_wait(self) -> bool:
         """Return as soon as a job waits in the queue; no at `stop`."""
-        with self._subscriptions.subscribe(table.QUEUE) as news:
+        with self.subscriptions.subscribe(table.QUEUE) as news:
             while not self.stopping:
                 news.clear()
                 if await self._is_queued():
@@ -264,7 +260,7 @@ class Jobs(Entries[JobRecord]):
 
     async def _watch_cancellation(self, attempt: Attempt) -> None:
         """Cancel an attempt when its job is cancelled or preempted, by any server."""
-        with self._subscriptions.subscribe(table.broken_off(attempt.claim.id)) as news:
+        with self.subscriptions.subscribe(table.broken_off(attempt.claim.id)) as news:
             while await self._goes_on(attempt.claim):
                 await news.wait()
                 news.clear()

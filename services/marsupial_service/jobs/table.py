@@ -15,10 +15,10 @@ from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
-from marsupial_service.entries.documents import line, plan_event, plan_of
+from marsupial_service.entries.documents import line, plan_of, text_of, text_with
 from marsupial_service.entries.quota import NO_QUOTA, PREPARATION_S, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.table import StoreReader, made_of
+from marsupial_service.entries.table import made_of
 from marsupial_service.jobs import turns
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.records import (
@@ -32,10 +32,12 @@ from marsupial_service.jobs.records import (
     PackedRequest,
 )
 from marsupial_service.moments import timestamp
+from marsupial_service.schemas.events import JobEndData, JobStateData
 from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction, documents
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
+from marsupial_service.store.transaction import StoreReader
 
 QUEUE = "queue"
 """The topic of jobs that wait to be claimed."""
@@ -68,7 +70,7 @@ class Claim:
     attempt: int
     planner: str
     budget: Budget
-    task: bytes
+    source: bytes
     start: Plan | None
 
 
@@ -95,9 +97,9 @@ def insert(
             seconds=job.request.budget.seconds,
             steps=job.request.budget.steps,
             queued_ms=now_ms,
-            bytes=ENTRY_BYTES + ROW_BYTES + len(job.request.task) + len(job.request.source),
+            bytes=ENTRY_BYTES + ROW_BYTES + len(job.request.source),
         )
-        tx.insert("payloads", job=number, task=job.request.task, source=job.request.source)
+        tx.insert("payloads", job=number, source=job.request.source)
         _tell_state(tx, number, now_ms)
         tx.news.add(QUEUE)
 
@@ -125,7 +127,7 @@ def queue_full(retry_after_s: int, *, yours: bool = False) -> TooMany:
 
 
 def is_queued(reader: StoreReader) -> bool:
-    """Say whether a job waits."""
+    """Return whether a job waits."""
     sql = "SELECT 1 FROM jobs WHERE state = ? AND finished_ms IS NULL LIMIT 1"
     return reader.execute(sql, (JobState.QUEUED,)).fetchone() is not None
 
@@ -140,7 +142,7 @@ def claim(tx: Transaction, now_ms: int, anew: Collection[str] = ()) -> Claim | N
     if number is None:
         return None
     row = tx.execute(
-        "SELECT number, id, owner, planner, seconds, steps, spent_ms, attempts, started_ms, task"
+        "SELECT number, id, owner, planner, seconds, steps, spent_ms, attempts, started_ms, source"
         " FROM jobs JOIN payloads ON job = number WHERE number = ?",
         (number,),
     ).fetchone()
@@ -155,7 +157,7 @@ def claim(tx: Transaction, now_ms: int, anew: Collection[str] = ()) -> Claim | N
         all_s = 2 * seconds if row["planner"] in anew else seconds
         seconds = max(_LEAST_S, min(seconds, all_s - row["spent_ms"] / 1000))
     budget = Budget(seconds=seconds, steps=row["steps"])
-    start = None if best is None else plan_of(best[1])
+    start = None if best is None else plan_of(json.loads(best[1]))
     return made_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
 
 
@@ -172,7 +174,7 @@ def counts(reader: StoreReader) -> Metrics:
 
 
 def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
-    """Keep what was found on the map; say whether it was in time."""
+    """Keep what was found on the map; return whether it was in time."""
     if not _is_running(tx, claim):
         return False
     sql = "UPDATE payloads SET situation = ?, places = ? WHERE job = ?"
@@ -182,8 +184,9 @@ def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
 
 
 def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
-    """Keep a plan as the next revision; say whether it was in time and better than the last."""
+    """Keep a plan as the next revision; return whether it was in time and better than the last."""
     best = _best(tx, claim.number)
+    # an attempt that was given up for dead may still send plans
     if not _is_running(tx, claim) or (best is not None and found.score >= best[0]):
         return False
     revision, started_ms = tx.execute(
@@ -204,7 +207,8 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
         ipc=found.ipc,
     )
     _grow(tx, claim.number, ROW_BYTES + len(found.actions) + len(found.ipc))
-    data = plan_event(revision, found.makespan_ms, after_ms, now_ms, found.actions)
+    head = {"revision": revision, "makespan_ms": found.makespan_ms, "found_after_ms": after_ms}
+    data = text_with({**head, "at": timestamp(now_ms)}, actions=found.actions)  # as `JobPlanData`: they may be many
     JOBS.tell(tx, claim.number, JobEventType.PLAN, data, now_ms)
     return True
 
@@ -212,7 +216,7 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
 def finish(
     tx: Transaction, claim: Claim, closed: Closed, now_ms: int, quota: Quota = NO_QUOTA, took_ms: int | None = None
 ) -> bool:
-    """Put a running job into its final state; say whether it was in time. `took_ms`: see `_charge`."""
+    """Put a running job into its final state; return whether it was in time. `took_ms`: see `_charge`."""
     return _is_running(tx, claim) and _end(tx, claim.number, closed, now_ms, quota, took_ms)
 
 
@@ -295,7 +299,7 @@ def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
 
 
 def is_running(reader: StoreReader, claim: Claim, lock: str = "") -> bool:
-    """Say whether an attempt is under way, and neither over nor lost to another one."""
+    """Return whether an attempt is under way, and neither over nor lost to another one."""
     sql = f"SELECT 1 FROM jobs WHERE number = ? AND state = ? AND term = ?{lock}"
     return reader.execute(sql, (claim.number, JobState.RUNNING, claim.term)).fetchone() is not None
 
@@ -354,19 +358,10 @@ def _end(tx: Transaction, number: int, closed: Closed, now_ms: int, quota: Quota
     bound_ms = closed.lower_bound_ms
     if not JOBS.move(tx, number, state, now_ms, outcome=closed.outcome, detail=detail, lower_bound_ms=bound_ms):
         return False
-    (task,) = tx.execute("SELECT coalesce(length(task), 0) FROM payloads WHERE job = ?", (number,)).fetchone()
-    tx.execute("UPDATE payloads SET task = NULL WHERE job = ?", (number,))
-    _grow(tx, number, -task)
     (plans,) = tx.execute("SELECT plans FROM jobs WHERE number = ?", (number,)).fetchone()
-    end = {
-        "state": state,
-        "outcome": closed.outcome,
-        "detail": detail,
-        "plans": plans,
-        "lower_bound_ms": bound_ms,
-        "at": timestamp(now_ms),
-    }
-    JOBS.tell(tx, number, JobEventType.END, line(end), now_ms)
+    at = timestamp(now_ms)
+    end = JobEndData(state=state, outcome=closed.outcome, detail=detail, plans=plans, lower_bound_ms=bound_ms, at=at)
+    JOBS.tell(tx, number, JobEventType.END, text_of(end), now_ms)
     return True
 
 
@@ -376,5 +371,5 @@ def _grow(tx: Transaction, number: int, more: int) -> None:
 
 def _tell_state(tx: Transaction, number: int, now_ms: int) -> None:
     row = tx.execute("SELECT state, attempts FROM jobs WHERE number = ?", (number,)).fetchone()
-    data = {"state": row["state"], "attempts": row["attempts"], "at": timestamp(now_ms)}
-    JOBS.tell(tx, number, JobEventType.STATE, line(data), now_ms)
+    state = JobStateData(state=row["state"], attempts=row["attempts"], at=timestamp(now_ms))
+    JOBS.tell(tx, number, JobEventType.STATE, text_of(state), now_ms)

@@ -26,17 +26,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Sequence
 
-from marsupial_service.entries.table import StoreReader
 from marsupial_service.schemas.words import JobState
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import StoreRow
+from marsupial_service.store.transaction import StoreReader
 
 PATIENCE_MS = 1000
 """How long an owner of whom no job runs waits before one of somebody else makes way."""
 
 
 def first(tx: Transaction) -> int | None:
-    """Return the number of the job that is to be taken, if one waits, and enter that its owner is served with it.
+    """Return the number of the next job, if one waits, and note that its owner was served.
 
     It is the one that has waited longest, of the owner of whom the fewest run, and of those the one served longest ago.
     """
@@ -44,7 +44,7 @@ def first(tx: Transaction) -> int | None:
 
 
 def _waiting(tx: Transaction) -> Sequence[str]:
-    """Return the owners of jobs that wait, the one first that is to be served next."""
+    """Return the owners of waiting jobs, the next one to be served first."""
     counts = "SELECT owner, min(number) AS first, count(*) AS jobs FROM jobs WHERE state = ? AND finished_ms IS NULL"
     rows = tx.execute(
         f"SELECT waits.owner FROM ({counts} GROUP BY owner) AS waits"

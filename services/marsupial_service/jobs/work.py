@@ -5,7 +5,9 @@ It runs in a worker (`marsupial.processes`), a process of its own that is ended 
 
 from __future__ import annotations
 
+import json
 import time
+import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -20,11 +22,14 @@ from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.incumbent import Incumbent
-from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.analyses.maps import MapState, map_state_of
+from marsupial_service.analyses.situations import situation_of
 from marsupial_service.entries.documents import actions_text, line
 from marsupial_service.jobs.records import Analysed, Closed, Found, WorkerTask
+from marsupial_service.problems import HttpProblem, summary
+from marsupial_service.schemas.requests import JobBody, SituationJobBody
 from marsupial_service.schemas.words import JobOutcome
-from marsupial_service.store import kept
+from marsupial_service.settings import ServiceLimits
 
 _LEAST_S = 0.05
 
@@ -47,17 +52,28 @@ def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
     """Do the work: yield what was found on the map, each better plan, and at last how it ended."""
     begun = time.monotonic()
     try:
-        task: Situation | MapState = kept.loads(work.task)
+        task = task_in(work.source, work.limits)
         if isinstance(task, Situation):
             situation = task
         else:
             situation = task.situation()
+            # before the search: clients may draw the map while it is planned for
             yield Analysed(situation=situation_to_json(situation), places=line(task.places()))
         yield from _search(work, situation, begun)
+    except HttpProblem as error:  # the limits were larger when the job was taken
+        yield Closed(outcome=JobOutcome.INVALID_INPUT, detail=summary(error.errors, len(error.errors)))
     except InputError as error:
         yield Closed(outcome=JobOutcome.INVALID_INPUT, detail=str(error))
     except (EngineUnavailable, UsageError) as error:
         yield Closed(outcome=JobOutcome.UNSUPPORTED, detail=str(error))
+
+
+def task_in(source: bytes, limits: ServiceLimits) -> Situation | MapState:
+    """Return what was sent for a job. Raises InputError, HttpProblem."""
+    sent = JobBody.model_validate(json.loads(zlib.decompress(source))).root
+    if isinstance(sent, SituationJobBody):
+        return situation_of(sent.situation, limits)
+    return map_state_of(sent.map_state, limits)
 
 
 def _search(work: WorkerTask, situation: Situation, begun: float) -> Iterator[Found | Closed]:

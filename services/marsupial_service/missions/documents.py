@@ -1,76 +1,83 @@
-"""What the events of a mission hold, as JSON in one line."""
+"""What events of a mission hold, where that takes more than naming the fields of their models (`schemas.events`)."""
 
 from __future__ import annotations
 
 import json
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import asdict
+from typing import Any
 
 from marsupial.model.grid import Grid
-from marsupial.model.mission import FrameGrown, Status
-from marsupial.model.strategy import Decision
-from marsupial_service.entries.documents import action_document, line, plan_of, rounded
+from marsupial.model.plan import ActionName
+from marsupial.model.planning import Outcome
+from marsupial.model.robots import Role
+from marsupial.model.strategy import Decision, PlanningReport
+from marsupial_service.entries.documents import plan_of, rounded
 from marsupial_service.missions.reported import RobotCommand
-from marsupial_service.missions.values import Control, planning_of
+from marsupial_service.missions.values import MissionBrief, RobotSimulation
 from marsupial_service.moments import timestamp
+from marsupial_service.schemas.answers import ActionAnswer, SimulationAnswer
+from marsupial_service.schemas.events import (
+    Command,
+    DecisionData,
+    DockCommand,
+    DriveCommand,
+    QuotaData,
+    StopCommand,
+    UndockCommand,
+)
 
 
-def command(order: RobotCommand, revision: int, place: str | None, grid: Grid, *, stop: bool) -> dict[str, object]:
+def simulation(brief: MissionBrief, simulation: RobotSimulation) -> SimulationAnswer:
+    """Return how the robots of a mission are simulated."""
+    roles = {kind.name: kind.role for kind in brief.kinds}
+    count = Counter(roles[robot.type] for robot in brief.robots)
+    return SimulationAnswer(
+        speed=simulation.speed,
+        seed=brief.seed,
+        carriers=count[Role.CARRIER],
+        rovers=count[Role.ROVER],
+        warnings=list(simulation.warnings),
+    )
+
+
+def command(order: RobotCommand, revision: int, place: str | None, grid: Grid, *, stop: bool) -> Command:
     """Return a command; positions are given as cells and in metres of the map frame."""
-    head: dict[str, object] = {"id": order.id, "robot": order.robot, "name": "stop" if stop else order.name}
-    head["revision"] = revision
+    said: dict[str, Any] = {"id": order.id, "robot": order.robot, "revision": revision, "place": place}
     if stop:
-        return head
-    if order.carrier is not None:
-        head["carrier"] = order.carrier
-    head["place"] = place
-    if order.route:
-        head["route"] = [list(cell) for cell in order.route]
-        head["route_m"] = [rounded(grid.centre_m(cell)) for cell in order.route]
-    if order.name == "undock" and order.cell is not None:
-        head |= {"cell": list(order.cell), "point_m": rounded(grid.centre_m(order.cell))}
-    return head
+        del said["place"]
+        return StopCommand(name="stop", **said)
+    if order.carrier is None:
+        centres = [rounded(grid.centre_m(cell)) for cell in order.route]
+        return DriveCommand(name="drive", route=list(map(list, order.route)), route_m=centres, **said)
+    said["carrier"] = order.carrier
+    if order.name == ActionName.DOCK:
+        return DockCommand(name="dock", **said)
+    assert order.cell is not None
+    return UndockCommand(name="undock", cell=list(order.cell), point_m=rounded(grid.centre_m(order.cell)), **said)
 
 
-def frame(grown: FrameGrown, resolution_m: float) -> str:
-    """Return the frame that all cells are of from now on; what was cell (x, y) is that plus `shift`."""
-    size = {"width": grown.width, "height": grown.height, "resolution_m": resolution_m}
-    return line({**size, "origin_m": list(grown.origin_m), "shift": list(grown.shift), "t_ms": grown.t_ms})
-
-
-def decision(decision: Decision) -> str:
+def decision(decision: Decision) -> DecisionData:
     """Return a plan as it was decided on (times from then on), and how it was found."""
-    actions = [action_document(action) for action in decision.plan.actions]
-    return line({**asdict(decision.report), "actions": actions})
+    actions = [ActionAnswer.of(action) for action in decision.plan.actions]
+    return DecisionData(**asdict(decision.report), actions=actions)
 
 
 def decision_of(text: str) -> Decision:
     """Return the decision whose document this is."""
     fields = json.loads(text)
-    return Decision(plan=plan_of(line(fields["actions"])), report=planning_of(fields))
+    return Decision(plan=plan_of(fields["actions"]), report=planning_of(fields))
 
 
-def state(control: Control, t_ms: int) -> str:
-    """Return that a mission is paused or goes on."""
-    return line({"state": "paused" if control is Control.PAUSE else "running", "t_ms": t_ms})
+def planning_of(document: Mapping[str, Any]) -> PlanningReport:
+    """Return how a decision was found, from its document."""
+    report = {key: value for key, value in document.items() if key != "actions"}
+    return PlanningReport(**{**report, "outcome": Outcome(document["outcome"])})
 
 
-def waiting(reason: str, t_ms: int) -> str:
-    """Return that a mission waits for a map on which its robots can stand, and why, or that it goes on."""
-    return line({"state": "waiting", "reason": reason, "t_ms": t_ms} if reason else {"state": "running", "t_ms": t_ms})
-
-
-def quota(reason: str, room_at_ms: int, t_ms: int) -> str:
+def quota(reason: str, room_at_ms: int, t_ms: int) -> QuotaData:
     """Return that a mission waits until its owner may plan again, and when that may be, or that it goes on."""
     if not reason:
-        return line({"state": "running", "t_ms": t_ms})
-    return line({"state": "waiting", "reason": reason, "room_at": timestamp(room_at_ms), "t_ms": t_ms})
-
-
-def is_waiting(text: str) -> bool:
-    """Say whether that is what such a document tells."""
-    return bool(json.loads(text)["state"] == "waiting")
-
-
-def end(status: Status, reason: str, t_ms: int) -> str:
-    """Return how a mission ended."""
-    return line({"status": status, "reason": reason, "t_ms": t_ms})
+        return QuotaData(state="running", t_ms=t_ms)
+    return QuotaData(state="waiting", reason=reason, room_at=timestamp(room_at_ms), t_ms=t_ms)

@@ -41,13 +41,7 @@ class MissionClock:
 
 
 class Driver:
-    """Has the robots of one mission report.
-
-    Parameters
-    ----------
-    take
-        Stores a report. Raises StoreFull, TooMany.
-    """
+    """Makes the robots of one mission report; `take` stores a report, or raises StoreFull or TooMany."""
 
     def __init__(self, speed: float | None, take: Callable[[StoredReport], Awaitable[None]]) -> None:
         self._pace = MissionClock(speed)
@@ -55,7 +49,7 @@ class Driver:
         self._next: StoredReport | None = None
 
     def hear(self, batches: Sequence[MissionBatch]) -> None:
-        """Take note of what is to be reported after these batches."""
+        """Note what is to be reported after these batches."""
         for batch in batches:
             self._next = batch.next or self._next
 

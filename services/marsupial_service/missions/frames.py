@@ -6,7 +6,6 @@ reported in one frame is found in any other. An origin off that lattice is taken
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 
@@ -17,7 +16,7 @@ from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 
 _SAME_YAW = 1e-6
-"""Radians by which the yaw of a frame may differ from the mission's: as exact as poses are told."""
+"""Radians by which the yaw of a frame may differ from the mission's: poses are no more exact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,15 +33,10 @@ class MissionFrame:
         """Return the frame that a mission is created with."""
         return cls(0, 0, grid.width, grid.height)
 
-    @classmethod
-    def from_text(cls, text: str) -> MissionFrame:
-        """Return the frame that `text` was made of."""
-        return cls(*json.loads(text))
-
     @property
-    def text(self) -> str:
-        """As it is stored."""
-        return json.dumps([self.x, self.y, self.width, self.height])
+    def numbers(self) -> tuple[int, int, int, int]:
+        """What it is made of, to be stored."""
+        return self.x, self.y, self.width, self.height
 
     @property
     def size(self) -> int:

@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from marsupial_service.entries.table import StoreReader
+from marsupial_service.missions.kept import input_in, input_text
 from marsupial_service.missions.values import Input, StoredEvent
 from marsupial_service.schemas.words import EventType
-from marsupial_service.store import Transaction, kept, packing
+from marsupial_service.store import Transaction, packing
 from marsupial_service.store.tables import ROW_BYTES
+from marsupial_service.store.transaction import StoreReader
 
 _INPUTS = "SELECT seq, part, digest, data FROM mission_inputs WHERE mission = ?"
 _EVENTS = "SELECT seq, part, data FROM mission_events WHERE mission = ?"
@@ -27,7 +28,7 @@ def _packed(data: bytes) -> tuple[bytes, int]:
 
 def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes | None, now_ms: int) -> None:
     """Store an input of the mission with that number; reports have a digest."""
-    stored, more = _packed(kept.dumps(data))
+    stored, more = _packed(input_text(data))
     sql = "UPDATE missions SET inputs = ?, bytes = bytes + ? WHERE number = ?"
     tx.execute(sql, (seq, more + len(digest or b""), number))
     head: dict[str, Any] = {"mission": number, "seq": seq, "at_ms": now_ms}
@@ -44,12 +45,13 @@ def inputs_from(reader: StoreReader, number: int, seq: int, most: int) -> tuple[
 def inputs_after(reader: StoreReader, number: int, seq: int) -> Iterator[tuple[Input, bytes | None]]:
     """Yield the inputs after number `seq`, with their digests."""
     for row, data in packing.whole(reader.execute(f"{_INPUTS} AND seq > ? {_IN_ORDER}", (number, seq))):
-        yield kept.loads(data), row["digest"]
+        yield input_in(data), row["digest"]
 
 
 def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[StoredEvent]], now_ms: int) -> None:
     """Store the next events of a mission by the batches that they are of; followers are told once that is committed."""
-    stored = {batch: _packed(_text(events)) for batch, events in batches.items()}
+    texts = {batch: "\n".join(f"{one.type} {one.data}" for one in events) for batch, events in batches.items()}
+    stored = {batch: _packed(text.encode()) for batch, text in texts.items()}
     sql = "UPDATE missions SET events = events + ?, bytes = bytes + ? WHERE number = ? RETURNING id, events"
     count, more = sum(map(len, batches.values())), sum(more for _, more in stored.values())
     row = tx.execute(sql, (count, more, number)).fetchone()
@@ -60,10 +62,6 @@ def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[Stor
             head = {"mission": number, "seq": last, "part": part, "turn": batch}
             tx.insert("mission_events", **head, data=piece, at_ms=now_ms)
     tx.news.add(row["id"])
-
-
-def _text(events: Sequence[StoredEvent]) -> bytes:
-    return "\n".join(f"{event.type} {event.data}" for event in events).encode()
 
 
 def events_of_batch(reader: StoreReader, number: int, batch: int) -> tuple[StoredEvent, ...]:

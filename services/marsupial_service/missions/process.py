@@ -6,9 +6,9 @@ decisions of its predecessor with the inputs, and so comes to the same batches a
 
 from __future__ import annotations
 
-import hashlib
 from collections import deque
 from dataclasses import replace
+from typing import Literal
 
 from marsupial.formats.loglines import LogEncoder
 from marsupial.library.first_use import try_mission
@@ -19,15 +19,16 @@ from marsupial.model.mission import (
     FrameGrown,
     MissionEnded,
     MissionEvent,
-    MissionStarted,
     Planned,
 )
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
-from marsupial_service.entries.documents import line
+from marsupial_service.entries.documents import line, text_of
 from marsupial_service.missions import documents
+from marsupial_service.missions.kept import input_digest, input_in
 from marsupial_service.missions.reported import RobotCommand
+from marsupial_service.missions.simulated import simulated_team
 from marsupial_service.missions.values import (
     Control,
     HasPlanned,
@@ -44,8 +45,9 @@ from marsupial_service.missions.values import (
     WantsToPlan,
 )
 from marsupial_service.missions.world import RemoteWorld
+from marsupial_service.schemas.base import Answer
+from marsupial_service.schemas.events import Command, CommandsData, FrameData, MissionEndData, MissionStateData
 from marsupial_service.schemas.words import EventType
-from marsupial_service.store import kept
 
 
 def load_missions() -> None:
@@ -66,28 +68,10 @@ def run_mission(brief: MissionBrief, channel: Channel) -> None:
         homes=world.homes,
         waits=True,
     )
-    process.event(_started(brief, world))
+    process.event(brief.started)
     MissionLoop(world, kinds, process, order, process).run(lambda: world.cancelled)
     world.stop_all()
     process.end(world.now_ms)
-
-
-def _started(brief: MissionBrief, world: RemoteWorld) -> MissionStarted:
-    return MissionStarted(
-        t_ms=world.now_ms,
-        scenario=brief.name,
-        strategy=brief.strategy,
-        planner=brief.planner,
-        seed=brief.seed,
-        width=brief.grid.width,
-        height=brief.grid.height,
-        resolution_m=brief.grid.resolution_m,
-        origin_m=brief.grid.origin_m,
-        terrains=brief.grid.terrains,
-        types=brief.kinds,
-        robots=world.placed(),
-        goal=brief.goal,
-    )
 
 
 class MissionProcess(Observer):
@@ -101,11 +85,11 @@ class MissionProcess(Observer):
         if own is not None:
             self.replanning = own
         self._channel = channel
-        self._robots = brief.simulated_robots()
+        self._robots = simulated_team(brief)
         self._next: StoredReport | None = None
         self._encoder = LogEncoder()
         self._events: list[StoredEvent] = []
-        self._commands: list[dict[str, object]] = []
+        self._commands: list[Command] = []
         self._grid = brief.grid
         self._n = self._t_ms = self._sent = self._revision = 0
         self._counts: dict[str, int] = {}
@@ -116,7 +100,7 @@ class MissionProcess(Observer):
         self._decisions = deque(self._next_input().decisions)
 
     def event(self, event: MissionEvent) -> None:
-        """Log an event; clients that follow no log are told of a frame that has grown as well."""
+        """Log an event. A grown frame is an event of its own too, for clients that read no log."""
         if isinstance(event, Planned):
             self._revision = event.revision
         elif isinstance(event, ActionStarted):
@@ -125,17 +109,18 @@ class MissionProcess(Observer):
             self._ended = event
         elif isinstance(event, FrameGrown):
             self._grid = replace(self._grid, origin_m=event.origin_m)
-            self._tell(EventType.FRAME, documents.frame(event, self._grid.resolution_m))
+            self._tell(EventType.FRAME, FrameData.of(event, resolution_m=self._grid.resolution_m))
         self._tell(EventType.LOG, self._encoder.line(event))
 
     def waiting(self, reason: str) -> None:
         """Tell that the mission waits for a map on which its robots can stand, or that it goes on."""
-        self._tell(EventType.STATE, documents.waiting(reason, self._t_ms))
+        self._tell_state("waiting" if reason else "running", reason or None)
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the decision that was made before, if there is one, or make one."""
         if self._decisions:
             text = self._decisions.popleft()
+            # of a predecessor: planning again could lead to another plan, which clients have not seen
             decision = documents.decision_of(text)
         else:
             self._send_batches()
@@ -143,7 +128,7 @@ class MissionProcess(Observer):
             assert isinstance(self._channel.receive(), MayPlan)
             decision = self._renamed(self._inner.decide(briefing))
             self._channel.send(HasPlanned())
-            text = documents.decision(decision)
+            text = text_of(documents.decision(decision))
         self._tell(EventType.DECISION, text)
         return decision
 
@@ -165,14 +150,14 @@ class MissionProcess(Observer):
         self._end_batch(over=False)
         answer = self._next_input()
         assert answer.input is not None
-        taken: Input = kept.loads(answer.input) if isinstance(answer.input, bytes) else answer.input
+        taken: Input = input_in(answer.input) if isinstance(answer.input, bytes) else answer.input
         self._decisions = deque(answer.decisions)
         if not isinstance(taken, Control):
             self._count(taken)
         elif taken is not Control.CANCEL:
             if self._robots is not None:
                 self._robots.paused = taken is Control.PAUSE
-            self._tell(EventType.STATE, documents.state(taken, self._t_ms))
+            self._tell_state("paused" if taken is Control.PAUSE else "running")
         return taken
 
     def _count(self, report: MissionReport) -> None:
@@ -187,28 +172,33 @@ class MissionProcess(Observer):
         if self._commands:
             self._send_commands(None)
         assert self._ended is not None
-        self._tell(EventType.END, documents.end(self._ended.status, self._ended.reason, t_ms))
+        self._tell(EventType.END, MissionEndData(status=self._ended.status, reason=self._ended.reason, t_ms=t_ms))
         self._end_batch(over=True)
         self._send_batches()
 
-    def _tell(self, kind: EventType, data: str) -> None:
-        self._events.append(StoredEvent(kind, data))
+    def _tell(self, kind: EventType, data: str | Answer) -> None:
+        self._events.append(StoredEvent(kind, data if isinstance(data, str) else text_of(data)))
+
+    def _tell_state(self, state: Literal["paused", "running", "waiting"], reason: str | None = None) -> None:
+        self._tell(EventType.STATE, MissionStateData(state=state, reason=reason, t_ms=self._t_ms))
 
     def _send_commands(self, until_ms: int | None) -> None:
         self._sent += 1
-        data: dict[str, object] = {
-            "batch": self._sent,
-            "revision": self._revision,
-            "n": self._n,
-            "t_ms": self._t_ms,
-            "until_ms": until_ms,
-        }
-        if self._counts:  # where robots report by their own counts
-            data["robots"] = dict(self._counts)
-        data["commands"], self._commands = self._commands, []
+        batch = CommandsData(
+            batch=self._sent,
+            revision=self._revision,
+            n=self._n,
+            t_ms=self._t_ms,
+            until_ms=until_ms,
+            robots=self._counts or None,
+            commands=self._commands,
+        )
+        self._commands = []
+        data = batch.model_dump()
         self._tell(EventType.COMMANDS, line(data))
         if self._robots is not None and (report := self._robots.report(data)) is not None:
-            self._next = StoredReport(report, hashlib.sha256(repr(report).encode()).digest())
+            # the same for each process of the mission, so a report that was stored before is found to be
+            self._next = StoredReport(report, input_digest(report))
 
     def _end_batch(self, *, over: bool) -> None:
         self._batches.append(

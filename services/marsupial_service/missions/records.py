@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 from marsupial_service.entries.records import EntrySettings, StoredEntry
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control
+from marsupial_service.schemas.answers import SimulationAnswer
 from marsupial_service.schemas.words import MissionPhase
 
 MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
@@ -47,7 +47,7 @@ class MissionRecord(StoredEntry):
     term
         Counts the servers that have held it, see `marsupial_service.store.tables`.
     simulation
-        How its robots are simulated (`marsupial_service.schemas.answers.SimulationAnswer`); None: they are others'.
+        How its robots are simulated; None: they are others'.
     """
 
     state: MissionPhase
@@ -64,16 +64,7 @@ class MissionRecord(StoredEntry):
     events: int
     frame: MissionFrame | None
     term: int
-    simulation: Mapping[str, Any] | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReportCounts:
-    """Number of the last report of the team, the latest time of all, and the numbers of robots by their own counts."""
-
-    n: int
-    t_ms: int
-    robots: Mapping[str, int]
+    simulation: SimulationAnswer | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,7 +85,7 @@ class MissionSettings(EntrySettings):
     may_go_on
         Whether an owner still may have missions.
     lag
-        Is told how long every input has waited for its answer, in s.
+        Receives how long each input has waited for its answer, in s.
     """
 
     may_go_on: Callable[[str], bool] = lambda owner: True

@@ -59,7 +59,7 @@ class ReportedMap:
         return self.frame if report.frame is None else self.frame.grown(report.frame)
 
     def grow(self, report: MissionReport) -> FrameShift | None:
-        """Let the frame hold that of a report; return where its cells are then, if it grows."""
+        """Grow the frame to hold that of a report; return the shift of its cells, if it grows."""
         before, self.frame = self.frame, self.frame_with(report)
         if before == self.frame:
             return None
@@ -101,7 +101,7 @@ class RobotCommand:
     cell
         Where the rover docks, or where it is put by an undocking.
     stopped, halted
-        Whether it was told to stop, and whether that was because of a pause.
+        Whether it was stopped, and whether that was because of a pause.
     """
 
     id: int

@@ -1,4 +1,4 @@
-"""Missions: created, reported to, told about. Everything here runs in one event loop, and blocks nowhere."""
+"""Missions: created, reported to, followed. Everything here runs in one event loop, and blocks nowhere."""
 
 from __future__ import annotations
 
@@ -20,16 +20,19 @@ from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import process as host
 from marsupial_service.missions import table
 from marsupial_service.missions.driver import Driver
-from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings, ReportCounts
+from marsupial_service.missions.kept import brief_in, brief_text
+from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings
 from marsupial_service.missions.state import MissionState, ReportConflict
 from marsupial_service.missions.states import MissionStates, brief
 from marsupial_service.missions.supervisor import MissionSupervisor
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Control, MissionBrief, MissionReport, StoredReport
 from marsupial_service.moments import wall_clock_ms
-from marsupial_service.store import Store, StoreError, kept, packing
+from marsupial_service.schemas.answers import LastReportsAnswer
+from marsupial_service.store import Store, StoreError, packing
 from marsupial_service.store.engine import Connection
 
+# in a transaction, so that several servers share what a dead one has left
 _AT_A_TIME = 4
 
 T = TypeVar("T")
@@ -80,9 +83,9 @@ class Missions(Entries[MissionRecord]):
 
         Raises TooMany, KeyReused, StoreError.
         """
-        packed = await asyncio.to_thread(lambda: packing.pack(kept.dumps(brief)))
+        kept, packed = await asyncio.to_thread(_as_kept, brief)
         new = table.NewMission(
-            id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=digest, brief=brief, packed=packed
+            id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=digest, brief=kept, packed=packed
         )
         return await asyncio.shield(asyncio.ensure_future(self._create(new)))
 
@@ -92,7 +95,7 @@ class Missions(Entries[MissionRecord]):
         return await self.read(lambda reader: brief(reader, record)) if known is None else known
 
     async def reports(self, record: MissionRecord, sent: Sequence[tuple[MissionReport, bytes]]) -> MissionRecord:
-        """Take reports in, with their digests: all of them, or none; what is returned is committed.
+        """Store reports with their digests, all or none; what is returned is committed.
 
         Those that were taken before change nothing. Raises ReportConflict (also where the mission is over), which says
         whose fault it is, TooMany, StoreFull, StoreError.
@@ -114,7 +117,7 @@ class Missions(Entries[MissionRecord]):
         return await asyncio.shield(self.write(lambda tx: table.add_control(tx, record.id, control, self.now_ms())))
 
     async def log(self, record: MissionRecord) -> str:
-        """Return the mission log as far as there is one."""
+        """Return the mission log so far."""
         lines = await self.read(lambda reader: table.log(reader, record))
         return "".join(f"{line}\n" for line in lines)
 
@@ -124,9 +127,9 @@ class Missions(Entries[MissionRecord]):
         frame, cells = await self._look(record, lambda state: (state.frame, state.cells.copy()))
         return frame.grid((await self.brief(record)).grid, cells)
 
-    async def last_reports(self, record: MissionRecord) -> ReportCounts:
+    async def last_reports(self, record: MissionRecord) -> LastReportsAnswer:
         """Return which reports were the last."""
-        return await self._look(record, lambda state: ReportCounts(n=state.n, t_ms=state.t_ms, robots=state.counts))
+        return await self._look(record, lambda state: LastReportsAnswer.of(state, robots=state.counts))
 
     async def _look(self, record: MissionRecord, look: Callable[[MissionState], T]) -> T:
         """Return what `look` finds in the state of a mission, after its last report."""
@@ -178,7 +181,7 @@ class Missions(Entries[MissionRecord]):
     def _open(self, record: MissionRecord, brief: MissionBrief) -> None:
         driver = None
         if record.simulation is not None:
-            driver = Driver(record.simulation["speed"], partial(self._simulated, record))
+            driver = Driver(record.simulation.speed, partial(self._simulated, record))
         supervisor = MissionSupervisor(
             record, brief, self, self._slots, self._threads, self._runner, self._settings, driver
         )
@@ -187,7 +190,7 @@ class Missions(Entries[MissionRecord]):
         self._start("supervisor", partial(self._keep, supervisor), restart=False)
 
     async def _simulated(self, record: MissionRecord, told: StoredReport) -> None:
-        """Take in what simulated robots report, unless the mission is over or another server's."""
+        """Store a report of simulated robots, unless the mission is over or another server's."""
         states, limits, capacity = self._states, self._limits, self._capacity
         await self.write(lambda tx: table.add_simulated(tx, states, record, told, limits, self.now_ms(), capacity))
 
@@ -197,3 +200,9 @@ class Missions(Entries[MissionRecord]):
         finally:
             if not self.stopping and self._supervisors.get(supervisor.id) is supervisor:
                 del self._supervisors[supervisor.id]
+
+
+def _as_kept(brief: MissionBrief) -> tuple[MissionBrief, bytes]:
+    """Return a brief as every process of its mission reads it, and as it is stored."""
+    text = brief_text(brief)
+    return brief_in(text), packing.pack(text)

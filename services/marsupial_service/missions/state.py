@@ -78,7 +78,7 @@ class MissionState:
         return other
 
     def is_repeat(self, n: int, digest: bytes, robot: str | None = None) -> bool:
-        """Say whether a report (of the team, or a robot's own) was taken before.
+        """Return whether a report (of the team, or a robot's own) was taken before.
 
         Raises ReportConflict if another one was, or one is missing before it.
         """

@@ -10,14 +10,15 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from marsupial_service.entries.table import StoreReader
 from marsupial_service.missions import packed
+from marsupial_service.missions.kept import brief_in
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.state import MissionState
 from marsupial_service.missions.values import MissionBrief, MissionReport
-from marsupial_service.store import kept, packing
+from marsupial_service.store import packing
+from marsupial_service.store.transaction import StoreReader
 
-_MOST_CELLS = 200_000_000
+_MOST_CELLS = 200_000_000  # bytes of all maps that are held
 
 
 @dataclass(slots=True)
@@ -62,13 +63,7 @@ class MissionStates:
         return known.state
 
     def replace(self, record: MissionRecord, state: MissionState) -> Callable[[], None]:
-        """Let `state`, which has taken in all inputs of `record`, stand for the one there is.
-
-        Returns
-        -------
-        callable
-            To be called if they are not stored after all.
-        """
+        """Replace a state by `state`, to which all inputs of `record` were applied; return what undoes that."""
         known = self._known[record.id]
         known.state, known.inputs = state, record.inputs
         return lambda: self.drop(record.id)
@@ -78,6 +73,7 @@ class MissionStates:
         self._known.pop(mission, None)
 
     def _forget(self) -> None:
+        # the one that was asked for last stays, however large it is
         while len(self._known) > 1 and sum(known.state.cells.size for known in self._known.values()) > _MOST_CELLS:
             self._known.popitem(last=False)
 
@@ -85,5 +81,4 @@ class MissionStates:
 def brief(reader: StoreReader, record: MissionRecord) -> MissionBrief:
     """Return what a mission was created with."""
     row = reader.execute("SELECT brief FROM mission_briefs WHERE mission = ?", (record.number,)).fetchone()
-    found: MissionBrief = kept.loads(packing.unpack(row["brief"]))
-    return found
+    return brief_in(packing.unpack(row["brief"]))

@@ -41,10 +41,10 @@ from contextlib import suppress
 from marsupial.errors import InternalError
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
-from marsupial.processes.runner import Reservation, Runner
+from marsupial.processes.runner import Runner
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slots
-from marsupial_service.missions import documents, packed, table
+from marsupial_service.missions import packed, table
 from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
@@ -60,6 +60,7 @@ from marsupial_service.missions.values import (
     StoredEvent,
     WantsToPlan,
 )
+from marsupial_service.schemas.events import QuotaData
 from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.store import StoreError
 from marsupial_service.store.engine import Connection
@@ -82,7 +83,9 @@ _LOOK_S = 1.0
 _PAUSE_S, _LONGEST_PAUSE_S = 0.1, 10.0
 """How long a mission rests before its process is started again: twice as long each time, up to the second."""
 
+# missions end by their own limit of time; this one ends what is stuck
 _WALL_S = 7 * 86400.0
+# between the end of the talk and that of the process, whichever comes first
 _LAST_WORDS_S = 0.5
 
 log = logging.getLogger("marsupial.missions")
@@ -97,13 +100,7 @@ class Dismissed(Exception):
 
 
 class MissionSupervisor:
-    """Keeps one open mission that this server holds.
-
-    Parameters
-    ----------
-    driver
-        Has its robots report, where they are simulated.
-    """
+    """Keeps one open mission that this server holds; `driver` makes its robots report if they are simulated."""
 
     def __init__(
         self,
@@ -215,7 +212,7 @@ class MissionSupervisor:
     async def _started(self, job: Job) -> JobRun | None:
         """Start a process where there is room; if that is cancelled, it is ended as soon as it is there."""
         reservation = self._runner.reserve(_CPUS)
-        starting = self._threads.submit(_start, reservation, job)
+        starting = self._threads.submit(lambda: reservation.run(job) if reservation.wait() else None)
         try:
             return await asyncio.wrap_future(starting)
         except asyncio.CancelledError:
@@ -232,7 +229,7 @@ class MissionSupervisor:
 
     async def _exchange(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         number = asked = 0
-        with self._missions.subscribe(table.inputs_of(self.id)) as news:
+        with self._missions.subscriptions.subscribe(table.inputs_of(self.id)) as news:
             news.set()
             while True:
                 if number == asked:
@@ -267,7 +264,7 @@ class MissionSupervisor:
             self._missions.charge(self._owner, used_s)
 
     async def _plan(self, run: JobRun, told: asyncio.Queue[object]) -> None:
-        """Let the process plan once its owner may and a slot is free; however that ends, it is charged."""
+        """Grant a planning once the quota and a slot allow it; it is charged however it ends."""
         await self._wait_for_quota()
         with self._slots.taken(await self._slots.for_owner(self._owner)):
             begun_s = time.monotonic()
@@ -292,9 +289,9 @@ class MissionSupervisor:
             await self._tell_quota("", 0.0)
 
     def _is_told_to_wait(self, reader: Connection) -> bool:
-        """Say whether it was told last that the mission waits: perhaps by a server that is no more."""
+        """Return whether the last quota event says that the mission waits; another server may have sent it."""
         told = [e for e in packed.events_of_batch(reader, self._number, self._batches) if e.type is EventType.QUOTA]
-        return bool(told) and documents.is_waiting(told[-1].data)
+        return bool(told) and QuotaData.model_validate_json(told[-1].data).state == "waiting"
 
     def _quota_wait_s(self, reader: Connection) -> float:
         """Return how long the owner may not plan; a mission that is to be cancelled does not wait. Raises Dismissed."""
@@ -370,10 +367,6 @@ class MissionSupervisor:
         """Return what followed from an input, and was stored."""
         events = await self._missions.read(lambda source: packed.events_of_batch(source, self._number, number))
         return tuple(event for event in events if event.type is not EventType.QUOTA)
-
-
-def _start(reservation: Reservation, job: Job) -> JobRun | None:
-    return reservation.run(job) if reservation.wait() else None
 
 
 def _close(starting: Future[JobRun | None]) -> None:

@@ -12,10 +12,10 @@ from typing import Any
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
 from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
-from marsupial_service.entries.documents import line
+from marsupial_service.entries.documents import line, text_of
 from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.table import EntryTable, StoreReader, made_of
+from marsupial_service.entries.table import EntryTable, made_of
 from marsupial_service.missions import documents, packed
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import MOVES, STATE_AFTER, MissionCounts, MissionRecord
@@ -30,11 +30,14 @@ from marsupial_service.missions.values import (
     StoredEvent,
     StoredReport,
 )
+from marsupial_service.schemas.answers import SimulationAnswer
+from marsupial_service.schemas.events import MissionEndData
 from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
+from marsupial_service.store.transaction import StoreReader
 
 _SIMULATED_S = 10
 """When to ask again where too many are simulated: such a mission takes a minute or more."""
@@ -43,8 +46,8 @@ _LEAST_PLANNING_S = 0.1
 
 
 def _record(row: StoreRow) -> MissionRecord:
-    frame = None if row["frame"] is None else MissionFrame.from_text(row["frame"])
-    simulation = None if row["simulation"] is None else json.loads(row["simulation"])
+    frame = None if row["frame"] is None else MissionFrame(*json.loads(row["frame"]))
+    simulation = row["simulation"] and SimulationAnswer.model_validate_json(row["simulation"])
     return made_of(
         MissionRecord,
         row,
@@ -115,8 +118,7 @@ def insert(
         if count >= limits.key_missions:
             raise TooMany(f"you have {count} open missions, more are not allowed at a time")
         brief = new.brief
-        simulation = brief.simulation()
-        if simulation is not None:
+        if brief.simulation is not None:
             simulated = f"{sql} AND simulation IS NOT NULL"
             (count,) = tx.execute(simulated).fetchone()
             (own,) = tx.execute(f"{simulated} AND owner = ?", (new.owner,)).fetchone()
@@ -127,7 +129,7 @@ def insert(
             "name": brief.name,
             "strategy": brief.strategy,
             "planner": brief.planner,
-            "simulation": None if simulation is None else line(simulation),
+            "simulation": None if brief.simulation is None else text_of(documents.simulation(brief, brief.simulation)),
         }
         size = ENTRY_BYTES + ROW_BYTES + len(new.packed)
         number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described, bytes=size)
@@ -146,7 +148,7 @@ def tell_quota(tx: Transaction, mission: str, term: int, reason: str, wait_s: fl
     """Tell that a mission waits until its owner may plan again, or (without `reason`) that it goes on."""
     record = _held(tx, mission, term)
     if record is not None:
-        data = documents.quota(reason, now_ms + round(1000 * wait_s), record.t_ms)
+        data = text_of(documents.quota(reason, now_ms + round(1000 * wait_s), record.t_ms))
         MISSIONS.tell(tx, record.number, EventType.QUOTA, data, now_ms, batch=record.batches)
 
 
@@ -184,7 +186,7 @@ def add_reports(
         )
     if len(sent) == 1:
         tried.take(*new[0])
-    frame = None if tried.frame == tried.map.first_frame else tried.frame.text
+    frame = None if tried.frame == tried.map.first_frame else line(tried.frame.numbers)
     MISSIONS.change(tx, record.number, n=record.n, t_ms=record.t_ms, frame=frame)
     tx.undone.append(states.replace(record, tried))
     return MISSIONS.existing(tx, mission)
@@ -271,7 +273,7 @@ def call_off(tx: Transaction, mission: str, reason: str, now_ms: int) -> None:
 def _end(tx: Transaction, record: MissionRecord, status: Status, reason: str, now_ms: int) -> bool:
     if not MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=status, reason=reason):
         return False
-    data = documents.end(status, reason, record.t_ms)
+    data = text_of(MissionEndData(status=status, reason=reason, t_ms=record.t_ms))
     MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, batch=record.batches)
     return True
 

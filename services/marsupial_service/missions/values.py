@@ -2,40 +2,38 @@
 
 from __future__ import annotations
 
-import zlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import StrEnum
 from itertools import chain
-from typing import Any, NamedTuple, Protocol
-
-import numpy as np
+from typing import NamedTuple
 
 from marsupial.model.grid import Cell, CellArray, Grid, Mask
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.planning import Budget, Outcome
+from marsupial.model.mission import MissionStarted, PlacedRobot
+from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType
 from marsupial.model.runs import Runs
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
-from marsupial.model.strategy import PlanningReport
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.schemas.words import EventType
 
 
-class SimulatedRobots(Protocol):
-    """Robots that the process of their mission simulates.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RobotSimulation:
+    """How the service simulates the robots of a mission.
 
-    Attributes
+    Parameters
     ----------
-    paused
-        Whether the mission is.
+    truth
+        The cells of the real map, shape (height, width).
+    speed
+        Seconds of mission time to a second on the clock; None: as fast as planning allows.
+    warnings
+        What is odd about the map.
     """
 
-    paused: bool
-
-    def report(self, batch: Mapping[str, Any]) -> MissionReport | None:
-        """Carry out the commands of an event `commands`; return the report that it asks for, if it does."""
-        ...
+    truth: CellArray
+    speed: float | None = None
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -50,6 +48,8 @@ class MissionBrief:
         What is known of the map at first.
     reachable
         The cells that count as the area to explore, if the client knows.
+    simulation
+        None if the robots are the client's.
     """
 
     name: str
@@ -65,14 +65,21 @@ class MissionBrief:
     limits: MissionLimits
     planning_time: PlanningTime
     reachable: Mask | None = None
+    simulation: RobotSimulation | None = None
 
-    def simulation(self) -> Mapping[str, object] | None:
-        """Return how the service simulates the robots, ready for JSON; None if they are the client's."""
-        return None
-
-    def simulated_robots(self) -> SimulatedRobots | None:
-        """Return the robots that the service simulates."""
-        return None
+    @property
+    def started(self) -> MissionStarted:
+        """The first event of the mission."""
+        return MissionStarted.of(
+            self.grid,
+            scenario=self.name,
+            strategy=self.strategy,
+            planner=self.planner,
+            seed=self.seed,
+            types=self.kinds,
+            robots=self.robots,
+            goal=self.goal,
+        )
 
     def without_command(self, text: str) -> str:
         """Return what is said of the planner by the name the client has for it."""
@@ -99,21 +106,8 @@ class RobotUpdate:
     distance_m: float | None = None
     driving_ms: int | None = None
 
-    def __getstate__(self) -> list[object]:
-        """Return what is stored: of each robot in each report, so it is spelt out."""
-        return [self.name, self.cell, self.free_at_ms, self.distance_m, self.driving_ms]
 
-    def __setstate__(self, state: Sequence[object]) -> None:
-        """Take up what is stored."""
-        for put, value in zip(_NOTED, state, strict=True):
-            put(self, value)
-
-
-_NOTED = tuple(getattr(RobotUpdate, one.name).__set__ for one in fields(RobotUpdate))
-"""What sets each field: twice as fast as `object.__setattr__`, and robots are told of in every report."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)  # with slots early Pythons 3.11 put their own __getstate__ in
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissionReport:
     """What a client reports of one moment.
 
@@ -148,21 +142,6 @@ class MissionReport:
     def runs(self) -> Runs:
         """The cells that were revealed, by whatever robots: of each in ascending order."""
         return tuple(chain.from_iterable(runs for _, runs in self.revealed))
-
-    def __getstate__(self) -> list[object]:
-        """Return what is stored; maps are long runs of few codes, and are stored as short as that makes them."""
-        packed = None if self.map is None else (self.map.shape, zlib.compress(self.map.tobytes(), 1))
-        return [packed if name == "map" else getattr(self, name) for name in _REPORTED]
-
-    def __setstate__(self, state: Sequence[object]) -> None:
-        """Restore what is stored."""
-        for name, value in zip(_REPORTED, state, strict=True):
-            if isinstance(value, tuple) and name == "map":
-                value = np.frombuffer(zlib.decompress(value[1]), dtype=np.uint8).reshape(value[0])
-            object.__setattr__(self, name, value)
-
-
-_REPORTED = tuple(one.name for one in fields(MissionReport))
 
 
 class Control(StrEnum):
@@ -230,12 +209,6 @@ class MissionBatches(NamedTuple):
     """What it makes of them: a batch for each, in one piece or several."""
 
     batches: tuple[MissionBatch, ...]
-
-
-def planning_of(document: Mapping[str, Any]) -> PlanningReport:
-    """Return how a decision was found, from its document."""
-    report = {key: value for key, value in document.items() if key != "actions"}
-    return PlanningReport(**{**report, "outcome": Outcome(document["outcome"])})
 
 
 class WantsToPlan(NamedTuple):

@@ -1,4 +1,4 @@
-"""The world of a mission as its client reports it: robots that are told what to do, and news when they have done it.
+"""The world of a mission as its client reports it: commands go out, reports of their ends come in.
 
 Mission time is the client's: it advances with each report. What a report does not say of a robot is as it was foreseen
 when its command was given.
@@ -52,7 +52,7 @@ class Exchange(Protocol):
 
 @dataclass(slots=True, kw_only=True)
 class CommandedRobot(ReportedRobot[Cell]):
-    """A robot, as far as its reports and the commands that it was given tell."""
+    """A robot as its reports and commands describe it."""
 
     kind: RobotType
     free_at_ms: int = 0
@@ -87,13 +87,7 @@ class CommandedRobot(ReportedRobot[Cell]):
 
 
 class RemoteWorld:
-    """A `World` made of reports.
-
-    Attributes
-    ----------
-    cancelled
-        Whether the client wants the mission to end.
-    """
+    """A `World` made of reports; `cancelled` once the client wants the mission to end."""
 
     def __init__(self, brief: MissionBrief, process: Exchange) -> None:
         self._process = process
@@ -116,16 +110,13 @@ class RemoteWorld:
 
     @property
     def grid(self) -> Grid:
-        """The known map."""
         return self._grid
 
     @property
     def now_ms(self) -> int:
-        """The time of the last report."""
         return self._now_ms
 
     def robots(self) -> tuple[RobotReport, ...]:
-        """Return every robot of the team."""
         return tuple(
             RobotReport(
                 name=name,
@@ -144,11 +135,9 @@ class RemoteWorld:
         return tuple(PlacedRobot(name=r.name, type=r.type, cell=r.cell, carrier=r.carrier) for r in self.robots())
 
     def distance_m(self, robot: str) -> float:
-        """Return how far a robot has driven."""
         return self._robots[robot].distance_m
 
     def driving_ms(self, robot: str) -> int:
-        """Return how long a robot has been driving."""
         return self._robots[robot].driving_ms
 
     def manoeuvres(self, robot: str) -> Manoeuvres:
@@ -156,7 +145,6 @@ class RemoteWorld:
         return self._robots[robot].odometer.manoeuvres
 
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
-        """Send a free robot along `route`."""
         mover = self._free(robot)
         kind = mover.kind
         times = passing_times_ms(route, self._grid.resolution_m, kind.speed_mps, kind.diagonal)
@@ -167,18 +155,15 @@ class RemoteWorld:
         mover.passes(route[step])
 
     def stop(self, robot: str) -> None:
-        """Let a driving robot stop."""
         order = self._robots[robot].order
         if order is not None and order.name == "drive" and not order.stopped:
             order.stopped = True
             self._process.order(order, stop=True)
 
     def dock(self, rover: str, carrier: str) -> None:
-        """Let a free rover dock on a free carrier."""
         self._together(ActionName.DOCK, rover, carrier, self._robots[rover].cell)
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
-        """Let a free carrier set down one of its rovers."""
         self._together(ActionName.UNDOCK, rover, carrier, cell)
 
     def advance(self, until_ms: int) -> News:
@@ -193,7 +178,7 @@ class RemoteWorld:
         return news
 
     def stop_all(self, *, halted: bool = False) -> None:
-        """Let all robots that drive stop: until a pause ends if `halted`, else for good."""
+        """Stop all robots that drive: until a pause ends if `halted`, else for good."""
         for name, robot in self._robots.items():
             if robot.order is not None and robot.order.name == "drive" and not robot.order.stopped:
                 robot.order.halted = halted
@@ -223,7 +208,7 @@ class RemoteWorld:
         self._process.order(order)
 
     def _next(self, until_ms: int) -> None:
-        """Take the next input in."""
+        """Apply the next input."""
         match self._process.exchange(until_ms):
             case MissionReport() as report:
                 self._take(report)
@@ -362,7 +347,7 @@ class PendingNews:
             self.revealed += [(name, cells)] if len(cells) else []
 
     def move(self, shift: FrameShift) -> None:
-        """Call all cells as they are called now that the frame has grown."""
+        """Re-index all cells after the frame grew."""
         self.moved = shift if self.moved is None else self.moved.then(shift)
         self.revealed = [(name, shift.indices(cells)) for name, cells in self.revealed]
         self.changed = [(name, shift.indices(cells)) for name, cells in self.changed]
@@ -383,5 +368,5 @@ class PendingNews:
 
 
 def _without(cells: npt.NDArray[np.int64], told: Sequence[Seen]) -> npt.NDArray[np.int64]:
-    """Return the cells that are not among those that were told of before."""
+    """Return the cells that are not among those of `told`."""
     return cells[~np.isin(cells, np.concatenate([seen for _, seen in told]))] if told else cells

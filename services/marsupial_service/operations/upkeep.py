@@ -16,14 +16,13 @@ from typing import TYPE_CHECKING
 from marsupial.errors import UsageError
 from marsupial_service import keys
 from marsupial_service.entries.capacity import stored_bytes
-from marsupial_service.entries.table import StoreReader
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.missions.table import MISSIONS
-from marsupial_service.store import StoreError, lock
-from marsupial_service.store.maintenance import MaintenanceConnection, maintained
-from marsupial_service.store.opening import is_shared
-from marsupial_service.store.sqlite import FILE
+from marsupial_service.store import StoreError
+from marsupial_service.store.opening import MaintenanceConnection, is_shared, maintained
+from marsupial_service.store.sqlite import FILE, lock_folder
 from marsupial_service.store.tables import VERSION, missing
+from marsupial_service.store.transaction import StoreReader
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -101,12 +100,7 @@ def live_bytes(place: str | Path) -> int:
 def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: int) -> dict[str, int]:
     """Remove what ended more than so many days ago, or is not among the `kept` newest of its kind that have ended.
 
-    Servers may run meanwhile: others can write between each two of its steps.
-
-    Returns
-    -------
-    dict
-        How many jobs and missions were removed.
+    Servers may run meanwhile: others can write between each two steps. Returns how many jobs and missions were removed.
     """
     if days is None and kept is None:
         raise UsageError("say what is to be kept: --days, --kept or both")
@@ -158,7 +152,7 @@ def restore(source: Path, folder: Path) -> int:
         if file.read(_JOURNAL_AT + 1)[_JOURNAL_AT:] == bytes((_WAL,)):
             raise StoreError(f"{source} is no backup but a store's own file, of which a part may be in another file")
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    held = lock.take(folder / "lock")
+    held = lock_folder(folder / "lock")
     try:
         with _draft(folder / FILE) as draft:
             return _restore(source, draft, folder)

@@ -10,7 +10,7 @@ from marsupial_service.analyses import analysis
 from marsupial_service.http.answers import json_answer, text_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import PlanRoute
-from marsupial_service.intake.analyses import ANALYSIS_READER, VALIDATION_READER
+from marsupial_service.intake.jobs import ANALYSIS_READER, VALIDATION_READER
 from marsupial_service.intake.reading import Sent, read, shaped
 from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Owner, Service

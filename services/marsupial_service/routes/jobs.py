@@ -27,10 +27,12 @@ from marsupial_service.routes.parameters import (
     PageLimit,
     Prefer,
     Service,
+    headers_of,
     older_than,
+    page,
+    stored,
     wait_seconds,
 )
-from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import JobBody
 from marsupial_service.schemas.words import JobState

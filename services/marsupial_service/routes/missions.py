@@ -33,9 +33,11 @@ from marsupial_service.routes.parameters import (
     Owner,
     PageLimit,
     Service,
+    headers_of,
     older_than,
+    page,
+    stored,
 )
-from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.missions import MissionBody, ReportsBody
 
@@ -122,7 +124,7 @@ async def report(
 @router.get("/{mission}/reports", response_model=answers.LastReportsAnswer, responses=errors("not-found"))
 async def get_last_reports(state: Service, mission: MissionOfPath) -> Response:
     """Return which reports were the last: where to go on counting."""
-    return json_answer(answers.LastReportsAnswer.of(await state.missions.last_reports(mission)))
+    return json_answer(await state.missions.last_reports(mission))
 
 
 @router.post(

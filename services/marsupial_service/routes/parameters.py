@@ -1,17 +1,21 @@
-"""What several routes take: who asks, headers, which page of a list, the job or mission of the path."""
+"""What several routes take (who asks, headers, the entry of the path) and answer (an entry, a page of a list)."""
 
 from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
+from urllib.parse import urlencode
 
 from fastapi import Depends, Header, Path, Query, Request
 
+from marsupial_service.entries.records import Created, E
+from marsupial_service.http.openapi import errors
 from marsupial_service.jobs.records import JobRecord
 from marsupial_service.keys import Key
 from marsupial_service.missions.records import MissionRecord
+from marsupial_service.schemas.base import Answer
 from marsupial_service.state import State, state_of
 
 _WAIT = re.compile(r"\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?:;.*)?", re.IGNORECASE)
@@ -82,3 +86,26 @@ def wait_seconds(prefer: str | None, limit: float) -> float | None:
         if match is not None:
             return min(float(match[1]), limit)
     return None
+
+
+def stored(model: type[Answer], noun: str, status: int, at_once: str) -> dict[int | str, dict[str, Any]]:
+    """Return the responses of a route that stores an entry; it may answer 200 instead, `at_once`."""
+    answer = {"model": model, "headers": {"Location": {"schema": {"type": "string"}}}}
+    return {
+        **errors("key-reused", "too-many", "not-ready", "store-full", body=True),
+        200: {**answer, "description": at_once},
+        status: {**answer, "description": f"The {noun} is stored; it is at Location."},
+    }
+
+
+def headers_of(created: Created[E], path: str) -> dict[str, str]:
+    """Return the headers that tell where an entry is, and whether an earlier request had made it."""
+    return {"Location": path} | ({"Idempotency-Replayed": "true"} if created.replayed else {})
+
+
+def page(found: Sequence[E], limit: int, path: str, **query: str | None) -> tuple[Sequence[E], str | None]:
+    """Return the page of a list, and where the next one is; `found` has one entry more if there is one."""
+    if len(found) <= limit:
+        return found, None
+    words = {"limit": limit, **query, "before": found[limit - 1].id}
+    return found[:limit], f"{path}?{urlencode({name: word for name, word in words.items() if word is not None})}"

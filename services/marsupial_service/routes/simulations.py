@@ -20,8 +20,7 @@ from marsupial_service.intake.reading import Sent, read, shaped
 from marsupial_service.intake.simulations import SIMULATION_READER
 from marsupial_service.planners import planner_infos
 from marsupial_service.routes.missions import MissionRoute, created
-from marsupial_service.routes.parameters import IdempotencyKey, Owner, Service
-from marsupial_service.routes.stored import stored
+from marsupial_service.routes.parameters import IdempotencyKey, Owner, Service, stored
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.simulations import (
     DEFAULT_PLANNER,

@@ -95,10 +95,7 @@ def one_word_of(words: type[StrEnum]) -> GetPydanticSchema:
 def made_of(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
     """Let a field be sent in a shape (a model, or a type of JSON) of which a value of the library is made.
 
-    Parameters
-    ----------
-    make
-        Takes the fields of a model by their names, anything else as it is.
+    `make` takes the fields of a model by their names, anything else as it is.
     """
 
     def value_of(sent: Any) -> Any:

@@ -11,8 +11,9 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field
 
+from marsupial.model.mission import Status
 from marsupial_service.schemas.answers import ActionAnswer, OutcomeWord, StateWord
-from marsupial_service.schemas.base import Absent, Answer
+from marsupial_service.schemas.base import Absent, Answer, one_word_of
 from marsupial_service.schemas.words import EventType, JobEventType
 
 CellData = Annotated[list[int], Field(min_length=2, max_length=2, description="Column and row of a cell.")]
@@ -155,7 +156,7 @@ class FrameData(Answer):
 class MissionEndData(Answer):
     """How the mission ended."""
 
-    status: Literal["complete", "stalled", "time_limit", "cancelled", "failed"]
+    status: Annotated[str, one_word_of(Status)]
     reason: str
     t_ms: TimeMs
 

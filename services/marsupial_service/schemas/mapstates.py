@@ -43,15 +43,14 @@ TurnsJ = Annotated[
 Docking = Annotated[float, within("dock_s")]
 
 
-def _listed(given: int | list[int]) -> list[int]:
-    return given if isinstance(given, list) else [given]
-
-
 class MaskBody(RequestBody):
     """Terrain painted in an image of the map's size: the greys of each terrain."""
 
     image: Base64
-    greys: dict[str, Annotated[list[int], made_of(Grey | list[Grey], _listed)]]
+    greys: dict[
+        str,
+        Annotated[list[int], made_of(Grey | list[Grey], lambda given: given if isinstance(given, list) else [given])],
+    ]
 
 
 class _MapFields(RequestBody):

@@ -3,7 +3,7 @@
 It is one SQLite file, or a PostgreSQL database that several servers share.
 """
 
-from marsupial_service.store.errors import StoreError, StoreInUse
+from marsupial_service.store.engine import StoreError, StoreInUse
 from marsupial_service.store.opening import open_store
 from marsupial_service.store.store import Store
 from marsupial_service.store.transaction import Transaction

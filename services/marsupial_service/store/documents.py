@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from marsupial_service.store.engine import Connection
-from marsupial_service.store.transaction import Transaction
+from marsupial_service.store.transaction import StoreReader, Transaction
 
 
-def text_of(reader: Connection | Transaction, name: str) -> str | None:
+def text_of(reader: StoreReader, name: str) -> str | None:
     """Return the text of that name, if there is one."""
     row = reader.execute("SELECT text FROM documents WHERE name = ?", (name,)).fetchone()
     return None if row is None else str(row["text"])
 
 
-def texts_of(reader: Connection | Transaction, prefix: str) -> dict[str, str]:
+def texts_of(reader: StoreReader, prefix: str) -> dict[str, str]:
     """Return all texts whose names begin like that, by the rest of their names."""
     sql = "SELECT name, text FROM documents WHERE substr(name, 1, ?) = ?"
     return {row["name"][len(prefix) :]: row["text"] for row in reader.execute(sql, (len(prefix), prefix))}

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 
-
-class StoreRow(Protocol):
-    """A row of a result: columns by their place or name."""
-
-    def __getitem__(self, column: Any, /) -> Any:
-        """Return a column."""
-        ...
-
-    def __iter__(self) -> Iterator[Any]:
-        """Yield the columns in order."""
-        ...
+StoreRow = Any
+"""A row of a result: columns by their place or name."""
 
 
 class StoreRows(Protocol):
@@ -51,19 +43,34 @@ class Connection(Protocol):
         ...
 
 
-class StoreBackend(Protocol):
-    """A database that holds the tables, for one server.
+class StoreError(Exception):
+    """Nothing was stored; the message says why (no space, no permission, a damaged file, no connection).
+
+    `told` is what anybody may read: it names no file, address or user.
+    """
+
+    def __init__(self, message: str, told: str = "the store can't be used; the log says why") -> None:
+        super().__init__(message)
+        self.told = told
+
+
+class StoreInUse(StoreError):
+    """Another server uses the folder."""
+
+
+class StoreBackend(ABC):
+    """A database that holds the tables, for one server. What only a shared database needs does nothing by default.
 
     Attributes
     ----------
     place
-        What messages call it.
+        Its name in messages.
     server
-        By what name other servers know this one: another one each time it starts.
+        The name of this server among others: a new one at each start.
     begin, begin_reading
-        How a transaction begins that writes, and one that only reads and sees one moment.
+        Begin a transaction that writes, and one that only reads and sees one moment.
     row_lock
-        What makes a SELECT keep its rows from other servers until the end of the transaction.
+        Makes a SELECT keep its rows from other servers until the end of the transaction.
     skip_locked
         The same, leaving out rows that others keep.
     live
@@ -81,61 +88,57 @@ class StoreBackend(Protocol):
     server: str
     begin: str
     begin_reading: str
-    row_lock: str
-    skip_locked: str
+    row_lock = skip_locked = ""
     live: str
     errors: tuple[type[Exception], ...]
     refusals: tuple[type[Exception], ...]
-    interferences: tuple[type[Exception], ...]
-    breaks: tuple[type[Exception], ...]
+    interferences: tuple[type[Exception], ...] = ()
+    breaks: tuple[type[Exception], ...] = ()
 
+    @abstractmethod
     def writer(self) -> Connection:
-        """Connect to write; the tables are there and of this version. Raises StoreError."""
-        ...
+        """Connect to write, and make the tables if there are none. Raises StoreError, also for another version."""
 
+    @abstractmethod
     def reader(self) -> Connection:
         """Connect to read. Raises one of `errors`."""
-        ...
 
+    @abstractmethod
     def maintainer(self) -> Connection:
         """Connect for maintenance; nothing is made. Raises StoreError if nothing is there."""
-        ...
 
-    def lock(self, connection: Connection, name: str) -> None:
-        """Let no other server go on from here with the same `name` until the end of the transaction."""
-        ...
-
-    def tell(self, connection: Connection, topics: frozenset[str]) -> None:
-        """Have other servers told, with the commit, that there is news on these topics."""
-        ...
-
-    def shrink(self, connection: Connection) -> bool:
-        """Give back some of the space that is no longer used, in a transaction; say whether there is more."""
-        ...
-
-    def settle(self) -> bool:
-        """Give back what commits have left behind, outside of any transaction; say no if somebody is in the way.
-
-        Raises one of `errors`.
-        """
-        ...
-
+    @abstractmethod
     def disk_bytes(self, connection: Connection) -> int:
         """Return how much of the disk is taken."""
-        ...
 
-    def free_bytes(self, connection: Connection) -> int:
-        """Return how much of that is free, and given back or used again."""
-        ...
-
+    @abstractmethod
     def version(self, connection: Connection) -> int:
         """Return the version of the tables; 0 if there are none."""
-        ...
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release the database, once all connections are closed."""
+
+    def lock(self, connection: Connection, name: str) -> None:
+        """Keep other servers from taking the lock `name` until the end of the transaction."""
+
+    def tell(self, connection: Connection, topics: frozenset[str]) -> None:
+        """Notify other servers of news on these topics, with the commit."""
 
     def listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
-        """Have `heard` called with the topics that other servers tell of; None: something may have been missed."""
-        ...
+        """Call `heard` with the topics of which other servers notify; None: something may have been missed."""
 
-    def close(self) -> None:
-        """Let go of the database; the connections are closed."""
-        ...
+    def shrink(self, connection: Connection) -> bool:
+        """Give back some of the space that is no longer used, in a transaction; return whether there is more."""
+        return False
+
+    def settle(self) -> bool:
+        """Give back what commits have left behind, outside of any transaction. Raises one of `errors`.
+
+        Returns False if somebody is in the way.
+        """
+        return True
+
+    def free_bytes(self, connection: Connection) -> int:
+        """Return how much of what is taken is free, and given back or used again; 0 if that is not known."""
+        return 0

@@ -1,13 +1,19 @@
-"""Which database a store is in, by how its place is written."""
+"""Open a store by its place, a folder or the address of a database: for a server, or for maintenance beside servers."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TypeVar
 
-from marsupial_service.store.engine import StoreBackend
-from marsupial_service.store.errors import StoreError
+from marsupial_service.store.engine import Connection, StoreBackend, StoreError
 from marsupial_service.store.sqlite import Sqlite
 from marsupial_service.store.store import Store
+from marsupial_service.store.tables import missing
+from marsupial_service.store.transaction import Transaction
+
+T = TypeVar("T")
 
 SCHEMES = ("postgresql://", "postgres://")
 
@@ -32,5 +38,43 @@ def engine_of(place: str | Path, *, maintains: bool = False) -> StoreBackend:
 
 
 def is_shared(place: str | Path) -> bool:
-    """Say whether a place is a database that servers share, and no folder."""
+    """Return whether a place is a database that servers share, and no folder."""
     return str(place).startswith(SCHEMES)
+
+
+class MaintenanceConnection:
+    """A connection to a store that is there. Raises StoreError if it has no tables, or those of another version."""
+
+    def __init__(self, engine: StoreBackend, connection: Connection) -> None:
+        self.engine = engine
+        self.connection = connection
+        if missing(engine.version(connection), engine.place):
+            raise StoreError(f"{engine.place}: the store has no tables yet")
+
+    def read(self, read: Callable[[Connection], T]) -> T:
+        """Run `read` on what is committed at one moment."""
+        self.connection.execute(self.engine.begin_reading)
+        try:
+            return read(self.connection)
+        finally:
+            self.connection.execute("COMMIT")
+
+    def write(self, write: Callable[[Transaction], T]) -> T:
+        """Run `write` in a transaction."""
+        transaction = Transaction(self.engine, self.connection)
+        with transaction.committed():
+            return write(transaction)
+
+
+@contextmanager
+def maintained(place: str | Path) -> Iterator[MaintenanceConnection]:
+    """Give the store of a folder or database that is there. Raises StoreError."""
+    engine = engine_of(place, maintains=True)
+    try:
+        connection = engine.maintainer()
+        try:
+            yield MaintenanceConnection(engine, connection)
+        finally:
+            connection.close()
+    except engine.errors as error:
+        raise StoreError(f"{engine.place}: {error}") from error

@@ -10,7 +10,7 @@ log = logging.getLogger("marsupial.store")
 
 
 class Outage:
-    """Something that works, or does not, as `said`: may be told so by any thread."""
+    """A condition, named `said`, that any thread may report as begun or over."""
 
     def __init__(self, said: str) -> None:
         self._said = said
@@ -18,7 +18,7 @@ class Outage:
         self._since_s: float | None = None
 
     def met(self, reason: str) -> None:
-        """Enter that it does not work."""
+        """Note that it has begun; it is logged once."""
         with self._lock:
             if self._since_s is not None:
                 return
@@ -26,7 +26,7 @@ class Outage:
         log.error(self._said, extra={"reason": reason})
 
     def over(self) -> bool:
-        """Enter that it works; say whether it did not until now."""
+        """Enter that it works; return whether it did not until now."""
         if self._since_s is None:  # nearly always
             return False
         with self._lock:

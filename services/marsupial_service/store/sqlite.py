@@ -1,25 +1,25 @@
 """The embedded database: one SQLite file in a folder that one server has to itself.
 
-Write-ahead log, every commit on disk before it returns (`synchronous=FULL`), foreign keys held. Any process that
-can write to the folder can make the workers run anything, as tasks are kept pickled: it is made for its owner alone.
+Write-ahead log, every commit on disk before it returns (`synchronous=FULL`), foreign keys held. The folder is made for
+its owner alone: it holds maps and keys.
 """
 
 from __future__ import annotations
 
+import fcntl
 import os
 import sqlite3
 import uuid
-from collections.abc import Callable
 from pathlib import Path
 
-from marsupial_service.store import lock, tables
-from marsupial_service.store.engine import Connection
-from marsupial_service.store.errors import StoreError
+from marsupial_service.store import tables
+from marsupial_service.store.engine import Connection, StoreBackend, StoreError, StoreInUse
 
 FILE = "marsupial.sqlite"
 
+# only maintenance writes besides the server: readers hold nobody up with a write-ahead log
 _BUSY_MS = 10_000
-_LONGEST_LOG = 64 << 20
+_LONGEST_LOG = 64 << 20  # bytes, to which the write-ahead log is cut after a checkpoint
 _FREED_PAGES = 500
 """So many are given back in one transaction, in some 10 ms."""
 
@@ -27,7 +27,7 @@ _SLACK = 50
 """One page in so many may be free: it would be taken again soon, and freeing it means moving another."""
 
 
-class Sqlite:
+class Sqlite(StoreBackend):
     """The file in `folder`, which is made if need be. Raises StoreInUse, StoreError.
 
     One that `maintains` opens without creating or locking, also while a server runs.
@@ -35,12 +35,9 @@ class Sqlite:
 
     begin = "BEGIN IMMEDIATE"
     begin_reading = "BEGIN"
-    row_lock = skip_locked = ""
     live = "SELECT id FROM servers"
-    interferences: tuple[type[Exception], ...] = ()  # there are no other servers
-    breaks: tuple[type[Exception], ...] = ()
-    errors: tuple[type[Exception], ...] = (sqlite3.Error,)
-    refusals: tuple[type[Exception], ...] = (sqlite3.IntegrityError, sqlite3.ProgrammingError)
+    errors = (sqlite3.Error,)
+    refusals = (sqlite3.IntegrityError, sqlite3.ProgrammingError)
 
     def __init__(self, folder: Path, *, maintains: bool = False) -> None:
         self.path = folder / FILE
@@ -53,13 +50,9 @@ class Sqlite:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
             raise StoreError(f"{folder}: {error.strerror}") from error
-        self._lock = lock.take(folder / "lock")
+        self._lock = lock_folder(folder / "lock")
 
     def writer(self) -> sqlite3.Connection:
-        """Open the file, made with its tables if it isn't there, for the one thread that writes.
-
-        Raises StoreError if it can't be opened or made, or is of another version.
-        """
         try:
             self._keep_private()
             connection = self._open()
@@ -73,28 +66,16 @@ class Sqlite:
         return connection
 
     def reader(self) -> sqlite3.Connection:
-        """Open the file, which is there, for a thread that reads."""
         connection = self._open()
         connection.execute("PRAGMA query_only = ON")
         return connection
 
     def maintainer(self) -> sqlite3.Connection:
-        """Open the file, which servers may use meanwhile. Raises StoreError if it isn't there."""
         if not self.path.exists():
             raise StoreError(f"{self.path.parent}: there is no store in it")
         return self._open()
 
-    def lock(self, connection: Connection, name: str) -> None:
-        """Do nothing: there are no others."""
-
-    def tell(self, connection: Connection, topics: frozenset[str]) -> None:
-        """Do nothing: there are no others."""
-
-    def listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
-        """Do nothing: there are no others."""
-
     def shrink(self, connection: Connection) -> bool:
-        """Give some free pages back; a few are left for what is written next."""
         (pages,) = connection.execute("PRAGMA page_count").fetchone()
         (free,) = connection.execute("PRAGMA freelist_count").fetchone()
         excess: int = free - pages // _SLACK
@@ -103,7 +84,7 @@ class Sqlite:
         return excess > 0
 
     def settle(self) -> bool:
-        """Put the write-ahead log into the file, which is cut to its length then, and empty it."""
+        # puts the write-ahead log into the file, which is cut to its length then, and empties it
         connection = self._open()
         try:
             connection.execute("PRAGMA busy_timeout = 0")  # it can't be emptied while somebody reads
@@ -113,30 +94,24 @@ class Sqlite:
             connection.close()
 
     def disk_bytes(self, connection: Connection) -> int:
-        """Return the size of the file and its write-ahead log."""
         files = (self.path, self.path.with_name(f"{FILE}-wal"))
         return sum(file.stat().st_size for file in files if file.exists())
 
     def free_bytes(self, connection: Connection) -> int:
-        """Return the size of the free pages."""
         free, page = (connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("freelist_count", "page_size"))
         return int(free * page)
 
     def version(self, connection: Connection) -> int:
-        """Return the version of the tables."""
         version: int = connection.execute("PRAGMA user_version").fetchone()[0]
         return version
 
     def close(self) -> None:
-        """Let go of the folder."""
         if self._lock is not None:
             os.close(self._lock)
 
     def _keep_private(self) -> None:
-        """Make the file for its owner alone, whatever the folder and the umask allow: it holds maps and keys.
-
-        SQLite gives the write-ahead log and its index the mode of the file.
-        """
+        """Make the file for its owner alone, whatever the folder and the umask allow: it holds maps and keys."""
+        # SQLite gives the write-ahead log and its index the mode of the file
         try:
             os.close(os.open(self.path, os.O_CREAT | os.O_WRONLY, 0o600))
             for file in self.path.parent.glob(f"{FILE}*"):
@@ -163,3 +138,20 @@ class Sqlite:
             connection.executescript(f"BEGIN IMMEDIATE;{script}PRAGMA user_version = {tables.VERSION};COMMIT;")
         connection.execute("DELETE FROM servers WHERE id != ?", (self.server,))
         connection.execute("INSERT INTO servers VALUES (?, 0) ON CONFLICT DO NOTHING", (self.server,))
+
+
+def lock_folder(path: Path) -> int:
+    """Lock the file at `path`, made if need be, and return its descriptor (closing unlocks). Raises StoreInUse."""
+    try:
+        fd = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+    except OSError as error:
+        raise StoreError(f"{path}: {error.strerror}") from error
+    try:
+        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        holder = os.read(fd, 32).decode(errors="replace").strip() or "unknown"
+        os.close(fd)
+        raise StoreInUse(f"{path.parent} is in use by another server (process {holder})") from None
+    os.ftruncate(fd, 0)
+    os.write(fd, f"{os.getpid()}\n".encode())
+    return fd

@@ -9,19 +9,19 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any, TypeVar
 
-from marsupial_service.store.engine import Connection, StoreBackend
-from marsupial_service.store.errors import StoreError
+from marsupial_service.store.engine import Connection, StoreBackend, StoreError
 from marsupial_service.store.failpoints import failpoints
 from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 from marsupial_service.store.writer import Writer
 
+# a long read leaves one thread to the short ones
 _READERS = 2
 
 T = TypeVar("T")
 
 Listener = Callable[[frozenset[str] | None], None]
-"""Is told on which topics there is news; None where there may be on any."""
+"""Receives the topics with news; None where there may be news on any."""
 
 
 class Store:
@@ -63,7 +63,7 @@ class Store:
             raise StoreError("the store is closed", "the service is ending") from error
 
     def settle(self) -> bool:
-        """Give back what commits have left behind on the disk; say whether that was done, or somebody is in the way."""
+        """Give back what commits have left behind on the disk; return False if somebody is in the way."""
         with suppress(*self._engine.errors):
             return self._engine.settle()
         return False
@@ -73,7 +73,7 @@ class Store:
         return self.read(self._engine.disk_bytes)
 
     def listen(self, listener: Listener) -> None:
-        """Have `listener` called, by whatever thread, after every commit of any server that has news."""
+        """Call `listener`, in any thread, after every commit of any server that has news."""
         self._listeners.append(listener)
 
     def close(self) -> None:

@@ -12,7 +12,7 @@ They are written in the SQL of SQLite; `postgres` translates what PostgreSQL say
 
 from __future__ import annotations
 
-from marsupial_service.store.errors import StoreError
+from marsupial_service.store.engine import StoreError
 
 ROW_BYTES = 40
 """What a row takes besides its contents, in what is counted as `bytes` of an entry."""
@@ -91,7 +91,6 @@ CREATE TABLE events (
 ) STRICT, WITHOUT ROWID;
 CREATE TABLE payloads (
     job INTEGER PRIMARY KEY REFERENCES jobs (number) ON DELETE CASCADE,
-    task BLOB,
     source BLOB NOT NULL,
     situation TEXT,
     places TEXT

@@ -15,7 +15,7 @@ class Transaction:
     Attributes
     ----------
     news
-        The topics whose followers are to be told after the commit.
+        The topics whose subscribers are notified after the commit.
     undone
         Called if nothing of the transaction is stored.
     server
@@ -52,6 +52,7 @@ class Transaction:
             is_ending = True
             connection.execute("COMMIT")
         except BaseException as error:
+            # before the rollback: if that fails as well, caches must not keep what was not stored
             for undone in self.undone:
                 undone()
             try:
@@ -75,5 +76,9 @@ class Transaction:
         self._engine.lock(self._connection, name)
 
     def shrink(self) -> bool:
-        """Give back some of the space that is no longer used; say whether there is more."""
+        """Give back some of the space that is no longer used; return whether there is more."""
         return self._engine.shrink(self._connection)
+
+
+StoreReader = Connection | Transaction
+"""What reads: a connection, or a transaction under way."""

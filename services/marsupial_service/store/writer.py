@@ -38,11 +38,11 @@ from functools import partial
 from typing import Any
 
 from marsupial_service.store import failpoints
-from marsupial_service.store.engine import Connection, StoreBackend
-from marsupial_service.store.errors import StoreError
+from marsupial_service.store.engine import Connection, StoreBackend, StoreError
 from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 
+# if a commit fails, all of its group fails
 _LARGEST_GROUP = 256
 _MOST_TRIES = 20
 _TRYING_S = 8.0
@@ -102,7 +102,7 @@ class Writer:
         self._thread.start()
 
     def write(self, write: Callable[[Transaction], Any]) -> Future[Any]:
-        """Have `write` done; its result comes after its commit. Raises StoreError as `Store.write` says."""
+        """Queue `write`; its result comes after its commit. Raises StoreError as `Store.write` says."""
         request = WriteRequest(write)
         with self._lock:
             if self._closed:

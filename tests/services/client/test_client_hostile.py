@@ -19,7 +19,7 @@ from undisturbed import STEPS, LogLines, undisturbed
 from marsupial.generators.builtin import builtin_scenario
 from marsupial_client import AsyncClient, Client, http
 from marsupial_client.mission_documents import Brief, News
-from marsupial_service.simulation.client import simulate_by
+from marsupial_service.simulation import simulate_by
 
 REPORTS, EVENTS = 200, 50
 

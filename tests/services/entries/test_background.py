@@ -11,7 +11,7 @@ import pytest
 from entry_house import opened, settings_of
 from mission_house import Driver, open_missions, run, started, team
 from patience import HANG_S
-from situations import one_room
+from situations import job_source, one_room
 from undisturbed import undisturbed
 
 from marsupial.model.planning import Budget
@@ -70,7 +70,7 @@ def test_a_task_that_fails_starts_again_and_is_logged_once_in_a_while(caplog: py
 
 def test_a_slot_that_meets_something_unforeseen_goes_on(tmp_path: Path) -> None:
     failed: list[str] = []
-    wanted = PackedRequest.of(planner="greedy", budget=Budget(steps=1), task=one_room(), digest=b"", source={})
+    wanted = PackedRequest.of(planner="greedy", budget=Budget(steps=1), digest=b"", source=job_source(one_room()))
     settings = settings_of(JobSettings, slots=1, failed=failed.append)
 
     async def plan() -> bool:

@@ -11,7 +11,7 @@ import pytest
 from entry_house import followed, opened, settings_of
 from mission_house import Driver, open_missions, run, started, team
 from patience import HANG_S
-from situations import one_room
+from situations import job_source, one_room
 from undisturbed import undisturbed
 
 from marsupial.model.planning import Budget
@@ -48,7 +48,7 @@ class QuotaHouse:
 
     def add(self, job: str, now_ms: int, owner: str = "me", **budget: float) -> None:
         asked = Budget(**(budget or {"seconds": 10.0}))  # type: ignore[arg-type]
-        wanted = PackedRequest(planner="greedy", budget=asked, digest=b"", task=b"", source=b"")
+        wanted = PackedRequest(planner="greedy", budget=asked, digest=b"", source=b"")
         new = table.NewJob(id=job, owner=owner, key=None, digest=b"", request=wanted)
         self.do(lambda tx: table.insert(tx, new, SETTINGS, now_ms, quota=QUOTA))
 
@@ -157,7 +157,7 @@ def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) ->
     async def left_s() -> float:
         async with opened(place, jobs_of) as jobs:
             budget = Budget(seconds=0.001)
-            asked = PackedRequest.of(planner="greedy", budget=budget, task=one_room(), digest=b"", source={})
+            asked = PackedRequest.of(planner="greedy", budget=budget, digest=b"", source=job_source(one_room()))
             for job in [(await jobs.submit(asked, owner="me")).record.id for _ in range(5)]:
                 await jobs.wait(job, 60)
             return (await jobs.left_s())["me"]
@@ -212,7 +212,7 @@ def test_it_holds_after_a_restart(place: str) -> None:
 
     def wanted(seconds: float) -> PackedRequest:
         return PackedRequest.of(
-            planner="greedy", budget=Budget(seconds=seconds), task=one_room(), digest=b"", source={"planner": "greedy"}
+            planner="greedy", budget=Budget(seconds=seconds), digest=b"", source=job_source(one_room())
         )
 
     async def work() -> None:

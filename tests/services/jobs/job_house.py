@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import sys
 from contextlib import AbstractAsyncContextManager
+from dataclasses import dataclass
 from pathlib import Path
 
 from entry_house import followed, opened, settings_of
 from patience import HANG_S, awaited
 from situations import one_room
+from strange_tasks import Ordinary, do_strange_tasks, source_of
 
+from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.processes.runner import LOCAL, Runner
-from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.entries.documents import plan_of
 from marsupial_service.entries.records import EventRecord
 from marsupial_service.jobs.records import JobRecord, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 
 SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
 """The external planner of `slow_planner.py`; the name of the file it waits for is to be added."""
+
+
+do_strange_tasks()
 
 
 def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> AbstractAsyncContextManager[Jobs]:
@@ -30,7 +37,7 @@ def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> 
 
 
 def request(
-    task: Situation | MapState | None = None,
+    task: Situation | Ordinary | None = None,
     planner: str = "greedy",
     *,
     seconds: float | None = HANG_S,
@@ -38,13 +45,7 @@ def request(
     digest: bytes = b"same",
 ) -> PackedRequest:
     budget = Budget(seconds=seconds) if steps is None else Budget(steps=steps)
-    return PackedRequest.of(
-        planner=planner,
-        budget=budget,
-        task=one_room() if task is None else task,
-        digest=digest,
-        source={"planner": planner},
-    )
+    return PackedRequest.of(planner=planner, budget=budget, digest=digest, source=source_of(task or one_room()))
 
 
 async def submit(jobs: Jobs, wanted: PackedRequest | None = None) -> str:
@@ -59,6 +60,21 @@ async def ended(jobs: Jobs, job: str) -> JobRecord:
     return record
 
 
+@dataclass(frozen=True)
+class StoredPlan:
+    revision: int
+    plan: Plan
+    makespan_ms: int
+    ipc: str
+
+
+async def plans_of(jobs: Jobs, job: str) -> list[StoredPlan]:
+    """Return every revision of a job's plan, the first one first."""
+    count = (await jobs.of("me", job)).plans
+    found = [json.loads(await jobs.plan_text(job, revision)) for revision in range(1, count + 1)]
+    return [StoredPlan(one["revision"], plan_of(one["actions"]), one["makespan_ms"], one["ipc"]) for one in found]
+
+
 async def told(jobs: Jobs, job: str, after: int = 0) -> list[EventRecord]:
     async with asyncio.timeout(HANG_S):
         return [event async for event in followed(jobs, job, after)]
@@ -68,6 +84,6 @@ async def planned(jobs: Jobs, job: str, revision: int = 1) -> None:
     """Wait until a job has that revision."""
 
     async def is_there() -> bool:
-        return len(await jobs.plans(job)) >= revision
+        return (await jobs.of("me", job)).plans >= revision
 
     await awaited(is_there, f"revision {revision} of {job}")

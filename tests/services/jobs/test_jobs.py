@@ -9,11 +9,11 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from job_house import SLOW, ended, open_jobs, planned, request, submit, told
+from job_house import SLOW, ended, open_jobs, planned, plans_of, request, submit, told
 from launcher_tree import is_gone, nothing_runs
 from patience import HANG_S
 from situations import many_rooms, one_hall, one_room, out_of_reach
-from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in
+from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in, source_of
 
 from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_json
@@ -63,7 +63,7 @@ def test_revisions_improve_strictly_are_valid_and_are_what_events_told(place: st
         async with open_jobs(place) as jobs:
             job = await submit(jobs, request(situation, "anytime", seconds=None, steps=300))
             events = await told(jobs, job)
-            plans = await jobs.plans(job)
+            plans = await plans_of(jobs, job)
             assert len(plans) > 1
             assert all(check(situation, record.plan).valid for record in plans)
             scores = [MAKESPAN.value(situation, record.plan) for record in plans]
@@ -123,7 +123,8 @@ def test_the_same_key_gives_the_same_job_and_another_request_is_refused(place: s
 def test_ten_times_the_queue_is_refused_and_takes_no_memory(place: str, tmp_path: Path) -> None:
     async def run() -> tuple[int, int]:
         async with open_jobs(place, queue=4) as jobs:
-            wanted = replace(request(Waits(tmp_path)), source=bytes(MIB))
+            wanted = request(Waits(tmp_path))
+            wanted = replace(wanted, source=wanted.source + bytes(MIB))
             first = await submit(jobs, wanted)
             await pid_in(tmp_path)
             tracemalloc.start()
@@ -214,7 +215,7 @@ def test_a_cancelled_job_keeps_its_best_plan(place: str, tmp_path: Path) -> None
             await planned(jobs, job)
             cancelled = await jobs.cancel(job)
             assert cancelled.outcome is JobOutcome.CANCELLED
-            best = (await jobs.plans(job))[-1]
+            best = (await plans_of(jobs, job))[-1]
             assert best.makespan_ms == cancelled.makespan_ms
             assert check(one_room(), best.plan).valid
             assert (await told(jobs, job))[-1].type is JobEventType.END
@@ -279,7 +280,7 @@ def test_a_map_is_analysed_by_the_worker_and_what_it_found_is_kept(place: str) -
             ready = await submit(jobs)
             await ended(jobs, ready)
             assert await jobs.analysis(ready) is None
-            assert json.loads(await jobs.source(ready) or "") == {"planner": "greedy"}
+            assert json.loads(await jobs.source(ready) or "") == source_of(one_room())
 
     asyncio.run(run())
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from job_house import SLOW, ended, open_jobs, planned, request, submit, told
+from job_house import SLOW, ended, open_jobs, planned, plans_of, request, submit, told
 from launcher_tree import below_launcher, is_alive, nothing_runs
 from patience import until
 from situations import one_room
@@ -137,7 +137,7 @@ def test_a_running_job_goes_on_from_its_best_plan_after_the_server_was_killed(tm
             await planned(jobs, job, 2)
             done = await jobs.cancel(job)
             assert (done.attempts, done.plans) == (2, 2)
-            first, second = await jobs.plans(job)
+            first, second = await plans_of(jobs, job)
             assert first.makespan_ms > second.makespan_ms
             assert all(check(one_room(), record.plan).valid for record in (first, second))
             types = [event.type for event in await told(jobs, job)]

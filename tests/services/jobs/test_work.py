@@ -1,19 +1,22 @@
 from __future__ import annotations
 
+import json
+import zlib
 from dataclasses import replace
 
 import pytest
-from situations import one_room
+from situations import job_source, one_room
 
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Finished, Improved, Outcome
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial_service.examples.demos import tiny
-from marsupial_service.jobs.records import Closed, Found
-from marsupial_service.jobs.work import PLANNERS, told
+from marsupial_service.jobs.records import Closed, Found, WorkerTask
+from marsupial_service.jobs.work import PLANNERS, solve, told
 from marsupial_service.schemas.words import JobOutcome
+from marsupial_service.settings import ServiceLimits
 
 GOOD, _ = serve(one_room())
 SHIFTED = Plan(actions=tuple(replace(action, start_ms=action.start_ms + 500) for action in GOOD.actions))
@@ -60,3 +63,23 @@ def test_the_planners_that_are_warmed_up_are_known_and_have_something_to_do() ->
     plan, left = serve(tiny())
     assert not left
     assert check(tiny(), plan).valid
+
+
+def work_on(source: dict[str, object], **limits: int) -> list[object]:
+    packed = zlib.compress(json.dumps(source).encode())
+    asked = WorkerTask(source=packed, limits=ServiceLimits(**limits), engine="greedy", budget=Budget(steps=1))
+    return list(solve(asked))
+
+
+def test_the_worker_reads_what_was_sent() -> None:
+    *found, closed = work_on(job_source(one_room()))
+    assert [type(one) for one in found] == [Found]
+    assert isinstance(closed, Closed)
+    assert closed.outcome is JobOutcome.SATISFICING
+
+
+def test_a_job_that_is_larger_than_limits_that_were_lowered_ends_and_says_why() -> None:
+    (closed,) = work_on(job_source(one_room()), places=1)
+    assert isinstance(closed, Closed)
+    assert closed.outcome is JobOutcome.INVALID_INPUT
+    assert "more than the limit of 1" in closed.detail

@@ -1,21 +1,90 @@
-"""Reports as they are stored."""
+"""Briefs and inputs as they are stored."""
 
 from __future__ import annotations
 
-import pickle
+from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
+import pytest
+from mission_house import brief
 
+from marsupial.model.grid import Cell
+from marsupial.model.robots import EnergyModel
 from marsupial_service.missions.frames import MissionFrame
-from marsupial_service.missions.values import MissionReport
+from marsupial_service.missions.kept import brief_in, brief_text, input_in, input_text
+from marsupial_service.missions.values import Control, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
 
 
-def test_a_report_comes_out_of_the_store_as_it_went_in_and_a_map_takes_little_of_it() -> None:
+def plain(value: Any) -> Any:
+    """Return the fields of a value that has arrays in it, so that two can be compared."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, MissionBrief | MissionReport | RobotSimulation) or hasattr(value, "cells"):
+        return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
+    return value
+
+
+STORED = b"""\
+{"n":3,"t_ms":7,"revealed":[["c",[4,2,1]]],"finished":[4],"failed":[[5,"stuck"]],"lost":[["r","battery"]],"robot":"c",\
+"robots":[["c",[1,2],null,0.5,20],["r",null,9,null,null]],"frame":[-1,0,10,20]}"""
+REPORT = MissionReport(
+    n=3,
+    t_ms=7,
+    revealed=(("c", (4, 2, 1)),),
+    finished=(4,),
+    failed=((5, "stuck"),),
+    lost=(("r", "battery"),),
+    robot="c",
+    robots=(
+        RobotUpdate(name="c", cell=Cell(1, 2), distance_m=0.5, driving_ms=20),
+        RobotUpdate(name="r", free_at_ms=9),
+    ),
+    frame=MissionFrame(-1, 0, 10, 20),
+)
+
+
+def test_a_report_is_stored_as_json_whatever_its_classes_are_called() -> None:
+    assert input_text(REPORT) == STORED
+    assert plain(input_in(STORED)) == plain(REPORT)
+
+
+def test_a_report_that_says_nothing_takes_nothing() -> None:
+    report = MissionReport(n=3, t_ms=7)
+    assert input_text(report) == b'{"n":3,"t_ms":7}'
+    assert plain(input_in(b'{"n":3,"t_ms":7}')) == plain(report)
+
+
+@pytest.mark.parametrize("control", Control)
+def test_a_control_is_stored_as_json(control: Control) -> None:
+    assert input_text(control) == f'{{"control":"{control}"}}'.encode()
+    assert input_in(input_text(control)) is control
+
+
+def test_a_map_comes_out_of_the_store_as_it_went_in_and_takes_little_of_it() -> None:
     cells = np.full((1000, 1000), 255, dtype=np.uint8)
     cells[200:700, 100:900] = 1
-    report = MissionReport(n=3, t_ms=7, map=cells, robot="c", frame=MissionFrame(-1, 0, 1000, 1000))
-    kept = pickle.dumps(report)
-    again = pickle.loads(kept)
-    assert (again.n, again.t_ms, again.robot, again.frame) == (3, 7, "c", report.frame)
+    report = MissionReport(n=3, t_ms=7, map=cells)
+    kept = input_text(report)
+    again = input_in(kept)
+    assert isinstance(again, MissionReport)
     assert np.array_equal(again.map, cells)
     assert len(kept) < 20_000
+
+
+def test_a_brief_comes_out_of_the_store_as_it_went_in() -> None:
+    sent = brief()
+    cells = sent.grid.cells.copy()
+    cells[3, 4:9] = 1
+    known = replace(sent, grid=replace(sent.grid, cells=cells))
+    for one in (sent, replace(known, reachable=None, engine="cmd:x")):
+        assert plain(brief_in(brief_text(one))) == plain(one)
+    simulated = replace(known, simulation=RobotSimulation(truth=cells, speed=None, warnings=("small",)))
+    assert plain(brief_in(brief_text(simulated))) == plain(simulated)
+
+
+def test_all_processes_of_a_mission_write_the_same_numbers() -> None:
+    energy = EnergyModel(idle_w=20)  # as it is made where a client leaves the other fields out
+    sent = replace(brief(), kinds=tuple(replace(kind, energy=energy) for kind in brief().kinds))
+    first = brief_in(brief_text(sent))
+    assert brief_text(brief_in(brief_text(first))) == brief_text(first)

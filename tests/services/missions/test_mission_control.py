@@ -17,10 +17,10 @@ from marsupial.formats.missionlog import parse_log
 from marsupial.formats.triggers import trigger_text
 from marsupial.model.mission import Changed, MissionEnded, MissionStarted, Planned, RobotLost, Status
 from marsupial.model.runs import cells_in, known_runs
+from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.state import ReportConflict
 from marsupial_service.missions.values import Control
 from marsupial_service.schemas.words import MissionPhase
-from marsupial_service.simulation.team import SimulatedTeam
 
 
 def commands_of(driver: Driver) -> Iterator[dict[str, Any]]:

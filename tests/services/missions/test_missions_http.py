@@ -27,7 +27,7 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import Summary
 from marsupial.model.mission import Status
 from marsupial_client import Client
-from marsupial_service.simulation.client import simulate_by
+from marsupial_service.simulation import simulate_by
 
 
 @pytest.fixture(scope="module")

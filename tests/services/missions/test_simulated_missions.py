@@ -21,17 +21,16 @@ from marsupial_service.missions.driver import CATCH_UP_S, MissionClock
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.state import ReportConflict
-from marsupial_service.missions.values import Control, MissionReport
+from marsupial_service.missions.values import Control, MissionBrief, MissionReport
 from marsupial_service.schemas.simulations import SimulationBody
 from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.settings import ServiceLimits
-from marsupial_service.simulation.team import SimulatedBrief
 
 LOBBY = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}}
 SLOW = {**LOBBY, "speed": 0.5}
 
 
-def brief(document: dict[str, Any]) -> SimulatedBrief:
+def brief(document: dict[str, Any]) -> MissionBrief:
     body = SimulationBody.model_validate(document)
     found, _ = simulation_of(body, Digested(document, b"same"), ServiceLimits(), {})
     return found

@@ -9,7 +9,7 @@ from pathlib import Path
 from entry_house import settings_of
 from mission_house import Driver, run, started, team
 from patience import HANG_S
-from situations import many_rooms
+from situations import job_source, many_rooms
 
 from marsupial.model.planning import Budget
 from marsupial.processes.jobs import Job
@@ -26,9 +26,8 @@ from marsupial_service.store import open_store
 WANTED = PackedRequest.of(
     planner="anytime",
     budget=Budget(seconds=3.0),
-    task=many_rooms(2, 1, 6, 3),
     digest=b"",
-    source={"planner": "anytime"},
+    source=job_source(many_rooms(2, 1, 6, 3)),
 )
 
 
@@ -68,7 +67,7 @@ def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_job_goe
             await jobs.start()
             await missions.start()
             job = (await jobs.submit(WANTED, owner="me")).record.id
-            while not await jobs.plans(job):
+            while not (await jobs.of("me", job)).plans:
                 await asyncio.sleep(0.02)
             record = await started(missions)
             assert await Driver(team()).drive(missions, record)

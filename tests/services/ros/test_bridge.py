@@ -102,7 +102,7 @@ def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next_one(s
     async def story(ros: FakeRos, talk: Talk) -> None:
         bridge, client = talk.bridge(server, ros, tmp_path, state)
         first = asyncio.ensure_future(drive(bridge, client))
-        await until(lambda: bridge._fleet.pending)
+        await until(lambda: bridge._fleet.gathered.any)
         bridge._keep()  # as it does when something else is told just then
         assert json.loads(state.read_text())["gathered"]["finished"]
         first.cancel()

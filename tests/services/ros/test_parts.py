@@ -323,7 +323,7 @@ def talk(*sent: str | bytes, times: int = 1) -> tuple[Listener, list[dict[str, A
     async def run() -> None:
         async with serve(client, "127.0.0.1", 0) as server:
             url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}"
-            work = asyncio.ensure_future(Rosbridge(url, [Subscription("/a", "b", "none", 5)], listener).run())
+            work = asyncio.ensure_future(Rosbridge(url, [Subscription("/a", "b")], listener).run())
             while len([text for text in listener.told if text == "closed by rosbridge"]) < times:
                 await asyncio.sleep(0.01)
             work.cancel()
@@ -342,7 +342,6 @@ def test_a_connection_comes_back_and_subscribes_again() -> None:
         "topic": "/a",
         "type": "b",
         "compression": "none",
-        "throttle_rate": 5,
     }
     assert asked[:2] == [one, one]
 

@@ -16,7 +16,7 @@ from patience import HANG_S, until
 from marsupial_service.store import Store, Transaction, open_store
 from marsupial_service.store import postgres as postgres_store
 from marsupial_service.store.engine import Connection
-from marsupial_service.store.maintenance import maintained
+from marsupial_service.store.opening import maintained
 
 
 @pytest.fixture

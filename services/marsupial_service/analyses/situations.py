@@ -10,11 +10,11 @@ from marsupial.errors import InputError, PlanTextError, Problem, SituationError
 from marsupial.formats.fields import Notes
 from marsupial.formats.pddl.plansteps import Reading
 from marsupial.formats.pddl.plantext import read_plan
-from marsupial.formats.situation import check_places, travel_tables
+from marsupial.formats.situation import situation_of_parts
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation, SituationGoal
-from marsupial_service.intake.counts import check_count
+from marsupial_service.problems import check_count
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 from marsupial_service.schemas.situations import SituationBody
 from marsupial_service.settings import ServiceLimits
@@ -32,26 +32,15 @@ def situation_of(body: SituationBody, limits: ServiceLimits) -> Situation:
     """
     count = len(body.meetings) + len(body.homes) + len(body.targets)
     check_count("/situation/meetings", count, limits.places, "places")
-    notes = Notes("situation")
-    starts = [robot.place for robot in body.robots if robot.place is not None]
-    places = [*starts, *(target.name for target in body.targets), *body.meetings, *body.homes]
-    if body.places is not None:
-        check_places(body.places, places, notes)
-    tables = travel_tables(body.travel_ms, body.types, len(places), notes.below("travel_ms"))
-    notes.check(SituationError)
+    notes, situation = Notes("situation"), None
+    lists = {name: tuple(getattr(body, name)) for name in ("types", "robots", "targets", "meetings", "homes")}
     try:
-        return Situation(
-            types=tuple(body.types),
-            robots=tuple(body.robots),
-            targets=tuple(body.targets),
-            meetings=tuple(body.meetings),
-            homes=tuple(body.homes),
-            travel_ms=tables,
-            goal=body.goal or SituationGoal(),
-        )
+        situation = situation_of_parts(notes, body.travel_ms, body.places, goal=body.goal or SituationGoal(), **lists)
     except SituationError as error:
         notes.take(error)
-        raise SituationError(notes.problems) from error
+    notes.check(SituationError)
+    assert situation is not None
+    return situation
 
 
 def budget_of(budget: Budget | None, limits: ServiceLimits, default_s: float) -> Budget:

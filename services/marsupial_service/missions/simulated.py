@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, replace
 from typing import Any
 
 from marsupial.formats.scenario.write import terrain_fields, type_fields
@@ -12,7 +11,7 @@ from marsupial.mission.runs import runs_of
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget
-from marsupial.model.robots import RobotType, Role
+from marsupial.model.robots import RobotType
 from marsupial.model.runs import known_runs
 from marsupial.model.scenario import Scenario
 from marsupial.model.world import RobotReport
@@ -23,10 +22,7 @@ from marsupial_service.missions.values import MissionBrief, MissionReport, Robot
 class SimulatedTeam:
     """A simulated world that takes commands and gives reports, both as JSON.
 
-    Attributes
-    ----------
-    paused
-        Whether the mission is; then time goes on only as long as a robot is busy.
+    While the mission is `paused`, time goes on only as long as a robot is busy.
     """
 
     def __init__(
@@ -119,33 +115,12 @@ def _document(report: MissionReport) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SimulatedBrief(MissionBrief):
-    """The brief of a mission whose robots the service simulates.
-
-    Parameters
-    ----------
-    truth
-        The real map.
-    speed
-        Seconds of mission time to a second on the clock; None: as fast as planning allows.
-    warnings
-        What is odd about the map.
-    """
-
-    truth: Grid
-    speed: float | None = None
-    warnings: tuple[str, ...] = ()
-
-    def simulation(self) -> dict[str, object]:
-        """Return how the robots are simulated, ready for JSON."""
-        roles = Counter(next(kind.role for kind in self.kinds if kind.name == robot.type) for robot in self.robots)
-        team = {"carriers": roles[Role.CARRIER], "rovers": roles[Role.ROVER]}
-        return {"speed": self.speed, "seed": self.seed, **team, "warnings": self.warnings}
-
-    def simulated_robots(self) -> SimulatedTeam:
-        """Return the robots; a process that takes the place of another one has them do the same again."""
-        return SimulatedTeam(self.truth, {kind.name: kind for kind in self.kinds}, self.robots)
+def simulated_team(brief: MissionBrief) -> SimulatedTeam | None:
+    """Return the robots that the service simulates, if it does; in every process of the mission they do the same."""
+    if brief.simulation is None:
+        return None
+    truth = replace(brief.grid, cells=brief.simulation.truth)
+    return SimulatedTeam(truth, {kind.name: kind for kind in brief.kinds}, brief.robots)
 
 
 def mission_document(

@@ -1,6 +1,7 @@
-"""From the body of a map state, whose shape is known to be right, to a `MapState`.
+"""Map states: what a planner is asked about before the map is analysed, and how they are made of bodies.
 
-Maps mean what they mean in scenario files. The size in an image's header is looked at before the image is decoded.
+The shape of a body is known to be right. Maps mean what they mean in scenario files. The size in an image's header is
+looked at before the image is decoded.
 """
 
 from __future__ import annotations
@@ -8,8 +9,9 @@ from __future__ import annotations
 import base64
 import binascii
 import math
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from marsupial.errors import MapError, ScenarioError
@@ -20,16 +22,68 @@ from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, header_of
 from marsupial.formats.mapfiles.terrain_mask import apply_mask
 from marsupial.formats.scenario import is_scenario_text
 from marsupial.formats.scenario.map import drawn_cells, mask_codes
-from marsupial.model.grid import Grid, Terrain
-from marsupial.model.situation import SituationGoal
+from marsupial.maps.survey import Survey, Surveyor
+from marsupial.maps.territory import Territory
+from marsupial.model.grid import Cell, Grid, Terrain
+from marsupial.model.mission import MapMeeting
+from marsupial.model.robots import RobotType
+from marsupial.model.scenario import Goal
+from marsupial.model.situation import Situation, SituationGoal
 from marsupial.model.sizes import Extent
-from marsupial_service.analyses.mapstate import MapState
-from marsupial_service.intake.counts import check_count
-from marsupial_service.intake.team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
+from marsupial.model.world import RobotReport
+from marsupial_service.analyses.team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
+from marsupial_service.problems import check_count
 from marsupial_service.schemas.mapstates import ImageMapBody, MapBody, MapStateBody, MaskBody, Nav2MapBody, RowsMapBody
 from marsupial_service.settings import ServiceLimits
 
 _SCENARIO = "this is a marsupial scenario, not a map.yaml; use `marsupial run FILE --server URL`"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MapState:
+    """The known map, the robots on it, and what is asked.
+
+    Parameters
+    ----------
+    robots
+        Where they are free next, with the time until then.
+    homes
+        Where each carrier has to end if the goal asks for it.
+    meetings
+        Meeting points in use.
+    """
+
+    grid: Grid
+    kinds: tuple[RobotType, ...]
+    robots: tuple[RobotReport, ...]
+    homes: Mapping[str, Cell]
+    meetings: tuple[MapMeeting, ...]
+    goal: SituationGoal
+    _surveyed: list[Survey] = field(default_factory=list, init=False, repr=False)
+
+    def survey(self) -> Survey:
+        """Return the situation, and what its places are on the map; the map is analysed once."""
+        if not self._surveyed:
+            goal = Goal(recover_rovers=self.goal.recover_rovers, return_home=self.goal.return_home)
+            surveyor = Surveyor(Territory(self.grid, self.kinds), self.homes, goal)
+            survey = surveyor.survey(self.robots, 0, self.meetings)
+            # a mission asks for exploring alone while targets are left; here the goal is what was sent
+            self._surveyed.append(replace(survey, situation=replace(survey.situation, goal=self.goal)))
+        return self._surveyed[0]
+
+    def situation(self) -> Situation:
+        """Return what the planner is asked."""
+        return self.survey().situation
+
+    def places(self) -> Mapping[str, object]:
+        """Return every place with its cell, and the centre of that in metres, for each robot type that can use it."""
+        return {
+            name: {
+                kind: {"cell": [cell.x, cell.y], "point_m": list(self.grid.centre_m(cell))}
+                for kind, cell in sorted(poses.items())
+            }
+            for name, poses in self.survey().poses.items()
+        }
 
 
 def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:

@@ -1,0 +1,147 @@
+"""How briefs and inputs are stored: as JSON that names no class, so that renaming one breaks no stored mission.
+
+A brief is two lines: the first line of the mission's log (`marsupial.formats.loglines`), and what that doesn't say. An
+input is one object. Fields of a report that say nothing are left out, and a robot is a list, as most of what is stored
+is robots of reports:
+
+    {"n":7,"t_ms":900,"revealed":[["rover1",[812,3,1]]],"robots":[["rover1",[12,7],1500,3.25,900]],"finished":[4]}
+    {"control":"pause"}
+
+Cells are runs (`marsupial.model.runs`). The version of the tables (`marsupial_service.store.tables`) is that of these
+texts too. A process that takes over a mission must come to the same events as the one before, so it has to begin with
+the same brief to the last bit. Therefore each of them, also the first, begins with a brief that was read from its text.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Any
+
+import numpy as np
+from pydantic_core import from_json, to_json
+
+from marsupial.formats.loglines import LogDecoder, LogEncoder
+from marsupial.model.grid import UNKNOWN, Cell, Grid
+from marsupial.model.mission import MissionStarted
+from marsupial.model.planning import Budget
+from marsupial.model.runs import drawn, known_runs
+from marsupial.model.scenario import MissionLimits, PlanningTime
+from marsupial_service.entries.documents import line
+from marsupial_service.missions.frames import MissionFrame
+from marsupial_service.missions.values import (
+    Control,
+    Input,
+    MissionBrief,
+    MissionReport,
+    RobotSimulation,
+    RobotUpdate,
+)
+
+_SAID_IF_ANY = ("revealed", "finished", "failed", "lost", "robot")
+"""Fields of a report that are stored as they are, if they say anything."""
+
+
+def brief_text(brief: MissionBrief) -> bytes:
+    """Return what is stored of a brief."""
+    area = None if brief.reachable is None else np.where(brief.reachable, np.uint8(1), np.uint8(UNKNOWN))
+    simulation = brief.simulation and {
+        "truth": known_runs(brief.simulation.truth),
+        "speed": brief.simulation.speed,
+        "warnings": brief.simulation.warnings,
+    }
+    more = {
+        "engine": brief.engine,
+        "seconds": brief.budget.seconds,
+        "steps": brief.budget.steps,
+        "known": known_runs(brief.grid.cells),
+        "time_ms": brief.limits.time_ms,
+        "planning_time": brief.planning_time,
+        "area": None if area is None else known_runs(area),
+        "simulation": simulation,
+    }
+    return f"{LogEncoder().line(brief.started)}\n{line(more)}".encode()
+
+
+def brief_in(text: bytes) -> MissionBrief:
+    """Return the brief that is stored in a text."""
+    first, more_text = text.decode().split("\n")
+    (started,) = LogDecoder().events(first)
+    assert isinstance(started, MissionStarted)
+    more: dict[str, Any] = json.loads(more_text)
+    shape, simulation = (started.height, started.width), more["simulation"]
+    return MissionBrief(
+        name=started.scenario,
+        strategy=started.strategy,
+        planner=started.planner,
+        engine=more["engine"],
+        budget=Budget(seconds=more["seconds"], steps=more["steps"]),
+        seed=started.seed,
+        grid=Grid(
+            cells=drawn(more["known"], shape),
+            resolution_m=started.resolution_m,
+            origin_m=started.origin_m,
+            terrains=started.terrains,
+        ),
+        kinds=started.types,
+        robots=started.robots,
+        goal=started.goal,
+        limits=MissionLimits(time_ms=more["time_ms"]),
+        planning_time=PlanningTime(more["planning_time"]),
+        reachable=None if more["area"] is None else drawn(more["area"], shape) != UNKNOWN,
+        simulation=simulation
+        and RobotSimulation(
+            truth=drawn(simulation["truth"], shape),
+            speed=simulation["speed"],
+            warnings=tuple(simulation["warnings"]),
+        ),
+    )
+
+
+def input_text(data: Input) -> bytes:
+    """Return what is stored of an input."""
+    if isinstance(data, Control):
+        return to_json({"control": data})
+    fields: dict[str, object] = {"n": data.n, "t_ms": data.t_ms}
+    fields |= {name: value for name in _SAID_IF_ANY if (value := getattr(data, name))}
+    if data.robots:
+        fields["robots"] = [(one.name, one.cell, one.free_at_ms, one.distance_m, one.driving_ms) for one in data.robots]
+    if data.frame is not None:
+        fields["frame"] = data.frame.numbers
+    if data.map is not None:
+        fields["map"] = (data.map.shape, known_runs(data.map))
+    return to_json(fields)
+
+
+def input_digest(report: MissionReport) -> bytes:
+    """Return what tells a report apart that no client has sent."""
+    return hashlib.sha256(input_text(report)).digest()
+
+
+def input_in(text: bytes) -> Input:
+    """Return the input that is stored in a text."""
+    fields = from_json(text)
+    if "control" in fields:
+        return Control(fields["control"])
+    frame, cells = fields.get("frame"), fields.get("map")
+    return MissionReport(
+        n=fields["n"],
+        t_ms=fields["t_ms"],
+        revealed=tuple((robot, tuple(runs)) for robot, runs in fields.get("revealed", ())),
+        map=None if cells is None else drawn(cells[1], tuple(cells[0])),
+        robots=tuple(
+            RobotUpdate(
+                name=name,
+                cell=None if cell is None else Cell._make(cell),
+                free_at_ms=free_at_ms,
+                distance_m=distance_m,
+                driving_ms=driving_ms,
+            )
+            for name, cell, free_at_ms, distance_m, driving_ms in fields.get("robots", ())
+        ),
+        finished=tuple(fields.get("finished", ())),
+        failed=tuple(map(tuple, fields.get("failed", ()))),
+        lost=tuple(map(tuple, fields.get("lost", ()))),
+        robot=fields.get("robot"),
+        frame=None if frame is None else MissionFrame(*frame),
+    )
