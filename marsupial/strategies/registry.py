@@ -52,12 +52,10 @@ def _temporal(planner: str | Engine, budget: Budget, name: str = "temporal") -> 
     return Temporal(mission_engine(planner, budget), budget, parts, name)
 
 
-def _wurm2010(planner: str | Engine, budget: Budget) -> Decider:
+def _with_planner(target: str, planner: str | Engine, budget: Budget) -> Decider:
     from marsupial.planning.engines import mission_engine
 
-    made: Decider = resolve_name("marsupial.papers.wurm2010.strategy:ShortestPlan")(
-        mission_engine(planner, budget), budget
-    )
+    made: Decider = resolve_name(target)(mission_engine(planner, budget), budget)
     return made
 
 
@@ -74,7 +72,7 @@ def _frontier(rule: str, planner: str | Engine, budget: Budget) -> Decider:
 
 STRATEGIES: Mapping[str, Callable[[str | Engine, Budget], Decider]] = {
     "temporal": _temporal,
-    "wurm2010": _wurm2010,
+    "wurm2010": partial(_with_planner, "marsupial.papers.wurm2010.strategy:ShortestPlan"),
     "heuristic": partial(_without_planner, "marsupial.strategies.heuristic:Heuristic"),
     "heuristic-plus": partial(_without_planner, "marsupial.strategies.heuristic_plus:HeuristicPlus"),
     "assignment": partial(_without_planner, "marsupial.strategies.one_step:OneStep"),
