@@ -32,11 +32,6 @@ def test_without_a_checkout_it_is_said_where_they_are_timed(
     assert capsys.readouterr().err == "error: bench paths: only in a checkout, as `python -m benchmarks paths`\n"
 
 
-def test_an_unknown_benchmark_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "speed"]) == 2
-    assert "'speed'" in capsys.readouterr().err
-
-
 def test_planners_are_compared_on_the_instances_asked_for(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     rows_file = tmp_path / "rows.json"
     assert main(["bench", "planners", "--engine", "greedy", *SMALL, "--json", str(rows_file)]) == 0

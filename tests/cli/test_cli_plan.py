@@ -145,28 +145,6 @@ def test_a_valid_plan_among_refused_ones_is_kept(
     assert read_plan_text(capsys.readouterr().out, one_room()) == good
 
 
-@pytest.mark.parametrize("name", ["situation.json", "problem.pddl"])
-def test_a_situation_that_cannot_be_read_is_invalid_input(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str
-) -> None:
-    path = tmp_path / name
-    path.write_text("{ (")
-    assert main(["plan", str(path), *GREEDY]) == 3
-    assert capsys.readouterr().err.startswith(f"error: {path}: ")
-
-
-def test_a_file_that_is_missing_is_invalid_input(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", "nowhere.json", *GREEDY]) == 3
-    assert capsys.readouterr().err == "error: nowhere.json: no such file\n"
-
-
-def test_a_file_that_is_no_text_is_invalid_input(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    path = tmp_path / "situation.json"
-    path.write_bytes(b"\xff\xfe\xfa")
-    assert main(["plan", str(path), *GREEDY]) == 3
-    assert capsys.readouterr().err == f"error: {path}: is not UTF-8 text\n"
-
-
 def test_without_a_planner_named_auto_plans_and_says_that_its_makespan_is_optimal(
     capsys: pytest.CaptureFixture[str], room: str
 ) -> None:

@@ -97,11 +97,6 @@ def test_the_screen_moves_until_the_mission_is_over() -> None:
     assert "▀" in text
 
 
-def test_twice_the_speed_takes_half_the_time() -> None:
-    slow, fast = (sum(shown(EVENTS, terminal=True, speed=speed)[1].naps) for speed in (10.0, 20.0))
-    assert fast == pytest.approx(slow / 2, abs=0.2)
-
-
 def test_a_screen_names_every_robot_and_what_it_does() -> None:
     text, _ = shown(EVENTS, terminal=True)
     for words in ("carrier1", "rover1_2", "explore t1", "dock on carrier1", "carries rover1_2", "plan 2: t1 gone"):

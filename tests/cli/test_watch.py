@@ -15,7 +15,6 @@ from marsupial.model.mission import (
     MissionStarted,
     PlacedRobot,
     Revealed,
-    RobotLost,
 )
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.robots import default_types
@@ -99,9 +98,3 @@ def test_both_robots_say_what_they_do_in_a_docking() -> None:
     assert (doing(robot(seen, "rover1")), doing(robot(seen, "carrier1"))) == ("dock on carrier1", "dock rover1")
     seen.event(ActionEnded(t_ms=9000, revision=1, action=back, end=ActionEnd.DONE))
     assert doing(robot(seen, "rover1")) == "aboard carrier1"
-
-
-def test_a_lost_robot_says_so() -> None:
-    seen = watch()
-    seen.event(RobotLost(t_ms=10, robot="carrier1", reason="failed"))
-    assert doing(robot(seen, "carrier1")) == "lost"

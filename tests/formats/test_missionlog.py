@@ -287,12 +287,6 @@ def test_what_is_no_number_is_not_written() -> None:
         text_of(replace(START, resolution_m=float("nan")))
 
 
-def test_every_event_is_on_disk_as_soon_as_it_is_written(tmp_path: Path) -> None:
-    with LogWriter(tmp_path / "m.jsonl") as writer:
-        writer.write(START)
-        assert read_log(tmp_path / "m.jsonl").events == (START,)
-
-
 def test_a_stream_is_written_to_and_left_open() -> None:
     stream = io.StringIO()
     with LogWriter(stream) as writer:

@@ -45,9 +45,5 @@ def test_what_stands_on_one_line_has_no_lines() -> None:
     assert with_lines(problems, '{"a": 1, "b": 2}') == problems
 
 
-def test_nothing_wrong_is_nothing_to_look_for() -> None:
-    assert with_lines([], "not: [yaml") == []
-
-
 def test_the_line_stands_before_the_field() -> None:
     assert str(Problem("a", "wrong", 3)) == "line 3: a: wrong"

@@ -405,11 +405,6 @@ def test_aliases_that_multiply_are_refused(tmp_path: Path) -> None:
     assert faults(tmp_path, text) == ["aliases repeat more than 100000 values"]
 
 
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match="no such file"):
-        read_scenario(tmp_path / "yard.yaml")
-
-
 def test_a_missing_map_and_mask_are_told_with_their_fields(tmp_path: Path) -> None:
     (only,) = faults(tmp_path, changed(map={"file": "gone.map"}))
     assert only == f"map.file: {tmp_path}/gone.map: no such file"
