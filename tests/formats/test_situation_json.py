@@ -89,8 +89,8 @@ def test_all_problems_are_reported_at_once_with_their_paths() -> None:
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
-        (("format",), "nav2", "format: must be marsupial-situation"),
-        (("version",), 2, "version: must be at most 1"),
+        (("format",), "nav2", "format: must be "),
+        (("version",), 2, "version: must be 1"),
         (("places",), ["c1_start"], "places: "),
         (("robots",), {}, "robots: must be a list"),
         (("robots",), [7], "robots[0]: "),

@@ -11,7 +11,6 @@ from unified_planning.exceptions import UPUsageError
 from up_problem import from_up_plan, up_problem, up_validate
 
 import marsupial
-from marsupial.formats.pddl.text import domain_text, problem_text
 from marsupial.library.up_engine import situation_of_problem
 from marsupial.planning.checker import check
 
@@ -34,12 +33,9 @@ def test_a_problem_is_read_back_into_its_situation(name: str) -> None:
 
 @pytest.mark.parametrize("name", SOLVABLE)
 def test_problems_of_the_domain_are_solved(up: Any, name: str) -> None:
-    from unified_planning.io import PDDLReader
-
     situation = SOLVABLE[name]()
-    problem = PDDLReader().parse_problem_string(domain_text(), problem_text(situation))
     with up.OneshotPlanner(name="marsupial", params={"planner": "greedy", "steps": 1}) as planner:
-        result = planner.solve(problem)
+        result = planner.solve(up_problem(situation))
     assert result.status is PlanGenerationResultStatus.SOLVED_SATISFICING
     plan = from_up_plan(result.plan, situation)
     assert check(situation, plan).valid

@@ -8,7 +8,7 @@ import pytest
 import unruly_planners
 from launcher_tree import below_launcher, nothing_runs
 from patience import HANG_S, longer_and_longer, until
-from situations import SOLVABLE, in_flight, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
+from situations import SOLVABLE, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
 
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName, PricedArrival
@@ -150,12 +150,6 @@ def test_aries_finds_ever_shorter_plans_and_none_shorter_than_is_possible(case: 
     assert found[-1] >= makespan_ms
 
 
-def test_running_actions_are_waited_for() -> None:
-    plan = first_plan(available("tamer"), in_flight())
-    assert plan.of_robot("c1")[0].start_ms >= 7_000
-    assert plan.of_robot("r2")[0].start_ms >= 3_000
-
-
 @pytest.mark.parametrize("name", NEEDING_PROCESSES)
 def test_these_engines_refuse_to_count_steps(name: str) -> None:
     with pytest.raises(UsageError, match="seconds"):
@@ -243,18 +237,6 @@ def test_a_crash_after_a_plan_is_still_a_crash() -> None:
     assert isinstance(improved, Improved)
     assert isinstance(end, Finished)
     assert end.outcome is Outcome.CRASHED
-
-
-def test_an_unknown_engine_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(UsageError, match=", ".join(sorted(ENGINES))):
-        engine("oracle")
-
-
-def test_the_list_of_engines_tells_licence_and_name() -> None:
-    infos = {info.name: info for info in engine_infos()}
-    assert sorted(infos) == sorted(ENGINES)
-    assert infos["tamer"].licence == "free for educational use"
-    assert all(info.summary and info.licence for info in infos.values())
 
 
 @pytest.mark.parametrize("name", PART_SIZES)

@@ -20,7 +20,6 @@ from situations import (
     many_rooms,
     one_hall,
     one_room,
-    out_of_reach,
     room,
     rover,
     rover_left_behind,
@@ -250,25 +249,14 @@ def test_steps_decide_what_is_found() -> None:
     assert 0 < (one[1].lower_bound_ms or 0) < one[0][-1].makespan_ms
 
 
-def test_more_targets_than_fit_are_refused() -> None:
-    plans, finished = solve(many_rooms(2, 2, 13, 4))
-    assert not plans
-    assert finished.outcome is Outcome.UNSUPPORTED
-    assert "13 targets" in finished.detail
-
-
-def test_tables_that_take_too_much_memory_are_refused() -> None:
-    plans, finished = solve(many_rooms(4, 2, 12, 40))
-    assert not plans
-    assert finished.outcome is Outcome.UNSUPPORTED
-    assert "too many together" in finished.detail
-
-
-def test_what_nobody_can_reach_is_proven_unsolvable() -> None:
-    plans, finished = solve(out_of_reach())
-    assert not plans
-    assert finished.outcome is Outcome.UNSOLVABLE
-    assert "t2" in finished.detail
+@pytest.mark.parametrize(
+    ("situation", "reason"),
+    [(many_rooms(2, 2, 13, 4), "13 targets"), (many_rooms(4, 2, 12, 40), "too many together")],
+)
+def test_what_does_not_fit_into_tables_is_refused(situation: Situation, reason: str) -> None:
+    plans, finished = solve(situation)
+    assert (plans, finished.outcome) == ([], Outcome.UNSUPPORTED)
+    assert reason in finished.detail
 
 
 def test_a_start_that_is_best_is_proven_so() -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from situations import SOLVABLE, carrier, door, hall, many_rooms, one_room, situation_of
+from situations import SOLVABLE, carrier, door, hall, one_room, situation_of
 
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import UNREACHABLE, Situation
@@ -26,11 +26,6 @@ def by_way_of_two() -> Situation:
 @pytest.mark.parametrize("name", SOLVABLE)
 def test_where_there_are_no_holes_nothing_is_filled(name: str) -> None:
     situation = SOLVABLE[name]()
-    assert Detours(situation).situation is situation
-
-
-def test_a_big_situation_without_holes_stays_as_it_is() -> None:
-    situation = many_rooms(6, 3, 20, 8)
     assert Detours(situation).situation is situation
 
 

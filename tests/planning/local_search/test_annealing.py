@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from situations import SOLVABLE, many_rooms, one_room, situations
 
 from marsupial.model.objective import MAKESPAN
-from marsupial.model.plan import EPSILON_MS, Plan
+from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Improved
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
@@ -87,10 +87,3 @@ def test_no_thread_outlives_the_iterator() -> None:
             if set(threading.enumerate()) > before:
                 break
     assert set(threading.enumerate()) == before
-
-
-def test_a_makespan_counts_the_gap_after_the_last_action() -> None:
-    situation = one_room()
-    (plan,) = listed(situation)
-    search = Annealing(encode(situation), [events_of(situation, plan)], 0)
-    assert search.score[0] == plan.makespan_ms + EPSILON_MS

@@ -9,19 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from situations import (
     SOLVABLE,
-    bring_them_home,
     carrier,
-    default_types,
-    door,
     hall,
-    in_flight,
     many_rooms,
     one_hall,
     one_room,
-    out_of_reach,
-    relay,
-    room,
-    rover,
     rover_left_behind,
     situation_of,
     situations,
@@ -178,25 +170,6 @@ def test_a_start_with_idle_time_is_tightened() -> None:
     assert plans[-1].makespan_ms == tight.makespan_ms
 
 
-def test_robots_in_the_middle_of_something_are_waited_for() -> None:
-    plan = solve(in_flight())[0][-1]
-    assert plan.of_robot("c1")[0].start_ms >= 7_000
-    assert plan.of_robot("r2")[0].start_ms >= 3_000
-
-
-def test_a_rover_is_handed_from_one_carrier_to_another() -> None:
-    plan = solve(relay())[0][-1]
-    assert {a.carrier for a in plan.of_robot("r1") if a.carrier} == {"c1", "c2"}
-
-
-def test_everybody_comes_home() -> None:
-    situation = bring_them_home()
-    plans, finished = solve(situation)
-    assert check(situation, plans[-1]).valid
-    assert finished.lower_bound_ms is not None
-    assert finished.lower_bound_ms <= plans[-1].makespan_ms
-
-
 def test_a_team_without_rovers_shares_the_targets() -> None:
     situation = situation_of(
         [carrier(1), carrier(2)],
@@ -205,36 +178,6 @@ def test_a_team_without_rovers_shares_the_targets() -> None:
         {"c1_start": hall(0), "c2_start": hall(0)},
     )
     assert solve(situation)[0][-1].makespan_ms == 30_001
-
-
-def test_a_team_without_carriers_works() -> None:
-    situation = situation_of(
-        [rover(1), rover(2)],
-        {"t1": room(-3), "t2": room(3), "t3": room(5)},
-        {"m1": door(1)},
-        {"r1_start": room(0), "r2_start": room(0)},
-    )
-    assert solve(situation)[0][-1].makespan_ms == 10_001
-
-
-def test_a_carrier_without_places_carries_nobody() -> None:
-    situation = situation_of(
-        [carrier(), rover()],
-        {"t1": hall(10), "t2": room(30), "t3": room(40)},
-        {"m1": door(1), "m2": door(30)},
-        {"c1_start": hall(0), "r1_start": room(2)},
-        types=default_types(0),
-    )
-    plan = solve(situation)[0][-1]
-    assert not [action for action in plan.actions if action.carrier]
-    assert check(situation, plan).valid
-
-
-def test_what_nobody_can_reach_is_proven_unsolvable() -> None:
-    plans, finished = solve(out_of_reach())
-    assert not plans
-    assert finished.outcome is Outcome.UNSOLVABLE
-    assert "t2" in finished.detail
 
 
 def test_where_nothing_is_to_do_the_empty_plan_is_optimal() -> None:
