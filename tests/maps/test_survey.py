@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,15 +8,13 @@ from drawn_maps import carrier, draw, random_cells, rover, where
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from marsupial.formats.mapfiles.read import read_map
-from marsupial.maps.reach import largest_reach
-from marsupial.maps.survey import Survey, Surveyor, placed
+from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory, dock_range_cells
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
-from marsupial.model.mission import MapMeeting, PlacedRobot
-from marsupial.model.robots import Role, default_types
+from marsupial.model.mission import MapMeeting
+from marsupial.model.robots import Role
 from marsupial.model.scenario import Goal
-from marsupial.model.situation import UNREACHABLE, SituationGoal
+from marsupial.model.situation import SituationGoal
 from marsupial.model.world import RobotReport
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import travel_table_ms
@@ -152,15 +149,6 @@ def test_who_can_explore_a_target_is_told() -> None:
     assert found.situation.travel("carrier", "s_c", target.name) is None
 
 
-def test_times_are_lengths_over_speed() -> None:
-    found = survey(*CARRYING)
-    (target,) = found.targets
-    doors = [point.name for point in found.meetings if point.rover_cell == Cell(4, 5)]
-    length = PathSearch(ground({FLOOR})).costs(Cell(4, 5), [target.viewpoints["rover"]])[0]
-    assert found.situation.travel("rover", doors[0], target.name) == pytest.approx(length / 0.5 * 1000, abs=1)
-    assert found.situation.travel("carrier", "s_c", "s_c") == 0
-
-
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 9999))
 def test_types_that_share_their_ground_have_the_times_of_fresh_searches_while_the_map_grows(seed: int) -> None:
@@ -266,13 +254,6 @@ def test_a_survey_sees_what_was_revealed_since_the_last_one() -> None:
     assert looking.survey(CARRYING, 0).targets == ()
 
 
-def test_placed_leaves_out_the_lost() -> None:
-    assert placed((*CARRYING, report("d", START, lost=True))) == (
-        PlacedRobot(name="c", type="carrier", cell=START),
-        PlacedRobot(name="r", type="rover", carrier="c"),
-    )
-
-
 @settings(deadline=None)
 @given(
     cells=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN), smallest=3, largest=14),
@@ -304,23 +285,6 @@ def test_travel_tables_hold_the_shortest_paths_of_each_type(cells: CellArray, da
                     assert took is None
                 else:
                     assert took == pytest.approx(length * 0.5 / kind.speed_mps * 1000, abs=1)
-
-
-def test_half_of_a_large_real_map_is_surveyed(shared_maps: Path) -> None:
-    truth = read_map(shared_maps / "tsc_office.yaml").grid.solid()
-    kinds = default_types(2)
-    middle = truth.width // 2
-    known = np.where(np.arange(truth.width) < middle, truth.cells, np.uint8(UNKNOWN))
-    territory = Territory(Grid(cells=known, resolution_m=truth.resolution_m), kinds)
-    first = np.flatnonzero(territory.footprints["carrier"].standable & largest_reach(truth, kinds[0]))[0]
-    start = Cell(int(first) % truth.width, int(first) // truth.width)
-    found = Surveyor(territory, {}, Goal()).survey((report("c", start), report("r", None, "rover", on="c")), 0)
-    assert found.targets
-    assert found.meetings
-    assert all(target.cell.x < middle for target in found.targets)
-    assert {kind.role for kind in found.situation.types} == {Role.CARRIER, Role.ROVER}
-    assert (found.situation.travel_ms["carrier"] >= UNREACHABLE).all()
-    assert found.direct_ms()["c"].keys() == {target.name for target in found.targets}
 
 
 def test_robots_that_moved_are_looked_at_anew() -> None:

@@ -42,10 +42,6 @@ def test_a_square_at_the_edge_of_the_map_counts_only_what_is_on_it() -> None:
     assert squares_of(draw("..?", "...", resolution_m=4.0)) == {}
 
 
-def test_a_known_map_has_nothing_unseen() -> None:
-    assert squares_of(draw("..", ".#", resolution_m=4.0)) == {}
-
-
 def test_the_share_of_ground_for_rovers_only_is_that_of_the_ground_seen_from_a_first_guess_on() -> None:
     def share(*rows: str) -> float:
         return unseen(draw(*rows)).rovers_only

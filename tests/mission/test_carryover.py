@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mission_fakes import drive, meet, plan_of
+from mission_fakes import drive, meet
 from situations import (
     bring_them_home,
     carrier,
@@ -24,7 +24,7 @@ from situations import (
 )
 
 from marsupial.maps.targets import Target
-from marsupial.mission.carryover import carried_over, same_target, shifted, tolerance_cells
+from marsupial.mission.carryover import carried_over, same_target, tolerance_cells
 from marsupial.model.grid import Cell
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.situation import Situation, SituationGoal
@@ -46,11 +46,6 @@ def words(plan: Plan | None) -> list[str]:
 def target(name: str, x: int, y: int = 0, *kinds: str) -> Target:
     viewpoints = {kind: Cell(x, y) for kind in kinds or ("carrier",)}
     return Target(name=name, cell=Cell(x, y), viewpoints=viewpoints, cells=np.array([0]), reveal_m2=1.0)
-
-
-def test_shifting_a_plan_moves_every_start() -> None:
-    plan = plan_of([drive(EXPLORE, "c1", "t1", "a"), drive(EXPLORE, "c1", "t2", "t1")])
-    assert [action.start_ms for action in shifted(plan, 500).actions] == [500, 1500]
 
 
 def test_a_target_may_shift_by_half_the_shortest_range_of_its_explorers() -> None:
@@ -142,10 +137,6 @@ def test_nobody_docks_where_the_partner_is_not() -> None:
     assert carried_over([meet(DOCK, "r1", "c1", "m1")], situation, {}) is None
     actions = [drive(MOVE, "r2", "m1", "s"), meet(DOCK, "r2", "c1", "m1")]
     assert words(carried_over(actions, situation, {})) == ["(move r2 r2_start m1)"]
-
-
-def test_of_nothing_nothing_is_left() -> None:
-    assert carried_over([], one_hall(), {}) is None
 
 
 @st.composite

@@ -93,13 +93,6 @@ def test_what_flickers_under_a_robot_does_not_keep_a_team_from_ending(code: int)
     assert (ended.status, set(ended.aboard)) == (Status.COMPLETE, ROVERS)
 
 
-def test_what_flickers_at_the_border_of_the_map_does_not_keep_a_team_from_ending() -> None:
-    height, width = LOBBY.grid.cells.shape
-    rim = [Cell(x, y) for y in range(height) for x in range(width) if x in (0, width - 1) or y in (0, height - 1)]
-    ended, _ = flown(every(2, 1, dict.fromkeys(rim, UNKNOWN)))
-    assert (ended.status, set(ended.aboard)) == (Status.COMPLETE, ROVERS)
-
-
 def test_a_region_that_is_lost_once_is_explored_again() -> None:
     region = [Cell(x, y) for x in range(14) for y in range(20)]
     ended, watcher = flown(lambda _world, report: dict.fromkeys(region, UNKNOWN) if report == 30 else {}, forgets=True)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
-import numpy as np
 import pytest
 from mission_fakes import Scripted, Timed, drive
 from small_missions import (
@@ -24,7 +23,6 @@ from small_missions import (
 from marsupial.formats.triggers import trigger_text
 from marsupial.maps.lookout import LOOK_MS
 from marsupial.mission.loop import MAX_FRUITLESS
-from marsupial.mission.runs import runs_of
 from marsupial.model.grid import Cell
 from marsupial.model.mission import (
     ActionEnd,
@@ -164,13 +162,6 @@ def test_ground_that_nobody_can_get_to_is_named_even_when_complete() -> None:
     assert all("no robot that fits there can get there" in left.reason for left in ended.remaining)
 
 
-def test_a_rover_that_nobody_can_fetch_stalls_the_mission() -> None:
-    grid = drawn_grid("#######", "#..#,,#", "#######")
-    ended, _ = fly(grid, [carrier_at(1, 1), rover_at(4, 1)], greedy_strategy())
-    assert (ended.status, ended.coverage) == (Status.STALLED, 1.0)
-    assert "r1" in ended.reason
-
-
 @pytest.mark.parametrize("goal", [HOME, Goal(recover_rovers=True)])
 @pytest.mark.parametrize("strategy", [greedy_strategy, Heuristic])
 @pytest.mark.parametrize(
@@ -296,13 +287,6 @@ def test_replanning_waits_for_a_second_of_news_unless_something_ends() -> None:
     assert all(b - a >= LOOK_MS or b in ends for a, b in pairwise(times))
 
 
-def test_every_plan_says_what_asked_for_it() -> None:
-    _, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], greedy_strategy())
-    triggers = [trigger_text(plan.trigger) for plan in plans_of(watcher)]
-    assert triggers[0] == "start"
-    assert all(t.startswith(("new: ", "gone: ", "plan carried out", "robot free")) for t in triggers[1:])
-
-
 def test_what_a_lost_robot_was_to_do_is_given_to_another() -> None:
     team = [carrier_at(19, 1, 1), carrier_at(20, 1, 2)]
     ended, watcher = fly(drawn_grid(*LONG_HALL), team, greedy_strategy(), failures={"c1": 4500})
@@ -426,9 +410,3 @@ class TestChargedPlanning:
             (100_500, "lost: c1", ())
         ]
         assert ended.t_ms == 100_500
-
-
-def test_runs_join_neighbouring_cells_of_one_code() -> None:
-    cells = np.array([1, 1, 0, 1, 1, 1], dtype=np.uint8)
-    assert runs_of(np.array([0, 1, 2, 4, 5]), cells) == (0, 2, 1, 2, 1, 0, 4, 2, 1)
-    assert runs_of(np.array([3]), cells) == (3, 1, 1)

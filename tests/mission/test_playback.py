@@ -62,22 +62,6 @@ def test_a_diagonal_step_takes_the_root_of_two_as_long() -> None:
     assert where(playback, "carrier1", 707) == (6, 22)
 
 
-COMPASS = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
-
-
-@pytest.mark.parametrize("digit", range(8))
-def test_the_digits_of_steps_go_round_from_east_by_north(digit: int) -> None:
-    drive = DriveStarted(t_ms=0, robot="carrier1", cell=Cell(6, 20), steps=str(digit))
-    playback = Playback([mission_started(), drive, replace(EVENTS[-1], t_ms=1_000)])
-    assert where(playback, "carrier1", 1_000) == (6 + COMPASS[digit][0], 20 + COMPASS[digit][1])
-
-
-def test_a_drive_without_steps_stands_still() -> None:
-    drive = DriveStarted(t_ms=0, robot="carrier1", cell=Cell(6, 20), steps="")
-    playback = Playback([mission_started(), drive, replace(EVENTS[-1], t_ms=1_000)])
-    assert where(playback, "carrier1", 500) == (6, 20)
-
-
 def test_a_moment_outside_the_mission_counts_as_its_start_or_end(playback: Playback) -> None:
     assert playback.state_at(-5) == playback.state_at(0)
     assert playback.state_at(99_999) == playback.state_at(26_005)
@@ -191,10 +175,6 @@ def test_a_mission_of_one_event_can_be_played() -> None:
 
 
 # What is known.
-
-
-def test_nothing_is_known_before_the_first_reveal(playback: Playback) -> None:
-    assert np.all(playback.cells_at(-1) == UNKNOWN)
 
 
 @pytest.mark.parametrize("t_ms", [0, 2_000, 12_000, 26_005])

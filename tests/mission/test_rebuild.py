@@ -170,12 +170,6 @@ def test_a_robot_that_stands_faces_as_it_came_and_one_that_is_set_down_no_way() 
     assert (carrier.cell, carrier.heading, rover.heading) == (Cell(4, 1), 0, None)
 
 
-def test_a_robot_that_passes_a_cell_is_on_its_way_to_the_next() -> None:
-    events = [START, DriveStarted(t_ms=1000, robot="carrier1", cell=Cell(1, 1), steps="000"), end_at(9000)]
-    robot = moment_at(events, 2000).robots[0]
-    assert (robot.cell, robot.free_at_ms) == (Cell(3, 1), 3000)
-
-
 def test_a_rover_being_set_down_is_on_the_ground_and_busy_with_its_carrier() -> None:
     events = [START, ActionStarted(t_ms=5000, revision=1, action=UNDOCK, cell=Cell(2, 1)), end_at(20_000)]
     carrier, rover = moment_at(events, 6000).robots
