@@ -1,13 +1,12 @@
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import pytest
 from situations import one_room, two_rooms
 
-from marsupial.bench.planner_report import RunRow, progress_line, rows_of, table
+from marsupial.bench.planner_report import RunRow, rows_of, table
 from marsupial.bench.planners import (
     WARM_UP,
     WARM_UPS,
@@ -23,13 +22,10 @@ from marsupial.bench.planners import (
 )
 from marsupial.bench.suite.best import with_plan
 from marsupial.bench.suite.catalogue import Instance
-from marsupial.errors import UsageError
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.engines import ENGINES, PART_SIZES
-from marsupial.planning.external.decomposed import Decomposed
 from marsupial.planning.list_scheduling.greedy import Greedy
 
 SATISFIED = Finished(outcome=Outcome.SATISFICING)
@@ -259,27 +255,6 @@ def test_an_engine_is_warm_once_it_keeps_its_budget(walls_s: tuple[float, ...], 
     assert len(asked) == runs
 
 
-def test_every_engine_contends_and_those_that_missions_split_in_parts_too() -> None:
-    names = {contender.name for contender in contenders()}
-    assert names == ENGINES.keys() | {f"{name} in parts" for name in PART_SIZES}
-
-
-def test_in_parts_is_how_missions_use_an_engine() -> None:
-    (contender,) = contenders(["aries in parts"])
-    if contender.missing is None:
-        assert isinstance(contender.make(1.0), Decomposed)
-
-
-def test_unknown_engines_are_refused() -> None:
-    with pytest.raises(UsageError, match="unknown planner 'nope'"):
-        contenders(["nope"])
-
-
-def test_an_external_planner_may_contend() -> None:
-    (contender,) = contenders(["cmd:nobody-has-this {domain} {problem}"])
-    assert contender.missing is not None
-
-
 def test_the_table_has_every_run_a_summary_by_size_and_who_is_missing() -> None:
     done = played((0.1, told(plan_for(one_room()))), (0.2, SATISFIED))
     other = replace(done, engine="other", plan=None, arrivals=())
@@ -294,16 +269,3 @@ def test_the_table_has_every_run_a_summary_by_size_and_who_is_missing() -> None:
     (heads,) = {line for line in lines if "mean ratio" in line}
     summary = [line.split() for line in lines[lines.index(heads) + 1 :] if line.startswith("  other ")]
     assert all(words[2:6] == ["0%", "-", "-", "0%"] and words[7] == "1" for words in summary)
-
-
-def test_a_row_is_json() -> None:
-    done = played((0.1, told(plan_for(one_room()))), (0.2, SATISFIED))
-    values = json.loads(json.dumps(row_of(done).values(), allow_nan=False))
-    assert (values["engine"], values["solved"], values["ratio"]) == ("fake", True, 1.0)
-    assert values["improvements"] == [[pytest.approx(0.1), done.makespan_ms]]
-
-
-def test_progress_says_what_came_of_a_run() -> None:
-    done = played((0.1, told(plan_for(one_room()))), (0.2, SATISFIED))
-    assert progress_line(done) == "x-1x1-1: fake, 1 s: 19.002 s"
-    assert progress_line(replace(done, plan=None)) == "x-1x1-1: fake, 1 s: no plan"

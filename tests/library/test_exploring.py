@@ -187,13 +187,6 @@ def test_what_cannot_be_done_is_told_before_anything_is_written(tmp_path: Path) 
         assert not log.exists()
 
 
-def test_a_result_says_what_it_is(lobby: marsupial.Exploration) -> None:
-    assert repr(lobby).startswith("<lobby by temporal (greedy), seed 1: complete, exploration time 0:")
-    html = lobby._repr_html_()
-    assert "quality Q" in html
-    assert html.count("<tr>") == html.count("</tr>") > 5
-
-
 def test_the_drawing_shows_the_map_the_robots_and_the_metrics(lobby: marsupial.Exploration) -> None:
     figure = lobby.plot()
     (axes,) = figure.axes
@@ -235,12 +228,6 @@ def test_drawing_leaves_pyplot_alone() -> None:
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout + done.stderr == ""
-
-
-def test_a_replay_is_one_page(lobby: marsupial.Exploration, tmp_path: Path) -> None:
-    page = lobby.save_replay(tmp_path / "lobby.html")
-    assert page == tmp_path / "lobby.html"
-    assert "<script" in page.read_text(encoding="utf-8")
 
 
 def test_importing_marsupial_imports_nothing_heavy() -> None:

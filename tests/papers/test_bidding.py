@@ -233,10 +233,3 @@ def test_bidding_is_faster_than_the_function_of_sheng() -> None:
         return float(np.mean([mission.exploration_time_s for mission in missions]))
 
     assert steps("bidding") < steps("sheng")
-
-
-def test_three_robots_can_bid_too() -> None:
-    summary = simulate(
-        cell_world("cells", 10, 10, 4, 3), strategy="bidding", planner="greedy", budget=Budget(steps=1), seed=2
-    )
-    assert summary.status is Status.COMPLETE

@@ -19,7 +19,7 @@ from patience import HANG_S, until
 from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import launcher as processes
-from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message, death, ending_of
+from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message, ending_of
 
 MIB = 1 << 20
 
@@ -70,11 +70,6 @@ def test_a_job_streams_what_it_yields_and_finishes() -> None:
     values, ended = result("count", 3)
     assert values == [0, 1, 2]
     assert ended.ending is Ending.FINISHED
-
-
-def test_a_job_that_yields_nothing_finishes() -> None:
-    values, ended = result("nothing")
-    assert (values, ended.ending) == ([], Ending.FINISHED)
 
 
 def test_a_job_has_a_session_of_its_own_and_leaves_no_core_files() -> None:
@@ -377,9 +372,3 @@ def test_when_the_asker_is_killed_everything_below_it_ends() -> None:
 )
 def test_return_codes_say_how_a_process_ended(returncode: int, output: str, ending: Ending) -> None:
     assert ending_of(returncode, output) is ending
-
-
-def test_death_is_told_in_words() -> None:
-    assert death(2) == "ended with exit code 2"
-    assert death(-signal.SIGSEGV) == "was ended by signal SIGSEGV"
-    assert death(-200) == "was ended by signal 200"

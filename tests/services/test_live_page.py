@@ -50,6 +50,15 @@ def start(browser: Browser, server: Server, **values: Any) -> list[str]:
     return str(browser.value("location.hash")).rpartition("/")[2].split(",")
 
 
+def upload(browser: Browser, server: Server, *files: Path) -> None:
+    """Fill yaml and image of an own map in, and ask for its mission."""
+    browser.open(f"{server.url}/")
+    choose(browser, scenario="")
+    for name, file in zip(("yaml", "image"), files, strict=True):
+        browser.find(f"#start-{name}").send_keys(str(file))
+    browser.click("form.start button.first")
+
+
 def begun(server: Server, **more: Any) -> str:
     """Start a simulation as a program does."""
     reply = server.ask("POST", "/v1/simulations", {**LOBBY, **more})
@@ -170,11 +179,7 @@ def test_what_is_odd_about_a_map_without_room_is_a_warning_and_no_fault_of_the_y
     yaml, image = tmp_path / "room.yaml", tmp_path / "room.png"
     yaml.write_text(YAML)
     Image.new("L", (48, 36), 0).save(image)
-    browser.open(f"{house.url}/")
-    choose(browser, scenario="")
-    browser.find("#start-yaml").send_keys(str(yaml))
-    browser.find("#start-image").send_keys(str(image))
-    browser.click("form.start button.first")
+    upload(browser, house, yaml, image)
     browser.wait("document.querySelector('form.start > [role=alert]').textContent.includes('warning: ')")
     assert browser.text("form.start > [role=alert]").startswith("no room")
     assert not browser.value("document.querySelector('#start-yaml').hasAttribute('aria-invalid')")
@@ -186,11 +191,7 @@ def test_an_image_that_the_yaml_does_not_name_is_refused_beside_its_field(
     yaml, image = tmp_path / "room.yaml", tmp_path / "mended.png"
     yaml.write_text(YAML)
     Image.new("L", (48, 36), 254).save(image)
-    browser.open(f"{house.url}/")
-    choose(browser, scenario="")
-    browser.find("#start-yaml").send_keys(str(yaml))
-    browser.find("#start-image").send_keys(str(image))
-    browser.click("form.start button.first")
+    upload(browser, house, yaml, image)
     browser.wait("document.querySelector('#start-image-problem').textContent.includes('yaml names room.png')")
 
 

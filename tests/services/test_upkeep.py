@@ -103,20 +103,17 @@ def test_shared_databases_are_backed_up_with_their_own_tools(postgres: PostgresS
         upkeep.backup(postgres.database(), tmp_path / "backup")
 
 
-def test_what_ended_is_removed_at_once_and_what_is_open_stays(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            for _ in range(2):
-                assert await Driver(team()).drive(missions, await started(missions))
-            await started(missions)
-            assert upkeep.info(place).open == {"jobs": 0, "missions": 1}
-            now_ms = missions.now_ms()
-            assert upkeep.retain(place, days=1, kept=2, now_ms=now_ms) == {"jobs": 0, "missions": 0}
-            assert upkeep.retain(place, days=None, kept=1, now_ms=now_ms) == {"jobs": 0, "missions": 1}
-            assert upkeep.retain(place, days=0, kept=None, now_ms=now_ms + 1) == {"jobs": 0, "missions": 1}
-            assert len(await missions.list("me")) == upkeep.info(place).rows["missions"] == 1
-
-    run(fly())
+async def test_what_ended_is_removed_at_once_and_what_is_open_stays(place: str) -> None:
+    async with open_missions(place) as missions:
+        for _ in range(2):
+            assert await Driver(team()).drive(missions, await started(missions))
+        await started(missions)
+        assert upkeep.info(place).open == {"jobs": 0, "missions": 1}
+        now_ms = missions.now_ms()
+        assert upkeep.retain(place, days=1, kept=2, now_ms=now_ms) == {"jobs": 0, "missions": 0}
+        assert upkeep.retain(place, days=None, kept=1, now_ms=now_ms) == {"jobs": 0, "missions": 1}
+        assert upkeep.retain(place, days=0, kept=None, now_ms=now_ms + 1) == {"jobs": 0, "missions": 1}
+        assert len(await missions.list("me")) == upkeep.info(place).rows["missions"] == 1
 
 
 def test_the_commands_work_beside_a_server_which_says_when_it_is_full(

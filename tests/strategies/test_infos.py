@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import fields
-
 import pytest
 
 from marsupial.errors import ScenarioError
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
 from marsupial.strategies.infos import ONE_ROBOT, OWN, WITHOUT_ROVERS
-from marsupial.strategies.registry import RULES, STRATEGIES, check_suits, frontier_rule, strategy
+from marsupial.strategies.registry import STRATEGIES, check_suits, strategy
 
 TEAMS = {
     (Role.CARRIER,): ("any", WITHOUT_ROVERS, ONE_ROBOT),
@@ -35,12 +32,3 @@ def test_the_team_is_the_one_that_the_strategy_leads(info) -> None:  # type: ign
             assert info.team not in names
         else:
             assert info.team in names
-
-
-@pytest.mark.parametrize("info", OWN, ids=lambda info: info.name)
-def test_the_parameters_are_those_of_the_rule(info) -> None:  # type: ignore[no-untyped-def]
-    rule = frontier_rule(info.name) if info.name in RULES else None
-    known = () if rule is None else [each for each in fields(rule) if each.init]  # type: ignore[arg-type]
-    assert {name: math.inf if value is None else value for name, value in info.parameters.items()} == {
-        each.name: each.default for each in known
-    }

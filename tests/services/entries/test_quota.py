@@ -206,7 +206,7 @@ def test_without_a_quota_nothing_is_kept_and_nobody_waits(house: QuotaHouse) -> 
     assert house.do(lambda tx: NO_QUOTA.wait_s(tx, "me", 1e9, 0)) == 0.0
 
 
-def test_it_holds_after_a_restart(place: str) -> None:
+async def test_it_holds_after_a_restart(place: str) -> None:
     def jobs_of(store: Store) -> Jobs:
         return Jobs(store, settings_of(JobSettings, slots=1, key_planning_s=30.0))
 
@@ -215,16 +215,13 @@ def test_it_holds_after_a_restart(place: str) -> None:
             planner="greedy", budget=Budget(seconds=seconds), task=one_room(), digest=b"", source={"planner": "greedy"}
         )
 
-    async def work() -> None:
-        async with opened(place, jobs_of) as jobs:
-            job = (await jobs.submit(wanted(20.0), owner="me")).record.id
-            assert (await jobs.wait(job, HANG_S)).finished_at_ms is not None
-            assert 0 < 30.0 - (await jobs.left_s())["me"] < 20.0
-        async with opened(place, jobs_of) as jobs:
-            with pytest.raises(TooMany, match="planning time"):
-                await jobs.submit(wanted(30.0), owner="me")
-
-    run(work())
+    async with opened(place, jobs_of) as jobs:
+        job = (await jobs.submit(wanted(20.0), owner="me")).record.id
+        assert (await jobs.wait(job, HANG_S)).finished_at_ms is not None
+        assert 0 < 30.0 - (await jobs.left_s())["me"] < 20.0
+    async with opened(place, jobs_of) as jobs:
+        with pytest.raises(TooMany, match="planning time"):
+            await jobs.submit(wanted(30.0), owner="me")
 
 
 async def use_up(missions: Missions, seconds: float) -> None:

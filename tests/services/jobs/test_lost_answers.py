@@ -5,7 +5,6 @@ from contextlib import suppress
 
 from job_house import open_jobs, request
 from lost_answers import LostAnswers
-from mission_house import run
 from patience import HANG_S
 
 from marsupial_service.jobs.service import Jobs
@@ -19,15 +18,12 @@ async def surely_submitted(jobs: Jobs, key: str) -> str:
             return (await jobs.submit(request(), owner="me", idempotency_key=key)).record.id
 
 
-def test_jobs_that_a_server_has_got_without_being_told_so_are_run_all_the_same(place: str) -> None:
-    async def plan() -> None:
-        async with open_jobs(place) as jobs:
-            answers = LostAnswers(jobs._store, "claimed_ms = ?")
-            made = [await surely_submitted(jobs, str(number)) for number in range(3)]
-            while answers.left or jobs._is_claiming:
-                await asyncio.sleep(0.02)
-            await jobs._take_up()
-            ends = [await jobs.wait(job, HANG_S) for job in made]
-            assert [(end.outcome, end.attempts) for end in ends] == [(JobOutcome.SATISFICING, 1)] * 3
-
-    run(plan())
+async def test_jobs_that_a_server_has_got_without_being_told_so_are_run_all_the_same(place: str) -> None:
+    async with open_jobs(place) as jobs:
+        answers = LostAnswers(jobs._store, "claimed_ms = ?")
+        made = [await surely_submitted(jobs, str(number)) for number in range(3)]
+        while answers.left or jobs._is_claiming:
+            await asyncio.sleep(0.02)
+        await jobs._take_up()
+        ends = [await jobs.wait(job, HANG_S) for job in made]
+        assert [(end.outcome, end.attempts) for end in ends] == [(JobOutcome.SATISFICING, 1)] * 3

@@ -125,25 +125,21 @@ def test_acknowledged_jobs_survive_many_kills_at_any_moment(tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-def test_a_running_job_goes_on_from_its_best_plan_after_the_server_was_killed(tmp_path: Path) -> None:
+async def test_a_running_job_goes_on_from_its_best_plan_after_the_server_was_killed(tmp_path: Path) -> None:
     server = JobServer(tmp_path, "slow")
     (job,) = server.acknowledged(1)
     server.kill()
     server.wait_gone()
-
-    async def run() -> None:
-        async with open_jobs(tmp_path, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
-            (tmp_path / "go").touch()
-            await planned(jobs, job, 2)
-            done = await jobs.cancel(job)
-            assert (done.attempts, done.plans) == (2, 2)
-            first, second = await jobs.plans(job)
-            assert first.makespan_ms > second.makespan_ms
-            assert all(check(one_room(), record.plan).valid for record in (first, second))
-            types = [event.type for event in await told(jobs, job)]
-            assert types == ["state", "state", "plan", "state", "state", "plan", "end"]
-
-    asyncio.run(run())
+    async with open_jobs(tmp_path, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
+        (tmp_path / "go").touch()
+        await planned(jobs, job, 2)
+        done = await jobs.cancel(job)
+        assert (done.attempts, done.plans) == (2, 2)
+        first, second = await jobs.plans(job)
+        assert first.makespan_ms > second.makespan_ms
+        assert all(check(one_room(), record.plan).valid for record in (first, second))
+        types = [event.type for event in await told(jobs, job)]
+        assert types == ["state", "state", "plan", "state", "state", "plan", "end"]
 
 
 def worker() -> psutil.Process:
@@ -163,31 +159,27 @@ def launcher() -> psutil.Process:
 
 
 @pytest.mark.parametrize("find", [worker, supervisor, launcher])
-def test_a_job_survives_the_kill_of_what_runs_it(tmp_path: Path, find: Callable[[], psutil.Process]) -> None:
-    async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
-            job = await submit(jobs, request(Waits(tmp_path)))
-            first = await pid_in(tmp_path)
-            (tmp_path / "pid").unlink()
-            find().kill()
-            second = await pid_in(tmp_path)
-            assert not is_alive(first)
-            assert second != first
-            (tmp_path / "go").touch()
-            done = await ended(jobs, job)
-            assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 2)
-
-    asyncio.run(run())
+async def test_a_job_survives_the_kill_of_what_runs_it(tmp_path: Path, find: Callable[[], psutil.Process]) -> None:
+    async with open_jobs(tmp_path) as jobs:
+        job = await submit(jobs, request(Waits(tmp_path)))
+        first = await pid_in(tmp_path)
+        (tmp_path / "pid").unlink()
+        find().kill()
+        second = await pid_in(tmp_path)
+        assert not is_alive(first)
+        assert second != first
+        (tmp_path / "go").touch()
+        done = await ended(jobs, job)
+        assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 2)
 
 
 @pytest.mark.parametrize(("times", "outcome"), [(2, JobOutcome.SATISFICING), (3, JobOutcome.ENGINE_FAILED)])
-def test_a_job_whose_processes_are_always_killed_is_given_up(tmp_path: Path, times: int, outcome: JobOutcome) -> None:
-    async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
-            done = await ended(jobs, await submit(jobs, request(Dies(tmp_path, times))))
-            assert (done.outcome, done.attempts) == (outcome, 3)
-
-    asyncio.run(run())
+async def test_a_job_whose_processes_are_always_killed_is_given_up(
+    tmp_path: Path, times: int, outcome: JobOutcome
+) -> None:
+    async with open_jobs(tmp_path) as jobs:
+        done = await ended(jobs, await submit(jobs, request(Dies(tmp_path, times))))
+        assert (done.outcome, done.attempts) == (outcome, 3)
 
 
 def test_stopping_ends_streams_and_processes_soon_and_the_jobs_go_on_at_the_next_start(tmp_path: Path) -> None:
@@ -221,16 +213,12 @@ def test_stopping_ends_streams_and_processes_soon_and_the_jobs_go_on_at_the_next
     asyncio.run(second(slow, hostile))
 
 
-def test_stopping_does_not_wait_for_a_launcher_that_is_not_ready(tmp_path: Path) -> None:
+async def test_stopping_does_not_wait_for_a_launcher_that_is_not_ready(tmp_path: Path) -> None:
     processes.shutdown()
-
-    async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
-            await submit(jobs)
-            await asyncio.sleep(0.1)
-            await jobs.stop()
-            (job,) = await jobs.list("me")
-            assert (job.state, job.attempts) == (JobState.QUEUED, 0)
-            assert job.started_at_ms is None
-
-    asyncio.run(run())
+    async with open_jobs(tmp_path) as jobs:
+        await submit(jobs)
+        await asyncio.sleep(0.1)
+        await jobs.stop()
+        (job,) = await jobs.list("me")
+        assert (job.state, job.attempts) == (JobState.QUEUED, 0)
+        assert job.started_at_ms is None

@@ -7,11 +7,9 @@ from typing import TypeVar
 import pytest
 from entry_house import settings_of
 from patience import HANG_S
-from situations import one_hall
 
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial_service.entries.documents import actions_text, plan_of
 from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
 from marsupial_service.jobs.lookup import JOBS
@@ -318,13 +316,6 @@ def test_a_gap_needs_a_plan_and_a_bound(jobs: Table) -> None:
     jobs.do(lambda tx: table.add_plan(tx, claim, found(10), 3))
     jobs.do(lambda tx: table.finish(tx, claim, Closed(outcome=JobOutcome.SATISFICING, lower_bound_ms=8), 4))
     assert jobs.job().gap == pytest.approx(0.2)
-
-
-def test_a_plan_reads_back_from_its_text() -> None:
-    from marsupial.planning.list_scheduling.greedy import serve
-
-    plan, _ = serve(one_hall())
-    assert plan_of(actions_text(plan)) == plan
 
 
 def test_a_list_of_jobs_reads_no_plans(jobs: Table) -> None:

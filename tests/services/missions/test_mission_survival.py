@@ -112,18 +112,15 @@ def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(place: str, m
     assert runner.times < 0
 
 
-def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place, memory_bytes=1 << 20) as missions:
-            record = await started(missions)
-            events = [event async for event in followed(missions, record.id)]
-            ended = await missions.get(record.id, "me")
-            assert ended is not None
-            assert (ended.state, ended.status) == (MissionPhase.ENDED, "failed")
-            assert "1 MiB are allowed" in ended.reason
-            assert events[-1].type == "end"
-
-    run(fly())
+async def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(place: str) -> None:
+    async with open_missions(place, memory_bytes=1 << 20) as missions:
+        record = await started(missions)
+        events = [event async for event in followed(missions, record.id)]
+        ended = await missions.get(record.id, "me")
+        assert ended is not None
+        assert (ended.state, ended.status) == (MissionPhase.ENDED, "failed")
+        assert "1 MiB are allowed" in ended.reason
+        assert events[-1].type == "end"
 
 
 def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: str) -> None:

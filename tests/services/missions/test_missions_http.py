@@ -214,23 +214,6 @@ def test_a_mission_whose_client_wants_to_end_ends_with_its_report(server: Server
     assert ended.remaining
 
 
-@pytest.mark.slow
-def test_a_server_that_stops_ends_its_streams_and_goes_on_later(tmp_path: Path) -> None:
-    lines = LogLines()
-    with Server(tmp_path) as server:
-        exploring = threading.Thread(target=lambda: explore(server.url, lines))
-        exploring.start()
-        while len(lines.lines) < 40:
-            time.sleep(0.01)
-        begun = time.monotonic()
-        server.stop()
-        took_s = time.monotonic() - begun
-        server.start()
-        exploring.join(HANG_S)
-    assert took_s < 8
-    assert lines.text == undisturbed("lobby")
-
-
 def test_a_server_that_is_not_there_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(UsageError, match="can't be reached"):
         explore("http://127.0.0.1:9", LogLines(), patience_s=0.1)

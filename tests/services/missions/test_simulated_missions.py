@@ -113,20 +113,17 @@ def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: Postgr
     assert run(fly()) == undisturbed("lobby")
 
 
-def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            record = await begun(missions, {**LOBBY, "speed": 20})
-            await reported(missions, record.id, 5)
-            await missions.control(record, Control.PAUSE)
-            resting = await _resting(missions, record.id)
-            assert resting.state is MissionPhase.PAUSED
-            await missions.control(record, Control.RESUME)
-            await reported(missions, record.id, resting.n + 3)
-            await missions.control(record, Control.CANCEL)
-            assert (await over(missions, record.id)).status == "cancelled"
-
-    run(fly())
+async def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, {**LOBBY, "speed": 20})
+        await reported(missions, record.id, 5)
+        await missions.control(record, Control.PAUSE)
+        resting = await _resting(missions, record.id)
+        assert resting.state is MissionPhase.PAUSED
+        await missions.control(record, Control.RESUME)
+        await reported(missions, record.id, resting.n + 3)
+        await missions.control(record, Control.CANCEL)
+        assert (await over(missions, record.id)).status == "cancelled"
 
 
 async def _resting(missions: Missions, mission: str) -> MissionRecord:
@@ -141,52 +138,40 @@ async def _resting(missions: Missions, mission: str) -> MissionRecord:
         await asyncio.sleep(0.5)
 
 
-def test_a_mission_that_is_cancelled_is_reported_to_no_more(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            record = await begun(missions, SLOW)
-            await reported(missions, record.id, 2)
-            await missions.control(record, Control.CANCEL)
-            ended = await over(missions, record.id)
-            assert ended.status == "cancelled"
-            await asyncio.sleep(0.3)
-            assert await missions.get(record.id, "me") == ended
-
-    run(fly())
+async def test_a_mission_that_is_cancelled_is_reported_to_no_more(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, SLOW)
+        await reported(missions, record.id, 2)
+        await missions.control(record, Control.CANCEL)
+        ended = await over(missions, record.id)
+        assert ended.status == "cancelled"
+        await asyncio.sleep(0.3)
+        assert await missions.get(record.id, "me") == ended
 
 
-def test_others_can_not_report_for_simulated_robots(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            record = await begun(missions, SLOW)
-            with pytest.raises(ReportConflict, match="simulated by the service"):
-                await missions.reports(record, [(MissionReport(n=1, t_ms=0), b"mine")])
-
-    run(fly())
+async def test_others_can_not_report_for_simulated_robots(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, SLOW)
+        with pytest.raises(ReportConflict, match="simulated by the service"):
+            await missions.reports(record, [(MissionReport(n=1, t_ms=0), b"mine")])
 
 
-def test_no_more_missions_are_simulated_at_a_time_than_allowed(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place, simulations=1) as missions:
-            first = await begun(missions, SLOW)
-            with pytest.raises(TooMany, match="1 missions are simulated"):
-                await begun(missions, SLOW)
-            await missions.control(first, Control.CANCEL)
-            await over(missions, first.id)
+async def test_no_more_missions_are_simulated_at_a_time_than_allowed(place: str) -> None:
+    async with open_missions(place, simulations=1) as missions:
+        first = await begun(missions, SLOW)
+        with pytest.raises(TooMany, match="1 missions are simulated"):
             await begun(missions, SLOW)
+        await missions.control(first, Control.CANCEL)
+        await over(missions, first.id)
+        await begun(missions, SLOW)
 
-    run(fly())
 
-
-def test_a_key_of_whom_no_mission_is_simulated_gets_one_however_many_others_have(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place, simulations=1) as missions:
-            await begun(missions, SLOW)
+async def test_a_key_of_whom_no_mission_is_simulated_gets_one_however_many_others_have(place: str) -> None:
+    async with open_missions(place, simulations=1) as missions:
+        await begun(missions, SLOW)
+        await begun(missions, SLOW, owner="you")
+        with pytest.raises(TooMany, match="2 missions are simulated"):
             await begun(missions, SLOW, owner="you")
-            with pytest.raises(TooMany, match="2 missions are simulated"):
-                await begun(missions, SLOW, owner="you")
-
-    run(fly())
 
 
 def test_a_pace_is_kept_and_what_is_lost_is_not_made_up_for() -> None:

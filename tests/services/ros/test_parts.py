@@ -409,13 +409,6 @@ def test_numbers_beyond_all_bounds_end_no_connection() -> None:
 # settings, state, command
 
 
-def test_settings_have_usual_values(tmp_path: Path) -> None:
-    settings = settings_of(tmp_path)
-    carrier, rover = settings.robots
-    assert (carrier.namespace, carrier.tf, carrier.base_frame) == ("/carrier1", "/tf", "carrier1/base_link")
-    assert (rover.carrier, settings.map.topic, settings.map.updates) == ("carrier1", "/map", "/map_updates")
-
-
 def test_the_settings_of_the_documentation_can_be_read(tmp_path: Path) -> None:
     text = (Path(__file__).parents[3] / "docs" / "ros.md").read_text()
     whole, _ = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)

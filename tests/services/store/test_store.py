@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from patience import HANG_S
 
-from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, failpoints, open_store, tables
+from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, failpoints, open_store
 from marsupial_service.store.sqlite import FILE
 
 NEW = (
@@ -194,16 +194,6 @@ def test_a_file_that_is_no_database_is_an_error_and_the_folder_is_let_go(tmp_pat
             open_store(tmp_path)
 
 
-def test_tables_of_another_version_are_refused(tmp_path: Path) -> None:
-    store = open_store(tmp_path)
-    store.close()
-    connection = sqlite3.connect(tmp_path / FILE)
-    connection.execute(f"PRAGMA user_version = {tables.VERSION + 1}")
-    connection.close()
-    with pytest.raises(StoreError, match="version"):
-        open_store(tmp_path)
-
-
 def test_a_commit_is_on_disk_before_it_is_acknowledged(store: Store) -> None:
     settings = store.write(
         lambda tx: [tx.execute(f"PRAGMA {name}").fetchone()[0] for name in ("journal_mode", "synchronous")]
@@ -237,19 +227,6 @@ def test_killed_at_a_commit_the_file_holds_all_of_it_or_nothing(tmp_path: Path, 
     store.close()
     acknowledged = done.stdout.split()
     assert set(acknowledged) <= set(stored)
-
-
-@pytest.mark.parametrize("text", ["before_commit", "nowhere=kill", "after_commit=disk_full", "before_commit=kill@x"])
-def test_a_failpoint_that_is_none_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="is not one of before_commit=kill"):
-        failpoints.failpoints({failpoints.VARIABLE: text})
-
-
-def test_without_the_variable_no_point_does_anything() -> None:
-    armed = failpoints.failpoints({})
-    for point in failpoints.POINTS:
-        armed.reach(point)
-    assert failpoints.VARIABLE not in os.environ
 
 
 def test_the_database_is_its_owner_s_alone_whatever_the_folder_allows(tmp_path: Path) -> None:
