@@ -20,7 +20,6 @@ from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
 from marsupial_service.jobs.records import Closed, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
-from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.values import Control
 from marsupial_service.schemas.events import QuotaData
@@ -145,7 +144,7 @@ def test_a_small_budget_reserves_what_preparing_for_it_takes(house: QuotaHouse) 
         house.add("one_too_many", 0, seconds=0.001)
 
 
-def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) -> None:
+async def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) -> None:
     used_s: list[float] = []
 
     def jobs_of(store: Store) -> Jobs:
@@ -154,29 +153,23 @@ def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) ->
         )
         return Jobs(store, settings, now_ms=lambda: 0)  # nothing comes back meanwhile
 
-    async def left_s() -> float:
-        async with opened(place, jobs_of) as jobs:
-            budget = Budget(seconds=0.001)
-            asked = PackedRequest.of(planner="greedy", budget=budget, task=one_room(), digest=b"", source={})
-            for job in [(await jobs.submit(asked, owner="me")).record.id for _ in range(5)]:
-                await jobs.wait(job, 60)
-            return (await jobs.left_s())["me"]
-
-    left = run(left_s())
+    async with opened(place, jobs_of) as jobs:
+        budget = Budget(seconds=0.001)
+        asked = PackedRequest.of(planner="greedy", budget=budget, task=one_room(), digest=b"", source={})
+        for job in [(await jobs.submit(asked, owner="me")).record.id for _ in range(5)]:
+            await jobs.wait(job, 60)
+        left = (await jobs.left_s())["me"]
     assert len(used_s) == 5
     assert 60.0 - left == pytest.approx(sum(used_s), abs=0.005)
     assert sum(used_s) > 5 * 0.002
 
 
-def test_a_mission_is_charged_for_its_analyses_besides_its_plannings(place: str) -> None:
-    async def used() -> tuple[int, int]:
-        charged_s: list[float] = []
-        driver = Driver(team())
-        async with open_missions(place, planned=lambda owner, seconds: charged_s.append(seconds)) as missions:
-            assert await driver.drive(missions, await started(missions))
-        return len(charged_s), sum(kind == "decision" for _, kind, _ in driver.events)
-
-    charges, plannings = run(used())
+async def test_a_mission_is_charged_for_its_analyses_besides_its_plannings(place: str) -> None:
+    charged_s: list[float] = []
+    driver = Driver(team())
+    async with open_missions(place, planned=lambda owner, seconds: charged_s.append(seconds)) as missions:
+        assert await driver.drive(missions, await started(missions))
+    charges, plannings = len(charged_s), sum(kind == "decision" for _, kind, _ in driver.events)
     assert charges > plannings
 
 
@@ -263,25 +256,22 @@ def test_a_mission_beyond_the_quota_waits_and_tells_so_and_goes_on_as_if_nothing
     assert log == undisturbed("lobby")
 
 
-def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: str) -> None:
-    async def fly() -> MissionRecord:
-        async with open_missions(place, key_planning_s=3600.0) as missions:
-            record = await started(missions)
-            driver = Driver(team())
-            assert not await driver.drive(missions, record, 5)
-            await use_up(missions, 7000.0)
-            ending = asyncio.create_task(driver.drive(missions, record))
-            async with asyncio.timeout(HANG_S):
-                while not quota_events(driver):
-                    await asyncio.sleep(0.02)
-            with pytest.raises(TooMany, match=r"key_planning_s"):
-                await started(missions)
-            ending.cancel()  # its next report could cross with the end
-            await asyncio.wait([ending])
-            await missions.control(record, Control.CANCEL)
-            told = [event.type async for event in followed(missions, record.id, driver.after)]
-            assert told[-1] == "end"
-            return await missions.of("me", record.id)
-
-    ended = run(fly())
+async def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: str) -> None:
+    async with open_missions(place, key_planning_s=3600.0) as missions:
+        record = await started(missions)
+        driver = Driver(team())
+        assert not await driver.drive(missions, record, 5)
+        await use_up(missions, 7000.0)
+        ending = asyncio.create_task(driver.drive(missions, record))
+        async with asyncio.timeout(HANG_S):
+            while not quota_events(driver):
+                await asyncio.sleep(0.02)
+        with pytest.raises(TooMany, match=r"key_planning_s"):
+            await started(missions)
+        ending.cancel()  # its next report could cross with the end
+        await asyncio.wait([ending])
+        await missions.control(record, Control.CANCEL)
+        told = [event.type async for event in followed(missions, record.id, driver.after)]
+        assert told[-1] == "end"
+        ended = await missions.of("me", record.id)
     assert (ended.status, ended.reason) == ("cancelled", "cancelled")

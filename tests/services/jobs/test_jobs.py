@@ -70,28 +70,25 @@ async def test_revisions_improve_strictly_are_valid_and_are_what_events_told(pla
         ]
 
 
-def test_ten_times_the_queue_is_refused_and_takes_no_memory(place: str, tmp_path: Path) -> None:
-    async def run() -> tuple[int, int]:
-        async with open_jobs(place, queue=4) as jobs:
-            wanted = replace(request(Waits(tmp_path)), source=bytes(MIB))
-            first = await submit(jobs, wanted)
-            await pid_in(tmp_path)
-            tracemalloc.start()
-            answers = await asyncio.gather(*(submit(jobs, wanted) for _ in range(40)), return_exceptions=True)
-            _, peak = tracemalloc.get_traced_memory()
-            tracemalloc.stop()
-            refused = [answer for answer in answers if isinstance(answer, TooMany)]
-            assert all(1 <= answer.retry_after_s <= 60 for answer in refused)
-            for _ in range(36):
-                with pytest.raises(TooMany):
-                    await submit(jobs, wanted)
-            counts = (await jobs.metrics()).states
-            assert (counts[JobState.RUNNING], counts[JobState.QUEUED]) == (1, 4)
-            for answer in [first, *(answer for answer in answers if isinstance(answer, str))]:
-                await jobs.cancel(answer)
-            return len(refused), peak
-
-    refused, peak = asyncio.run(run())
+async def test_ten_times_the_queue_is_refused_and_takes_no_memory(place: str, tmp_path: Path) -> None:
+    async with open_jobs(place, queue=4) as jobs:
+        wanted = replace(request(Waits(tmp_path)), source=bytes(MIB))
+        first = await submit(jobs, wanted)
+        await pid_in(tmp_path)
+        tracemalloc.start()
+        answers = await asyncio.gather(*(submit(jobs, wanted) for _ in range(40)), return_exceptions=True)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        refused = [answer for answer in answers if isinstance(answer, TooMany)]
+        assert all(1 <= answer.retry_after_s <= 60 for answer in refused)
+        for _ in range(36):
+            with pytest.raises(TooMany):
+                await submit(jobs, wanted)
+        counts = (await jobs.metrics()).states
+        assert (counts[JobState.RUNNING], counts[JobState.QUEUED]) == (1, 4)
+        for answer in [first, *(answer for answer in answers if isinstance(answer, str))]:
+            await jobs.cancel(answer)
+        refused, peak = len(refused), peak
     assert refused == 36
     assert peak < 20 * MIB
 

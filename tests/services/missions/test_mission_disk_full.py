@@ -127,39 +127,37 @@ def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_mission_goe
 
 
 @pytest.mark.parametrize("commit", range(1, 5))
-def test_whichever_commit_fails_the_mission_comes_out_as_if_nothing_had_happened(tmp_path: Path, commit: int) -> None:
-    async def fly() -> str:
-        async with serving(tmp_path) as service:
-            driver = HttpDriver(team(), http=service.http)
-            record = await begun(service)
-            assert not await driver.drive(service.missions, record, 5)
-            service.fail(f"disk_full@{commit}")
-            assert await driver.drive(service.missions, record)
-            assert service.store._writer._points._passed[failpoints.BEFORE_COMMIT] > commit
-            return await service.missions.log(record)
+async def test_whichever_commit_fails_the_mission_comes_out_as_if_nothing_had_happened(
+    tmp_path: Path, commit: int
+) -> None:
+    async with serving(tmp_path) as service:
+        driver = HttpDriver(team(), http=service.http)
+        record = await begun(service)
+        assert not await driver.drive(service.missions, record, 5)
+        service.fail(f"disk_full@{commit}")
+        assert await driver.drive(service.missions, record)
+        assert service.store._writer._points._passed[failpoints.BEFORE_COMMIT] > commit
+        log = await service.missions.log(record)
+    assert log == undisturbed("lobby")
 
-    assert run(fly()) == undisturbed("lobby")
 
-
-def test_on_a_disk_that_is_really_full_nothing_acknowledged_is_lost(
+async def test_on_a_disk_that_is_really_full_nothing_acknowledged_is_lost(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    async def fly() -> str:
-        async with serving(tmp_path) as service:
-            driver = HttpDriver(team(), http=service.http)
-            record = await begun(service)
-            assert not await driver.drive(service.missions, record, 5)
-            service.limit(2)
-            driving = asyncio.create_task(driver.drive(service.missions, record))
-            while not driver.refused and "the store can't be written" not in caplog.text:
-                await asyncio.sleep(0.01)
-            acknowledged = (await found(service, record.id)).n
-            assert acknowledged == len(driver.reports)
-            service.limit(10**6)
-            assert await driving
-            return await service.missions.log(record)
-
-    assert run(fly()) == undisturbed("lobby")
+    async with serving(tmp_path) as service:
+        driver = HttpDriver(team(), http=service.http)
+        record = await begun(service)
+        assert not await driver.drive(service.missions, record, 5)
+        service.limit(2)
+        driving = asyncio.create_task(driver.drive(service.missions, record))
+        while not driver.refused and "the store can't be written" not in caplog.text:
+            await asyncio.sleep(0.01)
+        acknowledged = (await found(service, record.id)).n
+        assert acknowledged == len(driver.reports)
+        service.limit(10**6)
+        assert await driving
+        log = await service.missions.log(record)
+    assert log == undisturbed("lobby")
 
 
 def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(

@@ -36,18 +36,15 @@ async def kill_now_and_then(seed: int, times: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 9))])
-def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_happened(place: str, seed: int) -> None:
-    async def fly() -> tuple[str, Driver]:
-        async with open_missions(place) as missions:
-            record = await started(missions)
-            driver = Driver(team())
-            killing = asyncio.create_task(kill_now_and_then(seed, 6))
-            assert await driver.drive(missions, record)
-            await killing
-            assert [event async for event in stream(missions, record.id)] == driver.events
-            return await missions.log(record), driver
-
-    log, driver = run(fly())
+async def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_happened(place: str, seed: int) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        driver = Driver(team())
+        killing = asyncio.create_task(kill_now_and_then(seed, 6))
+        assert await driver.drive(missions, record)
+        await killing
+        assert [event async for event in stream(missions, record.id)] == driver.events
+        log, driver = await missions.log(record), driver
     assert log == undisturbed("lobby")
     assert [seq for seq, _, _ in driver.events] == list(range(1, len(driver.events) + 1))
 
@@ -98,17 +95,16 @@ class NoRoom:
         pass
 
 
-def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(
+    place: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(supervisor, "_LONGEST_PAUSE_S", 0.001)
     runner = BrokenLauncher(times=50)
-
-    async def fly() -> str:
-        async with open_missions(place, runner) as missions:
-            record = await started(missions)
-            assert await Driver(team()).drive(missions, record)
-            return await missions.log(record)
-
-    assert run(fly()) == undisturbed("lobby")
+    async with open_missions(place, runner) as missions:
+        record = await started(missions)
+        assert await Driver(team()).drive(missions, record)
+        log = await missions.log(record)
+    assert log == undisturbed("lobby")
     assert runner.times < 0
 
 
@@ -147,12 +143,9 @@ def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: 
     run(go_on(mission))
 
 
-def test_no_process_is_left_when_missions_are_stopped(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            for _ in range(3):
-                record = await started(missions)
-                assert not await Driver(team()).drive(missions, record, 3)
-
-    run(fly())
+async def test_no_process_is_left_when_missions_are_stopped(place: str) -> None:
+    async with open_missions(place) as missions:
+        for _ in range(3):
+            record = await started(missions)
+            assert not await Driver(team()).drive(missions, record, 3)
     assert nothing_runs()

@@ -59,29 +59,25 @@ async def over(missions: Missions, mission: str) -> MissionRecord:
     return record
 
 
-def test_the_log_is_that_of_a_mission_in_one_process(place: str) -> None:
-    async def fly() -> str:
-        async with open_missions(place) as missions:
-            record = await begun(missions, LOBBY)
-            assert (await over(missions, record.id)).status == "complete"
-            return await missions.log(record)
-
-    assert run(fly()) == undisturbed("lobby")
+async def test_the_log_is_that_of_a_mission_in_one_process(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, LOBBY)
+        assert (await over(missions, record.id)).status == "complete"
+        log = await missions.log(record)
+    assert log == undisturbed("lobby")
 
 
-def test_it_is_the_same_where_processes_are_killed(place: str) -> None:
-    async def fly() -> str:
-        async with open_missions(place) as missions:
-            record = await begun(missions, LOBBY)
-            for n in (3, 9, 20, 31):
-                await reported(missions, record.id, n)
-                for process in await asyncio.to_thread(below_launcher):
-                    with contextlib.suppress(psutil.NoSuchProcess):
-                        process.kill()
-            await over(missions, record.id)
-            return await missions.log(record)
-
-    assert run(fly()) == undisturbed("lobby")
+async def test_it_is_the_same_where_processes_are_killed(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, LOBBY)
+        for n in (3, 9, 20, 31):
+            await reported(missions, record.id, n)
+            for process in await asyncio.to_thread(below_launcher):
+                with contextlib.suppress(psutil.NoSuchProcess):
+                    process.kill()
+        await over(missions, record.id)
+        log = await missions.log(record)
+    assert log == undisturbed("lobby")
 
 
 def test_it_is_the_same_where_the_service_is_stopped_and_started_again(place: str) -> None:
@@ -98,19 +94,16 @@ def test_it_is_the_same_where_the_service_is_stopped_and_started_again(place: st
     assert run(go_on(run(begin()))) == undisturbed("lobby")
 
 
-def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: PostgresServer) -> None:
+async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: PostgresServer) -> None:
     shared = postgres.database()
-
-    async def fly() -> str:
-        async with open_missions(shared) as second:
-            async with open_missions(shared) as first:
-                record = await begun(first, LOBBY)
-                await reported(second, record.id, 7)
-            ended = await over(second, record.id)
-            assert ended.term == 2
-            return await second.log(ended)
-
-    assert run(fly()) == undisturbed("lobby")
+    async with open_missions(shared) as second:
+        async with open_missions(shared) as first:
+            record = await begun(first, LOBBY)
+            await reported(second, record.id, 7)
+        ended = await over(second, record.id)
+        assert ended.term == 2
+        log = await second.log(ended)
+    assert log == undisturbed("lobby")
 
 
 async def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None:
