@@ -5,9 +5,7 @@ from __future__ import annotations
 from synthetic_mission import synthetic_mission
 
 from marsupial.mission.frames import moved_event
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import Cell
-from marsupial.model.mission import Changed, FrameGrown, MissionEvent, MissionStarted
+from marsupial.model import Cell, Changed, FrameGrown, FrameShift, MissionEvent, MissionStarted
 
 EVENTS = synthetic_mission()
 START = EVENTS[0]

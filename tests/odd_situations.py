@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
+from marsupial.model import PlanningType, RobotState, Role, Situation, SituationGoal, TargetInfo
 
 NAMES = st.one_of(
     st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"]), min_size=1, max_size=5),

@@ -15,9 +15,7 @@ from small_missions import Watcher, kinds_of
 from marsupial.formats.loglines import LogDecoder
 from marsupial.library.missions import reachable_area, simulate
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray, Grid
-from marsupial.model.mission import MissionEnded, MissionEvent, Status
-from marsupial.model.scenario import Goal, Scenario
+from marsupial.model import FLOOR, OBSTACLE, Cell, CellArray, Goal, Grid, MissionEnded, MissionEvent, Scenario, Status
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial_service.intake.missions import brief_of, report_of
 from marsupial_service.missions.process import run_mission

@@ -11,9 +11,7 @@ from marsupial.library.choices import DEFAULT_PLANNER
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
-from marsupial.model.mission import MissionEvent, Status
-from marsupial.model.planning import Budget
-from marsupial.model.robots import Role
+from marsupial.model import Budget, MissionEvent, Role, Status
 from marsupial.strategies.registry import RULES, STRATEGIES, asks_planner, frontier_rule
 
 

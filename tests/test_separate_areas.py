@@ -13,11 +13,7 @@ from small_missions import Watcher, drawn_grid, kinds_of
 
 from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import FLOOR, Cell
-from marsupial.model.mission import MissionEnded, Status
-from marsupial.model.planning import Budget
-from marsupial.model.robots import TeamMember
-from marsupial.model.scenario import Goal, Scenario
+from marsupial.model import FLOOR, Budget, Cell, Goal, MissionEnded, Scenario, Status, TeamMember
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import RULES, STRATEGIES, frontier_rule
 

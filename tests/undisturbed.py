@@ -8,8 +8,7 @@ from marsupial.formats.loglines import LogEncoder
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
-from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Budget
+from marsupial.model import Budget, MissionEvent
 
 STEPS = Budget(steps=1)
 

@@ -19,8 +19,7 @@ from typing import Any
 from marsupial.errors import InvalidPlanError
 from marsupial.formats.pddl.plansteps import Step, plan_of
 from marsupial.formats.pddl.text import domain_text, problem_text
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Plan, Situation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

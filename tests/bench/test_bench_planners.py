@@ -22,10 +22,7 @@ from marsupial.bench.planners import (
 )
 from marsupial.bench.suite.best import with_plan
 from marsupial.bench.suite.catalogue import Instance
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Budget, EngineInfo, Finished, Improved, Objective, Outcome, Plan, Situation
 from marsupial.planning.list_scheduling.greedy import Greedy
 
 SATISFIED = Finished(outcome=Outcome.SATISFICING)

@@ -17,8 +17,7 @@ from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, dig
 from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS
 from marsupial.errors import InputError, UsageError
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.model.planning import Budget
-from marsupial.model.scenario import Goal
+from marsupial.model import Budget, Goal
 
 FILES = ("rows.csv", "timings.csv", "coverage.csv")
 

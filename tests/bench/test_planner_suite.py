@@ -22,10 +22,7 @@ from marsupial.bench.suite.catalogue import INSTANCES
 from marsupial.bench.suite.floors import UNDOCK_MS, Floor
 from marsupial.errors import InputError, InvalidPlanError
 from marsupial.formats.situation import situation_from_json, situation_to_json
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.planning import Budget, Improved
-from marsupial.model.robots import Role
-from marsupial.model.situation import Situation
+from marsupial.model import Action, ActionName, Budget, Improved, Plan, Role, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
 

@@ -8,8 +8,7 @@ from marsupial.cli.main import main
 from marsupial.formats.missionlog import read_log
 from marsupial.formats.pddl.text import check_domain, read_problem
 from marsupial.formats.situation import situation_from_json
-from marsupial.model.mission import Planned
-from marsupial.model.situation import Situation
+from marsupial.model import Planned, Situation
 
 FILES = ("domain.pddl", "problem.pddl", "situation.json")
 

@@ -17,10 +17,7 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import Grid
-from marsupial.model.mission import MissionStarted, Planned
-from marsupial.model.planning import Outcome
-from marsupial.model.strategy import PlanningReport
+from marsupial.model import Grid, MissionStarted, Outcome, Planned, PlanningReport
 
 
 def watch_lobby(monkeypatch: pytest.MonkeyPatch, console: Console) -> None:

@@ -14,8 +14,7 @@ from marsupial.cli.display.terminal_replay import play, summary_lines
 from marsupial.exports.ground import coarse
 from marsupial.formats.triggers import read_triggers
 from marsupial.mission.playback import Playback
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN
-from marsupial.model.mission import MissionEvent, Planned, RobotLost
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, MissionEvent, Planned, RobotLost
 
 EVENTS = synthetic_mission()
 

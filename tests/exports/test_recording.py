@@ -18,8 +18,7 @@ from synthetic_mission import synthetic_mission
 
 from marsupial.exports.recording import POSE_EVERY_MS, corners, spaced, write_recording
 from marsupial.mission.playback import Playback
-from marsupial.model.grid import UNKNOWN, Grid
-from marsupial.model.mission import Changed, MissionEvent, MissionStarted, Revealed
+from marsupial.model import UNKNOWN, Changed, Grid, MissionEvent, MissionStarted, Revealed
 from marsupial.replay.palette import LIGHT
 
 EVENTS = synthetic_mission()

@@ -9,8 +9,7 @@ from scipy import ndimage
 from marsupial.errors import MapError
 from marsupial.generators import GENERATORS
 from marsupial.maps.reach import parts, standable
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Grid
-from marsupial.model.robots import RobotType, Role
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, Grid, RobotType, Role
 
 SIZES = {
     "office": (60.0, 36.0),

@@ -21,9 +21,7 @@ import marsupial
 from marsupial.cli.main import main
 from marsupial.errors import EngineUnavailable, ScenarioError, UsageError
 from marsupial.formats.missionlog import read_log
-from marsupial.model.mission import MissionStarted
-from marsupial.model.objective import Objective
-from marsupial.model.situation import Situation
+from marsupial.model import MissionStarted, Objective, Situation
 from marsupial.planning.list_scheduling.greedy import Greedy, serve
 
 QUICK: dict[str, Any] = {"planner": "greedy", "steps": 1}

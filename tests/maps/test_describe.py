@@ -8,8 +8,7 @@ import pytest
 
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.maps.describe import TerrainShare, describe
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Grid
-from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Grid, LegendEntry, MapReading
 from marsupial.model.robots import RobotType, default_types
 
 CARRIER, ROVER = default_types(2)

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from marsupial.maps.footprint import Footprint, disc, fits, standable
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
-from marsupial.model.robots import RobotType
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask, RobotType
 
 RADII = st.sampled_from([0.0, 0.4, 1.0, 1.2, 1.5, 2.0, 2.3, 3.0])
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from marsupial.maps.growth import GrowingReach
 from marsupial.maps.targets import TargetFinder
 from marsupial.maps.territory import Reach, Territory
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
-from marsupial.model.mission import PlacedRobot
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask, PlacedRobot
 
 CARRIER, ROVER = carrier(), rover()
 

@@ -13,9 +13,7 @@ from marsupial.maps.growth import reach_of
 from marsupial.maps.meetings import STRETCH_M, Meetings, find_meetings
 from marsupial.maps.targets import Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid
-from marsupial.model.mission import MapMeeting, PlacedRobot
-from marsupial.model.robots import RobotType
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, MapMeeting, PlacedRobot, RobotType
 
 CARRIER, ROVER = carrier(), rover()
 KINDS = (CARRIER, ROVER)

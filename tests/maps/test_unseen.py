@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from marsupial.maps.territory import Territory
 from marsupial.maps.unseen import FIRST_GUESS, UnseenPart
-from marsupial.model.grid import UNKNOWN, CellArray, Grid
-from marsupial.model.unseen import Unseen
+from marsupial.model import UNKNOWN, CellArray, Grid, Unseen
 
 KINDS = (carrier(), rover())
 

@@ -8,10 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from marsupial.arrays import Ints
-from marsupial.model.grid import UNKNOWN, Cell, Grid
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType
-from marsupial.model.world import News
+from marsupial.model import UNKNOWN, Cell, Grid, News, PlacedRobot, RobotType
 from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
 

@@ -25,9 +25,7 @@ from situations import (
 
 from marsupial.maps.targets import Target
 from marsupial.mission.carryover import carried_over, same_target, tolerance_cells
-from marsupial.model.grid import Cell
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.situation import Situation, SituationGoal
+from marsupial.model import Action, ActionName, Cell, Plan, Situation, SituationGoal
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
 

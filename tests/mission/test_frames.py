@@ -15,8 +15,7 @@ from marsupial.formats.missionlog import parse_log
 from marsupial.mission.frames import in_last_frame, moved_event
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import MissionTracker
-from marsupial.model.grid import Cell
-from marsupial.model.mission import Changed, FrameGrown
+from marsupial.model import Cell, Changed, FrameGrown
 
 GROWN = growing_mission()
 

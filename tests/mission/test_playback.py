@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from synthetic_mission import DOCK, EXPLORE, EXPLORE_2, MOVE, RETURN, UNDOCK, mission_started, synthetic_mission, truth
 
 from marsupial.mission.playback import Playback
-from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell
-from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveStarted, RobotLost
+from marsupial.model import OBSTACLE, UNKNOWN, ActionEnd, ActionEnded, ActionStarted, Cell, DriveStarted, RobotLost
 
 EVENTS = synthetic_mission()
 

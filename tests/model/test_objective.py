@@ -4,10 +4,7 @@ from dataclasses import replace
 
 from situations import SOLVABLE, one_hall, one_room
 
-from marsupial.model.objective import MAKESPAN
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Improved
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Budget, Improved, Plan, Situation
 from marsupial.planning.list_scheduling.greedy import Greedy
 
 

@@ -16,10 +16,7 @@ from marsupial.maps.growth import reach_of
 from marsupial.maps.targets import TargetFinder, cell_at
 from marsupial.maps.territory import Territory
 from marsupial.mission.observer import Observer
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid
-from marsupial.model.mission import DriveStarted, MissionEvent, Status
-from marsupial.model.planning import Budget
-from marsupial.model.robots import RobotType
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Budget, Cell, DriveStarted, Grid, MissionEvent, RobotType, Status
 from marsupial.papers.alkhawaldah.experiment import HOPPER, cell_world
 from marsupial.papers.alkhawaldah.rule import Bidding
 from marsupial.papers.sheng2006.rule import Sheng

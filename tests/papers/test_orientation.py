@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from marsupial.maps.targets import Frontier
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid
-from marsupial.model.robots import RobotType, Role
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid, RobotType, Role
 from marsupial.papers.mei2006.rules import Orientation, WidestFrontier, clockwise
 from marsupial.paths.fields import PathSearch
 from marsupial.strategies.frontier.view import Explorer, FrontierView

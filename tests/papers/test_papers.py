@@ -14,8 +14,7 @@ from marsupial.bench.compare.plan import Comparison, Trial
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import Curve
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, StatementVerdict
-from marsupial.model.grid import FLOOR
-from marsupial.model.planning import Budget
+from marsupial.model import FLOOR, Budget
 from marsupial.papers import PAPERS, PARTS, experiment
 from marsupial.papers.alkhawaldah import experiment as alkhawaldah
 from marsupial.papers.alkhawaldah import weights

@@ -12,8 +12,7 @@ from marsupial.arrays import Floats, Ints
 from marsupial.maps.growth import reach_of
 from marsupial.maps.targets import TargetFinder, cell_at
 from marsupial.maps.territory import Territory
-from marsupial.model.grid import FLOOR, UNKNOWN, Cell, CellArray, Grid
-from marsupial.model.robots import RobotType
+from marsupial.model import FLOOR, UNKNOWN, Cell, CellArray, Grid, RobotType
 from marsupial.papers.wurm2008.rules import Segments, assignment
 from marsupial.papers.wurm2008.segmentation import segment
 from marsupial.paths.fields import PathSearch

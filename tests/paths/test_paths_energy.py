@@ -12,8 +12,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from marsupial.errors import UsageError
-from marsupial.model.grid import FLOOR, Cell, Mask
-from marsupial.model.robots import EnergyModel, RobotType, Role
+from marsupial.model import FLOOR, Cell, EnergyModel, Mask, RobotType, Role
 from marsupial.paths.energy import EnergySearch, MotionCosts, costs_of, route_energy
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import STEPS, route_length

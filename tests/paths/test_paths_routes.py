@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from marsupial.model.grid import Cell
-from marsupial.model.situation import UNREACHABLE
+from marsupial.model import UNREACHABLE, Cell
 from marsupial.paths.routes import (
     passing_times_ms,
     route_length,

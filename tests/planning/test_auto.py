@@ -8,10 +8,7 @@ from situations import many_rooms, one_room, two_rooms
 
 from marsupial.bench.suite.catalogue import INSTANCES
 from marsupial.bench.suite.floors import Floor
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Budget, Finished, Improved, Objective, Outcome, Plan, Situation
 from marsupial.planning.auto import auto
 from marsupial.planning.infos import AUTO
 from marsupial.planning.portfolio.engine import Latest

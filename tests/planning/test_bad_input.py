@@ -24,9 +24,7 @@ from situations import (
     two_rooms,
 )
 
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
-from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
+from marsupial.model import UNREACHABLE, Budget, Engine, Finished, Improved, Outcome, Plan, Situation, SituationGoal
 from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES
 

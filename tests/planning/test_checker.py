@@ -19,8 +19,7 @@ from situations import (
     two_rooms,
 )
 
-from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
-from marsupial.model.situation import Situation, SituationGoal
+from marsupial.model import EPSILON_MS, Action, ActionName, Plan, Situation, SituationGoal
 from marsupial.planning.checker import Verdict, ViolationKind, check
 
 Kind = ViolationKind

@@ -11,10 +11,7 @@ from hypothesis import strategies as st
 from situations import SOLVABLE, bring_them_home, one_room, situations
 from up_problem import up_validate
 
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.planning import Budget, Improved
-from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, Situation, SituationGoal
+from marsupial.model import Action, ActionName, Budget, Improved, Plan, PlanningType, Role, Situation, SituationGoal
 from marsupial.planning.checker import ViolationKind, check
 from marsupial.planning.list_scheduling.greedy import Greedy, serve
 

@@ -2,10 +2,7 @@ from __future__ import annotations
 
 from situations import carrier, default_types, door, hall, one_room, room, rover, situation_of
 
-from marsupial.model.objective import PricedArrival
-from marsupial.model.plan import EPSILON_MS, Plan
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import EPSILON_MS, Budget, Finished, Improved, Outcome, Plan, PricedArrival, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.local_search.engine import Anytime

@@ -11,9 +11,7 @@ from synthetic_mission import mission_started, synthetic_mission
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
 from marsupial.library.recording import Recorder
-from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Budget
-from marsupial.model.scenario import MissionLimits
+from marsupial.model import Budget, MissionEvent, MissionLimits
 from marsupial.replay.page import replay_page
 from marsupial.replay.palette import DARK, LIGHT
 

@@ -2,9 +2,8 @@ import pytest
 from eyes import contrast, nearest, seen
 from skimage.color import deltaE_ciede2000
 
-from marsupial.model.mission import MissionStarted, PlacedRobot
+from marsupial.model import Goal, MissionStarted, PlacedRobot
 from marsupial.model.robots import Role, default_types
-from marsupial.model.scenario import Goal
 from marsupial.replay.palette import DARK, LIGHT, REACH, Palette, robot_styles
 
 PALETTES = pytest.mark.parametrize("palette", [LIGHT, DARK], ids=["light", "dark"])

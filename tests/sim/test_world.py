@@ -17,10 +17,7 @@ from small_missions import (
 )
 
 from marsupial.errors import InternalError
-from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, Grid
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType
-from marsupial.model.world import News
+from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, News, PlacedRobot, RobotType
 from marsupial.paths.routes import passing_times_ms
 from marsupial.sim.sensors import FieldOfView
 from marsupial.sim.world import SimulatedWorld

@@ -9,9 +9,7 @@ import numpy as np
 from hypothesis import strategies as st
 from situations import situations
 
-from marsupial.model.plan import Plan
-from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
-from marsupial.model.strategy import Briefing, Strategy
+from marsupial.model import UNREACHABLE, Briefing, Plan, Situation, SituationGoal, Strategy
 from marsupial.planning.checker import check
 
 Direct = Mapping[str, Mapping[str, int]]

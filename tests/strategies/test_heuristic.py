@@ -21,11 +21,7 @@ from situations import (
 )
 from strategy_briefings import assert_possible, brief, briefings, robot_by_robot
 
-from marsupial.model.plan import ActionName, Plan
-from marsupial.model.planning import Outcome
-from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, Situation
-from marsupial.model.strategy import Briefing, Decision
+from marsupial.model import ActionName, Briefing, Decision, Outcome, Plan, PlanningType, Role, Situation
 from marsupial.planning.checker import check
 from marsupial.strategies.heuristic import Heuristic
 

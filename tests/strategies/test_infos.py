@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from marsupial.errors import ScenarioError
-from marsupial.model.planning import Budget
-from marsupial.model.robots import Role
+from marsupial.model import Budget, Role
 from marsupial.strategies.infos import ONE_ROBOT, OWN, WITHOUT_ROVERS
 from marsupial.strategies.registry import STRATEGIES, check_suits, strategy
 

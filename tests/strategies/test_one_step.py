@@ -20,8 +20,7 @@ from situations import (
 )
 from strategy_briefings import brief, robot_by_robot
 
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Plan, Situation
 from marsupial.strategies.one_step import OneStep
 
 

@@ -7,8 +7,7 @@ import pytest
 
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.movingai import read_movingai
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH
-from marsupial.model.mapreading import LegendEntry
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, LegendEntry
 
 F, O, R = FLOOR, OBSTACLE, ROUGH  # noqa: E741
 

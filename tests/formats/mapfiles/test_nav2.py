@@ -14,8 +14,7 @@ from marsupial.errors import MapError
 from marsupial.formats.mapfiles.images import read_grey
 from marsupial.formats.mapfiles.nav2 import occupancy_table, read_nav2
 from marsupial.formats.mapfiles.nav2_header import Mode, read_header
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Grid
-from marsupial.model.mapreading import LegendEntry
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Grid, LegendEntry
 
 HEADER = {
     "image": "map.pgm",

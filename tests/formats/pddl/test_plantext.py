@@ -13,8 +13,7 @@ from marsupial.errors import InvalidPlanError, PlanTextError
 from marsupial.formats.pddl.facts import seconds
 from marsupial.formats.pddl.plansteps import Step, steps_of
 from marsupial.formats.pddl.plantext import read_plan, read_plan_text, write_plan_text
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Action, ActionName, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
 

@@ -29,10 +29,7 @@ from situations import (
 )
 
 from marsupial.bench.suite.floors import Floor
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.robots import Role
-from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
+from marsupial.model import UNREACHABLE, Budget, Finished, Improved, Outcome, Plan, Role, Situation, SituationGoal
 from marsupial.planning.branch_and_bound.engine import Exact
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy

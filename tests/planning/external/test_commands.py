@@ -21,8 +21,7 @@ from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
 from marsupial.formats.pddl.text import domain_text, problem_text, read_problem
 from marsupial.formats.situation import situation_to_json
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.situation import UNREACHABLE, Situation
+from marsupial.model import UNREACHABLE, Budget, Finished, Improved, Outcome, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine, mission_engine
 from marsupial.planning.external.commands import External

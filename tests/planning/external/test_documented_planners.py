@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 from situations import bring_them_home, carrier, hall, in_flight, many_rooms, one_room, relay, situation_of, two_rooms
 
-from marsupial.model.planning import Budget, Finished, Improved
-from marsupial.model.situation import Situation
+from marsupial.model import Budget, Finished, Improved, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.external.commands import External
 

@@ -19,9 +19,7 @@ from situations import (
     situations,
 )
 
-from marsupial.model.plan import ActionName
-from marsupial.model.planning import Budget, Improved
-from marsupial.model.situation import Situation, SituationGoal
+from marsupial.model import ActionName, Budget, Improved, Situation, SituationGoal
 from marsupial.planning.external import aries, tamer
 from marsupial.planning.external.encodings import Vocabulary
 from marsupial.planning.list_scheduling.greedy import Greedy

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from situations import SOLVABLE, carrier, door, hall, one_room, situation_of
 
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.situation import UNREACHABLE, Situation
+from marsupial.model import UNREACHABLE, Budget, Finished, Improved, Outcome, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.detours import Detours
 from marsupial.planning.list_scheduling.greedy import Greedy

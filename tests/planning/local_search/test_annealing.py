@@ -6,10 +6,7 @@ from contextlib import closing
 from hypothesis import given, settings
 from situations import SOLVABLE, many_rooms, one_room, situations
 
-from marsupial.model.objective import MAKESPAN
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Improved
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Budget, Improved, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.local_search.encoding import ProblemData, encode, events_of, plan_of

@@ -19,9 +19,7 @@ from situations import (
     two_rooms,
 )
 
-from marsupial.model.plan import EPSILON_MS
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.situation import Situation, SituationGoal
+from marsupial.model import EPSILON_MS, Budget, Finished, Improved, Outcome, Situation, SituationGoal
 from marsupial.planning.local_search.encoding import encode
 from marsupial.planning.local_search.engine import Anytime
 from marsupial.planning.local_search.workload import work_bound_ms

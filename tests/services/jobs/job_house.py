@@ -11,8 +11,7 @@ from entry_house import followed, opened, settings_of
 from patience import HANG_S, awaited
 from situations import one_room
 
-from marsupial.model.planning import Budget
-from marsupial.model.situation import Situation
+from marsupial.model import Budget, Situation
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.entries.records import EventRecord

@@ -8,8 +8,7 @@ import pytest
 from entry_house import settings_of
 from patience import HANG_S
 
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget
+from marsupial.model import Budget, Plan
 from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
 from marsupial_service.jobs.lookup import JOBS

@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 from situations import one_room
 
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Finished, Improved, Outcome
+from marsupial.model import Finished, Improved, Outcome, Plan
 from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES
 from marsupial.planning.list_scheduling.greedy import serve

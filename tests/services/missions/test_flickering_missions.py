@@ -11,8 +11,7 @@ from mission_house import Hosted, again, brief, team
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.model.grid import FLOOR, UNKNOWN
-from marsupial.model.mission import Changed, Status
+from marsupial.model import FLOOR, UNKNOWN, Changed, Status
 from marsupial_service.intake.missions import report_of
 from marsupial_service.missions.values import MissionReport, PendingInput
 from marsupial_service.schemas.missions import ReportBody

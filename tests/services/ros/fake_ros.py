@@ -22,8 +22,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 from marsupial.maps.contact import Contact
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid
-from marsupial.model.robots import RobotType, Role
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid, RobotType, Role
 from marsupial.sim.sensors import FieldOfView
 
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6

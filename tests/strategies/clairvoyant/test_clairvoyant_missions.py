@@ -10,9 +10,7 @@ from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.trial import carry_out
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
-from marsupial.model.grid import Cell
-from marsupial.model.mission import MissionEnded, Status
-from marsupial.model.scenario import Goal, MissionLimits, Scenario
+from marsupial.model import Cell, Goal, MissionEnded, MissionLimits, Scenario, Status
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 LONG = ("#################", "#...............#", "#################")

@@ -4,9 +4,7 @@ from simulated_missions import Plans
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
-from marsupial.model.mission import Cause, Planned, Status
-from marsupial.model.planning import Budget
-from marsupial.model.scenario import Scenario
+from marsupial.model import Budget, Cause, Planned, Scenario, Status
 
 
 def plans_of(scenario: Scenario, planner: str = "anytime") -> list[Planned]:

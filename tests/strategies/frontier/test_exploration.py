@@ -10,10 +10,7 @@ from small_missions import drawn_grid
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.generators.builtin import explorers
 from marsupial.library.missions import simulate
-from marsupial.model.mission import Cause, Planned, Status
-from marsupial.model.planning import Budget
-from marsupial.model.robots import Role
-from marsupial.model.scenario import PlanningTime
+from marsupial.model import Budget, Cause, Planned, PlanningTime, Role, Status
 from marsupial.papers.alkhawaldah.experiment import HOPPER, cell_world
 from marsupial.papers.alkhawaldah.rule import Bidding
 from marsupial.papers.wurm2008.rules import ClosestFrontier
