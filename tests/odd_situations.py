@@ -58,12 +58,7 @@ def odd_situations(draw: st.DrawFn) -> Situation:
 
 
 def _robot(
-    draw: st.DrawFn,
-    types: list[PlanningType],
-    others: list[RobotState],
-    homes: list[str],
-    name: str,
-    start: str,
+    draw: st.DrawFn, types: list[PlanningType], others: list[RobotState], homes: list[str], name: str, start: str
 ) -> RobotState:
     kind = draw(st.sampled_from(types))
     capacity = {t.name: t.capacity for t in types if t.role is Role.CARRIER}

@@ -120,11 +120,7 @@ def test_an_engine_without_a_plan_is_told_by_its_code(
 def test_a_plan_the_checker_refuses_is_not_given_out(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, room: str
 ) -> None:
-    script(
-        monkeypatch,
-        Improved(plan=Plan(actions=()), elapsed_s=0.1),
-        Finished(outcome=Outcome.SATISFICING),
-    )
+    script(monkeypatch, Improved(plan=Plan(actions=()), elapsed_s=0.1), Finished(outcome=Outcome.SATISFICING))
     assert main(["plan", room, "--planner", "scripted"]) == 6
     captured = capsys.readouterr()
     assert captured.out == ""

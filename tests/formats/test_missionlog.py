@@ -151,12 +151,7 @@ starts = st.builds(
     names,
 )
 later_events = st.one_of(
-    st.builds(
-        Revealed,
-        t_ms=times,
-        robot=robots,
-        runs=runs,
-    ),
+    st.builds(Revealed, t_ms=times, robot=robots, runs=runs),
     st.builds(
         DriveStarted, t_ms=times, robot=robots, cell=st.just(Cell(30, 20)), steps=st.text("01234567", max_size=15)
     ),

@@ -18,16 +18,7 @@ d:
 
 
 @pytest.mark.parametrize(
-    ("path", "line"),
-    [
-        ("a", 1),
-        ("b", 2),
-        ("b[0]", 3),
-        ("b[0].y", 4),
-        ("b[1].x", 6),
-        ("d", 8),
-        ("d.e", 7),
-    ],
+    ("path", "line"), [("a", 1), ("b", 2), ("b[0]", 3), ("b[0].y", 4), ("b[1].x", 6), ("d", 8), ("d.e", 7)]
 )
 def test_a_field_has_the_line_of_its_name(path: str, line: int) -> None:
     assert with_lines([Problem(path, "wrong")], TEXT) == [Problem(path, "wrong", line)]

@@ -128,12 +128,7 @@ def test_a_wrong_argument_of_scenario_is_named(arguments: dict[str, Any], messag
 
 
 @pytest.mark.parametrize(
-    "arguments",
-    [
-        {"strategy": Failing()},
-        {"strategy": "temporal", "planner": Failing()},
-        {"sensor": Failing()},
-    ],
+    "arguments", [{"strategy": Failing()}, {"strategy": "temporal", "planner": Failing()}, {"sensor": Failing()}]
 )
 def test_what_somebody_elses_code_raises_comes_through_as_it_is(arguments: dict[str, Any]) -> None:
     with pytest.raises(ZeroDivisionError, match="mine"):

@@ -68,10 +68,7 @@ def test_the_engine_is_found_by_the_kind_of_problem(up: Any) -> None:
 def test_problems_of_another_domain_are_refused(up: Any) -> None:
     problem = up_problem(one_room())
     problem.clear_actions()
-    with (
-        up.OneshotPlanner(name="marsupial") as planner,
-        pytest.raises(UPUsageError, match="its own domain only"),
-    ):
+    with up.OneshotPlanner(name="marsupial") as planner, pytest.raises(UPUsageError, match="its own domain only"):
         planner.solve(problem)
 
 

@@ -5,16 +5,7 @@ from collections.abc import Callable
 import pytest
 from clumsy_world import ClumsyWorld
 from mission_fakes import Timed
-from small_missions import (
-    ANNEX,
-    TWO_ANNEXES,
-    Watcher,
-    carrier_at,
-    drawn_grid,
-    greedy_strategy,
-    kinds_of,
-    rover_on,
-)
+from small_missions import ANNEX, TWO_ANNEXES, Watcher, carrier_at, drawn_grid, greedy_strategy, kinds_of, rover_on
 
 from marsupial.cli.display.watch import MissionWatch
 from marsupial.formats.triggers import trigger_text

@@ -59,9 +59,7 @@ class Listening:
 
 
 def fly(
-    scenario: Scenario,
-    failures: dict[str, int] | None = None,
-    fails: Callable[[int, str], bool] | None = None,
+    scenario: Scenario, failures: dict[str, int] | None = None, fails: Callable[[int, str], bool] | None = None
 ) -> tuple[list[MissionEvent], list[Situation]]:
     robots = place_team(scenario, 1)
     kinds = {kind.name: kind for kind in scenario.robot_types}

@@ -8,17 +8,7 @@ from itertools import permutations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from situations import (
-    Spot,
-    bring_them_home,
-    carrier,
-    default_types,
-    door,
-    hall,
-    room,
-    rover,
-    situation_of,
-)
+from situations import Spot, bring_them_home, carrier, default_types, door, hall, room, rover, situation_of
 from strategy_briefings import assert_possible, brief, briefings, robot_by_robot
 
 from marsupial.model import ActionName, Briefing, Decision, Outcome, Plan, PlanningType, Role, Situation
@@ -47,10 +37,7 @@ def test_targets_are_assigned_at_the_least_total_cost_not_one_after_the_other() 
 def test_carriers_are_assigned_whether_they_can_get_to_the_target_or_not() -> None:
     # "independent of whether they are accessible to them or not ... solely based on the estimated travel cost"
     situation = situation_of(
-        [carrier(), rover(on="c1")],
-        {"near": room(12), "far": hall(30)},
-        {"m1": door(10)},
-        {"c1_start": hall(0)},
+        [carrier(), rover(on="c1")], {"near": room(12), "far": hall(30)}, {"m1": door(10)}, {"c1_start": hall(0)}
     )
     plan = decide(situation, {"c1": seconds(near=12, far=30)}, {"m1": frozenset({"near"})})
     assert plan == ["(move c1 c1_start m1)", "(undock r1 c1 m1)", "(explore r1 m1 near)", "(move r1 near m1)"]

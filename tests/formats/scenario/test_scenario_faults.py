@@ -125,9 +125,7 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
     ),
     "a role like no other": (
         {"robot_types__1__role": "kangaroo"},
-        [
-            "robot_types[1].role: must be carrier or rover, got 'kangaroo'",
-        ],
+        ["robot_types[1].role: must be carrier or rover, got 'kangaroo'"],
     ),
     "a type twice": (
         {"robot_types__1__name": "Carrier"},
@@ -268,10 +266,7 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         {"version": 2, "fuel": 3, "team": 0},
         ["version: must be at most 1, got 2: the file is for a later marsupial"],
     ),
-    "another format": (
-        {"format": "marsupial-log"},
-        ["format: must be marsupial-scenario, got 'marsupial-log'"],
-    ),
+    "another format": ({"format": "marsupial-log"}, ["format: must be marsupial-scenario, got 'marsupial-log'"]),
     "a map from nowhere": (
         {"map": {"fil": "a.map"}},
         [
@@ -291,10 +286,7 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
     "no rows": ({"map__rows": [""]}, ["map.rows[0]: is empty"]),
     "rows without a size": (
         {"map__resolution_m": 0, "map__origin_m": [0, 0]},
-        [
-            "map.resolution_m: must be positive, got 0",
-            "map.origin_m: must be a list of 3 numbers, got [0, 0]",
-        ],
+        ["map.resolution_m: must be positive, got 0", "map.origin_m: must be a list of 3 numbers, got [0, 0]"],
     ),
     "a wrong legend": (
         {"map__legend": {"mm": "rough", "#": "floor", "r": "rouch"}},
@@ -375,10 +367,7 @@ def test_the_message_names_file_and_line(tmp_path: Path) -> None:
         ("format: marsupial-scenario\nname: a\nname: b\n", "line 3, column 1: field 'name' is given twice"),
         ("map:\n\tfile: a.yaml\n", "line 2, column 1: a tab can't stand here: YAML is indented by spaces"),
         ("map: {\n", "line 2, column 1: did not find expected node content"),
-        (
-            "map: !!python/object/apply:os.getcwd []\n",
-            "line 1, column 6: could not determine a constructor",
-        ),
+        ("map: !!python/object/apply:os.getcwd []\n", "line 1, column 6: could not determine a constructor"),
         ("version: " + "9" * 5000, "line 1, column 10: can't be read (Exceeds the limit"),
         ("a\0b", "line 1: unacceptable character #x0000"),
     ],

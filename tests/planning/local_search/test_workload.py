@@ -6,18 +6,7 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
-from situations import (
-    carrier,
-    door,
-    hall,
-    many_rooms,
-    one_hall,
-    room,
-    rover,
-    situation_of,
-    situations,
-    two_rooms,
-)
+from situations import carrier, door, hall, many_rooms, one_hall, room, rover, situation_of, situations, two_rooms
 
 from marsupial.model import EPSILON_MS, Budget, Finished, Improved, Outcome, Situation, SituationGoal
 from marsupial.planning.local_search.encoding import encode

@@ -109,10 +109,7 @@ async def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(p
             found.append((ended.status, ended.reason))
         while missions._supervisors:
             await asyncio.sleep(0.02)
-    assert found == [
-        ("cancelled", "no report came for 2 s"),
-        ("cancelled", "its key has expired or was revoked"),
-    ]
+    assert found == [("cancelled", "no report came for 2 s"), ("cancelled", "its key has expired or was revoked")]
 
 
 async def test_one_owner_has_so_many_missions_and_no_more(place: str) -> None:

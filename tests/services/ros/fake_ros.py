@@ -283,10 +283,7 @@ class FakeRos:
     def _see(self, body: Body) -> None:
         cell = self.truth.cell_at_m(*body.at)
         contact = Contact(body.kind, self.truth.resolution_m)
-        for seen in (
-            self._sensor.visible(self.truth, body.kind, cell),
-            contact.touched(self.truth.cells, cell),
-        ):
+        for seen in (self._sensor.visible(self.truth, body.kind, cell), contact.touched(self.truth.cells, cell)):
             self.known.ravel()[seen] = self.truth.cells.ravel()[seen]
 
     async def _tell(self) -> None:

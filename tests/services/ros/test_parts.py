@@ -269,13 +269,7 @@ def test_nav2_may_take_its_own_way_to_the_end(tmp_path: Path) -> None:
     house = House(tmp_path)
     path = tmp_path / "fleet.yaml"
     path.write_text(path.read_text().replace("type: carrier}", "type: carrier, drive: navigate_to_pose}"))
-    house.fleet = RobotFleet(
-        read_settings(path),
-        house.frames,
-        chart_of([0]),
-        house.actions,
-        house.said.append,
-    )
+    house.fleet = RobotFleet(read_settings(path), house.frames, chart_of([0]), house.actions, house.said.append)
     house.drive()
     _, action, values = house.actions.sent[-1]
     assert (action, values["pose"]["pose"]["position"]["x"]) == ("/carrier1/navigate_to_pose", 8.5)
