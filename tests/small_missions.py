@@ -96,6 +96,17 @@ def kinds_of(*, capacity: int = 1, carrier_range_m: float = 3.0, rover_range_m: 
     return {"carrier": carrier, "rover": rover}
 
 
+def begun_on(
+    grid: Grid, kinds: Sequence[RobotType], robots: Sequence[PlacedRobot], *, goal: Goal | None = None
+) -> MissionStarted:
+    """Return the first event of a mission."""
+    return MissionStarted(
+        t_ms=0, scenario="drawn", strategy="temporal", planner="greedy", seed=1, width=grid.width, height=grid.height,
+        resolution_m=grid.resolution_m, origin_m=grid.origin_m, terrains=grid.terrains, types=tuple(kinds),
+        robots=tuple(robots), goal=goal or Goal(),
+    )  # fmt: skip
+
+
 def carrier_at(x: int, y: int, number: int = 1) -> PlacedRobot:
     """Return ``c<number>`` at a cell."""
     return PlacedRobot(name=f"c{number}", type="carrier", cell=Cell(x, y))

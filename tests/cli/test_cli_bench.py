@@ -7,10 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from marsupial.bench.suite.best import digest_of, known_best, read_best, write_best
-from marsupial.bench.suite.catalogue import INSTANCES
+from marsupial.bench.suite.best import known_best, read_best, write_best
 from marsupial.cli.main import main
-from marsupial.planning.checker import check
 
 SMALL = ("--instance", "rooms-1x1-3", "--budget", "0.2")
 
@@ -71,16 +69,6 @@ def test_worse_plans_in_a_file_are_replaced_and_false_ones_refused(
     assert main(asked) == 6
     assert "which is not what is said of it" in capsys.readouterr().err
     assert file.read_text() == false
-
-
-def test_a_new_file_of_best_plans_begins_with_those_known(tmp_path: Path) -> None:
-    file = tmp_path / "best.json"
-    assert main(["bench", "planners", "--engine", "greedy", *SMALL, "--update", str(file)]) == 0
-    situation = INSTANCES["rooms-1x1-3"].situation()
-    best = read_best(file.read_text())
-    assert best.keys() == known_best().keys()
-    assert best["rooms-1x1-3"].digest == digest_of(situation)
-    assert check(situation, best["rooms-1x1-3"].read_plan(situation)).valid
 
 
 @pytest.mark.parametrize(

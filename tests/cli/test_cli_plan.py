@@ -28,14 +28,7 @@ OPTIMAL = "makespan 19.002 s, optimal (to 1 ms, with 1 ms between the actions of
 class Scripted:
     """An engine that yields what it was told to."""
 
-    info = EngineInfo(
-        name="scripted",
-        summary="does as it is told",
-        licence="none",
-        anytime=True,
-        proves_optimality=False,
-        deterministic_steps=True,
-    )
+    info = EngineInfo(name="scripted", anytime=True, deterministic_steps=True)
 
     def __init__(self, *events: Improved | Finished) -> None:
         self._events = events

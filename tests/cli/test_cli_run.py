@@ -232,12 +232,6 @@ def test_every_problem_of_a_scenario_file_has_its_line(capsys: pytest.CaptureFix
     assert not log.exists()
 
 
-def test_a_log_that_cannot_be_written_is_named(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    code, errors = refused(capsys, "lobby", *QUICK, "--log", str(tmp_path / "nowhere" / "log.jsonl"))
-    assert code == 2
-    assert "log.jsonl: no such file or directory" in errors
-
-
 def test_a_terminated_run_keeps_its_log_and_leaves_nothing_running(tmp_path: Path) -> None:
     log = tmp_path / "log.jsonl"
     command = [sys.executable, "-m", "marsupial.cli.main", "run", "lobby", "--planner", "aries", "--log", str(log)]

@@ -1,24 +1,23 @@
 from __future__ import annotations
 
 import numpy as np
+from small_missions import begun_on, drawn_grid
 
 from marsupial.cli.display.picture import doing
 from marsupial.cli.display.watch import MissionWatch
 from marsupial.mission.state import RobotView
-from marsupial.model.grid import FLOOR, TERRAINS, Cell
+from marsupial.model.grid import FLOOR, Cell
 from marsupial.model.mission import (
     ActionEnd,
     ActionEnded,
     ActionStarted,
     DriveEnded,
     DriveStarted,
-    MissionStarted,
     PlacedRobot,
     Revealed,
 )
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.robots import default_types
-from marsupial.model.scenario import Goal
 
 
 def watch() -> MissionWatch:
@@ -26,26 +25,11 @@ def watch() -> MissionWatch:
     reachable[1] = True
     seen = MissionWatch()
     seen.reachable(reachable)
-    seen.event(
-        MissionStarted(
-            t_ms=0,
-            scenario="strip",
-            strategy="temporal",
-            planner="greedy",
-            seed=1,
-            width=4,
-            height=2,
-            resolution_m=1.0,
-            origin_m=(0.0, 0.0, 0.0),
-            terrains=TERRAINS,
-            types=default_types(1),
-            robots=(
-                PlacedRobot(name="carrier1", type="carrier", cell=Cell(0, 1)),
-                PlacedRobot(name="rover1", type="rover", carrier="carrier1"),
-            ),
-            goal=Goal(),
-        )
+    robots = (
+        PlacedRobot(name="carrier1", type="carrier", cell=Cell(0, 1)),
+        PlacedRobot(name="rover1", type="rover", carrier="carrier1"),
     )
+    seen.event(begun_on(drawn_grid("....", "...."), default_types(1), robots))
     return seen
 
 

@@ -8,6 +8,7 @@ from scipy import ndimage
 
 from marsupial.errors import MapError
 from marsupial.generators import GENERATORS
+from marsupial.generators.papers import SIDE, WALLED, scattered
 from marsupial.maps.reach import parts, standable
 from marsupial.model import FLOOR, OBSTACLE, ROUGH, Grid, RobotType, Role
 
@@ -202,3 +203,34 @@ def test_the_least_size_works(name: str, least: tuple[float, float]) -> None:
         grid = GENERATORS[name].make(width_m=least[0], height_m=least[1], resolution_m=0.5, seed=seed)
         assert len(areas(grid, robot(0.3, FLOOR))) == 1
         assert rough_rooms(grid)
+
+
+@pytest.mark.parametrize(("columns", "rows", "obstacles"), [(25, 25, 0), (25, 20, 10), (31, 31, 40), (2, 2, 4)])
+def test_there_are_as_many_obstacles_of_one_cell_as_asked_for(columns: int, rows: int, obstacles: int) -> None:
+    grid = scattered(columns, rows, obstacles, seed=1)
+    assert (grid.width, grid.height, grid.resolution_m) == (columns, rows, 1.0)
+    assert np.count_nonzero(grid.cells == OBSTACLE) == obstacles
+    assert np.count_nonzero(grid.cells == FLOOR) == columns * rows - obstacles
+
+
+def test_the_seed_says_where_they_are() -> None:
+    assert scattered(25, 25, 20, seed=1).cells.tobytes() == scattered(25, 25, 20, seed=1).cells.tobytes()
+    assert len({scattered(25, 25, 20, seed=seed).cells.tobytes() for seed in range(8)}) == 8
+
+
+@pytest.mark.parametrize("name", WALLED)
+def test_areas_are_closed_and_every_room_has_a_door(name: str) -> None:
+    grid = WALLED[name]()
+    assert grid.cells.shape == (SIDE, SIDE)
+    assert set(np.unique(grid.cells)) == {FLOOR, OBSTACLE}
+    border = np.concatenate([grid.cells[0], grid.cells[-1], grid.cells[:, 0], grid.cells[:, -1]])
+    assert (border == OBSTACLE).all()
+    assert ndimage.label(grid.cells == FLOOR)[1] == 1
+
+
+@pytest.mark.parametrize(("name", "rooms", "width"), [("three-rooms", 4, 4), ("six-rooms", 7, 3)])
+def test_closed_doors_leave_so_many_rooms(name: str, rooms: int, width: int) -> None:
+    floor = WALLED[name]().cells == FLOOR
+    # a wall is one cell thick: what has walls on either side of it is a door
+    beside = ndimage.binary_opening(floor, np.ones((width + 1, width + 1)))
+    assert ndimage.label(beside)[1] == rooms

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 from situations import in_flight, one_hall, one_room
-from up_problem import from_up_plan, up_problem, up_validate
+from up_problem import from_up_plan, up_problem
 
 from marsupial.errors import InvalidPlanError, PlanTextError
 from marsupial.formats.pddl.plantext import write_plan_text
@@ -55,36 +55,3 @@ def test_a_plan_that_means_nothing_is_refused() -> None:
     up_plan = to_up_plan(PLAN, problem, situation)
     with pytest.raises(PlanTextError, match=r"actions\[1\]: \(undock r1 c1 m1\)"):
         from_up_plan(up_plan, one_hall())
-
-
-@pytest.mark.parametrize(
-    ("actions", "detail"),
-    [
-        ([MOVE, UNDOCK], "unsatisfied goals"),
-        ([], "unsatisfied goals"),
-        ([UNDOCK, EXPLORE], "inapplicable action: undock(r1, c1, m1)"),
-        ([MOVE, replace(UNDOCK, start_ms=10_000), EXPLORE], "inapplicable action: undock(r1, c1, m1)"),
-        ([MOVE, UNDOCK, replace(EXPLORE, duration_ms=4_001)], "explore(r1, rover_type, m1, t1)"),
-        ([MOVE, UNDOCK, replace(EXPLORE, origin="home")], "explore(r1, rover_type, n-home, t1)"),
-        ([MOVE, replace(UNDOCK, place="home"), EXPLORE], "n-home is no meeting"),
-        ([replace(MOVE, start_ms=-1), UNDOCK, EXPLORE], "starts before c1 is free"),
-    ],
-)
-def test_the_library_says_what_is_wrong(actions: list[Action], detail: str) -> None:
-    verdict = up_validate(one_room(), Plan.of(actions))
-    assert not verdict.valid
-    assert detail in verdict.detail
-
-
-def test_any_gap_is_enough_for_the_library() -> None:
-    """It knows no epsilon: an action may start a microsecond after what it depends on, but not at the same time."""
-    from unified_planning.shortcuts import PlanValidator
-
-    situation = one_room()
-    problem = up_problem(situation, records=False)
-    for gap, valid in ((Fraction(1, 10**6), True), (Fraction(0), False)):
-        plan = to_up_plan(PLAN, problem, situation)
-        plan._actions[1] = (10 + gap, *plan._actions[1][1:])
-        with PlanValidator(name="up_time_triggered_validator") as validator:
-            validator.skip_checks = True
-            assert bool(validator.validate(problem, plan)) is valid

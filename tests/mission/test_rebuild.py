@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from clumsy_world import ClumsyWorld
+from small_missions import begun_on, drawn_grid
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
@@ -19,7 +20,6 @@ from marsupial.model.mission import (
     DriveEnded,
     DriveStarted,
     MissionEvent,
-    MissionStarted,
     PlacedRobot,
     Planned,
     Revealed,
@@ -64,31 +64,13 @@ def fly(
     robots = place_team(scenario, 1)
     kinds = {kind.name: kind for kind in scenario.robot_types}
     recorder, strategy = Recorder(), Listening()
-    recorder.event(started(scenario, robots))
+    recorder.event(begun_on(scenario.grid, scenario.robot_types, robots, goal=scenario.goal))
     world = SimulatedWorld(scenario.grid, kinds, robots, failures)
     if fails is not None:
         world = ClumsyWorld(scenario.grid, kinds, robots, fails)
     order = MissionOrder(goal=scenario.goal, limits=scenario.limits)
     MissionLoop(world, kinds, strategy, order, recorder).run()
     return recorder.events, strategy.asked
-
-
-def started(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> MissionStarted:
-    return MissionStarted(
-        t_ms=0,
-        scenario=scenario.name,
-        strategy="temporal",
-        planner="greedy",
-        seed=1,
-        width=scenario.grid.width,
-        height=scenario.grid.height,
-        resolution_m=scenario.grid.resolution_m,
-        origin_m=scenario.grid.origin_m,
-        terrains=scenario.grid.terrains,
-        types=scenario.robot_types,
-        robots=robots,
-        goal=scenario.goal,
-    )
 
 
 def assert_rebuilt(events: list[MissionEvent], asked: list[Situation]) -> None:
@@ -127,23 +109,13 @@ def test_a_mission_in_which_commands_fail_is_rebuilt() -> None:
 
 
 CARRIER, ROVER = default_types(2)
-START = MissionStarted(
-    t_ms=0,
-    scenario="strip",
-    strategy="temporal",
-    planner="greedy",
-    seed=1,
-    width=8,
-    height=3,
-    resolution_m=1.0,
-    origin_m=(0.0, 0.0, 0.0),
-    terrains=builtin_scenario("lobby").grid.terrains,
-    types=(CARRIER, ROVER),
-    robots=(
+START = begun_on(
+    drawn_grid(*["........"] * 3),
+    (CARRIER, ROVER),
+    (
         PlacedRobot(name="carrier1", type="carrier", cell=Cell(1, 1)),
         PlacedRobot(name="rover1", type="rover", carrier="carrier1"),
     ),
-    goal=Goal(),
 )
 UNDOCK = Action(
     name=ActionName.UNDOCK, start_ms=5000, duration_ms=5000, robot="rover1", carrier="carrier1", place="m_here"

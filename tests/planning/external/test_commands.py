@@ -14,13 +14,12 @@ import psutil
 import pytest
 from launcher_tree import below_launcher, nothing_runs
 from patience import HANG_S, longer_and_longer
-from situations import carrier, door, hall, in_flight, one_hall, one_room, room, rover, situation_of
+from situations import carrier, door, hall, in_flight, one_hall, room, rover, situation_of
 
 from marsupial.cli.main import main
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
 from marsupial.formats.pddl.text import domain_text, problem_text, read_problem
-from marsupial.formats.situation import situation_to_json
 from marsupial.model import UNREACHABLE, Budget, Finished, Improved, Outcome, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine, mission_engine
@@ -450,15 +449,6 @@ def greedy_stand_in(folder: Path) -> str:
     script = folder / "greedy planner.py"
     script.write_text(PRELUDE + GREEDY)
     return f"cmd:{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{domain}} {{problem}}"
-
-
-def test_marsupial_plan_takes_a_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "situation.json"
-    path.write_text(situation_to_json(one_room()))
-    assert main(["plan", str(path), "--planner", greedy_stand_in(tmp_path), "--budget", "60"]) == 0
-    captured = capsys.readouterr()
-    assert check(one_room(), read_plan_text(captured.out, one_room())).valid
-    assert "1 plan accepted" in captured.err
 
 
 def test_marsupial_run_takes_a_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,7 +10,6 @@ from patience import HANG_S
 from situations import (
     bring_them_home,
     carrier,
-    default_types,
     door,
     hall,
     in_flight,
@@ -24,7 +23,6 @@ from situations import (
     situations,
 )
 
-from marsupial.errors import UsageError
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
@@ -170,9 +168,7 @@ def test_plans_of_parts_are_valid_together(situation: Situation) -> None:
 class Fake:
     """An engine with a script: what happens for a part with that carrier or rover first."""
 
-    info = EngineInfo(
-        name="fake", summary="fake", licence="none", anytime=True, proves_optimality=True, deterministic_steps=False
-    )
+    info = EngineInfo(name="fake", anytime=True, proves_optimality=True)
 
     def __init__(self, script: dict[str, str]) -> None:
         self.script = script
@@ -310,25 +306,7 @@ def test_what_fits_is_solved_as_a_whole() -> None:
     assert engine.asked == [Budget(seconds=7)]
 
 
-def test_steps_can_not_be_shared() -> None:
-    with pytest.raises(UsageError, match="seconds"):
-        Decomposed(Greedy(), SMALL).solve(two_halls(), Budget(steps=3))
-
-
 def test_where_only_carriers_together_could_do_it_there_is_no_part() -> None:
     (end,) = solve(Fake({}), relay())
     assert isinstance(end, Finished)
     assert end.outcome is Outcome.NO_PLAN
-
-
-def test_what_nobody_can_do_is_proven_unsolvable() -> None:
-    situation = situation_of(
-        [carrier(1), carrier(2)],
-        {"t1": room(5)},
-        {},
-        {"c1_start": hall(0), "c2_start": hall(1)},
-        types=default_types(),
-    )
-    (end,) = solve(Fake({}), situation)
-    assert isinstance(end, Finished)
-    assert end.outcome is Outcome.UNSOLVABLE

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from situations import (
     SOLVABLE,
     Spot,
-    bring_them_home,
     carrier,
     default_types,
     door,
@@ -18,7 +17,6 @@ from situations import (
     many_rooms,
     one_hall,
     one_room,
-    relay,
     room,
     rover,
     rover_left_behind,
@@ -70,11 +68,6 @@ def test_where_the_best_plan_is_seen_by_eye_it_is_found(situation: Situation, be
     assert solve(situation)[0][-1].makespan_ms == best_ms
 
 
-def test_a_rover_is_set_down_at_the_door() -> None:
-    (plan,), _ = solve(one_room())
-    assert steps(plan) == ["(move c1 c1_start m1)", "(undock r1 c1 m1)", "(explore r1 m1 t1)"]
-
-
 def test_a_rover_goes_by_itself_where_that_is_sooner_than_being_carried() -> None:
     situation = situation_of(
         [carrier(), rover()],
@@ -97,32 +90,10 @@ def test_a_carrier_takes_a_rover_along_where_that_is_sooner_than_driving() -> No
     assert steps(plan)[-4:] == ["(dock r1 c1 m1)", "(move c1 m1 m2)", "(undock r1 c1 m2)", "(explore r1 m2 t1)"]
 
 
-def test_a_rover_left_behind_is_fetched() -> None:
-    (plan,), _ = solve(rover_left_behind())
-    assert [a.name for a in plan.of_robot("r1")] == [
-        ActionName.MOVE,
-        ActionName.DOCK,
-        ActionName.UNDOCK,
-        ActionName.EXPLORE,
-    ]
-
-
-def test_a_rover_is_handed_from_one_carrier_to_another() -> None:
-    plans, _ = solve(relay())
-    boarded = [a.carrier for a in plans[-1].of_robot("r1") if a.name in (ActionName.UNDOCK, ActionName.DOCK)]
-    assert boarded == ["c1", "c2", "c2"]
-
-
 def test_a_full_carrier_makes_room_for_the_rover_that_is_needed() -> None:
     plans, _ = solve(full_carrier())
     exchange = [str(a) for a in plans[-1].actions if a.carrier == "c1"]
     assert exchange == ["(undock r1 c1 m1)", "(dock k1 c1 m1)", "(undock k1 c1 m2)"]
-
-
-def test_a_full_carrier_explores_by_itself() -> None:
-    situation = situation_of([carrier(), rover(on="c1")], {"t1": hall(5)}, {}, {"c1_start": hall(0)})
-    (plan,), _ = solve(situation)
-    assert steps(plan) == ["(explore c1 c1_start t1)"]
 
 
 def test_two_robots_share_the_work() -> None:
@@ -141,14 +112,6 @@ def test_a_far_target_is_not_left_for_the_end() -> None:
         {"c1_start": hall(0), "c2_start": hall(1)},
     )
     assert solve(situation)[0][-1].makespan_ms == 10_000
-
-
-def test_rovers_on_the_ground_go_aboard_where_there_is_a_place_for_each() -> None:
-    situation = bring_them_home()
-    plans, _ = solve(situation)
-    docks = {a.robot: a.carrier for a in plans[-1].actions if a.name is ActionName.DOCK}
-    assert sorted(docks) == ["r1", "r2"]
-    assert len(set(docks.values())) == 2
 
 
 def test_no_rover_takes_the_only_place_another_one_could_have() -> None:
@@ -198,13 +161,6 @@ def test_a_carrier_that_takes_rovers_to_another_is_not_filled_first(lift: int, c
     plans, finished = solve(situation)
     assert finished.outcome is Outcome.SATISFICING
     assert check(situation, plans[-1]).valid
-
-
-def test_everybody_is_home_in_the_end() -> None:
-    situation = one_room(goal=SituationGoal(recover_rovers=True, return_home=True))
-    (plan,), _ = solve(situation)
-    assert steps(plan)[-2:] == ["(dock r1 c1 m1)", "(move c1 m1 home)"]
-    assert plan.makespan_ms == 43_005
 
 
 def one_way_street() -> Situation:

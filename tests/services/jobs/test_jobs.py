@@ -4,6 +4,7 @@ import asyncio
 import json
 import tracemalloc
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 from job_house import ended, open_jobs, request, submit, told
 from launcher_tree import is_gone, nothing_runs
+from lost_answers import LostAnswers
 from patience import HANG_S
 from situations import many_rooms, one_hall, one_room, out_of_reach
 from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in
@@ -19,8 +21,10 @@ from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_json
 from marsupial.model.objective import MAKESPAN
 from marsupial.planning.checker import check
+from marsupial_service.entries.capacity import StoreCapacity, StoreFull, stored_bytes
 from marsupial_service.entries.records import TooMany, UnknownEntry
 from marsupial_service.jobs.records import FINAL, STATE_OF
+from marsupial_service.jobs.service import Jobs
 from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.store import StoreError, failpoints
 
@@ -253,3 +257,38 @@ async def test_a_disk_that_is_full_for_a_moment_costs_an_attempt_at_most(
         events = await told(jobs, job)
         assert [event.seq for event in events] == list(range(1, len(events) + 1))
         assert [event.type for event in events].count(JobEventType.END) == 1
+
+
+async def test_a_full_store_takes_no_job_but_knows_those_it_has(place: str) -> None:
+    async with open_jobs(place) as jobs:
+        first = await jobs.submit(request(), owner="me", idempotency_key="k")
+        await jobs.wait(first.record.id, HANG_S)
+        (mine, other) = [await jobs.read(lambda c, o=owner: stored_bytes(c, o)) for owner in ("me", "you")]
+        assert other == 0
+        assert 1000 < mine == await jobs.read(stored_bytes) < 20_000
+    async with open_jobs(place, store_bytes=mine) as jobs:
+        with pytest.raises(StoreFull, match=rf"take {mine} bytes, {mine} are allowed"):
+            await jobs.submit(request(), owner="you")
+        assert (await jobs.submit(request(), owner="me", idempotency_key="k")).replayed
+    async with open_jobs(place, store_bytes=mine, kept_jobs=0) as jobs:
+        while await jobs.read(stored_bytes):
+            pass
+        jobs._capacity = StoreCapacity(mine)
+        assert not (await jobs.submit(request(), owner="you")).replayed
+
+
+async def surely_submitted(jobs: Jobs, key: str) -> str:
+    while True:
+        with suppress(StoreError):  # what was committed with a claim is lost with its answer
+            return (await jobs.submit(request(), owner="me", idempotency_key=key)).record.id
+
+
+async def test_jobs_that_a_server_has_got_without_being_told_so_are_run_all_the_same(place: str) -> None:
+    async with open_jobs(place) as jobs:
+        answers = LostAnswers(jobs._store, "claimed_ms = ?")
+        made = [await surely_submitted(jobs, str(number)) for number in range(3)]
+        while answers.left or jobs._is_claiming:
+            await asyncio.sleep(0.02)
+        await jobs._take_up()
+        ends = [await jobs.wait(job, HANG_S) for job in made]
+        assert [(end.outcome, end.attempts) for end in ends] == [(JobOutcome.SATISFICING, 1)] * 3

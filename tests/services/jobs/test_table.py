@@ -12,7 +12,7 @@ from marsupial.model import Budget, Plan
 from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.records import Analysed, Closed, Found, JobRecord, JobSettings, PackedRequest
+from marsupial_service.jobs.records import Closed, Found, JobRecord, JobSettings, PackedRequest
 from marsupial_service.schemas.words import JobOutcome, JobState
 from marsupial_service.store import Store, Transaction, open_store
 
@@ -96,25 +96,6 @@ def test_what_a_server_does_that_lost_its_job_unknowingly_is_not_kept(jobs: Tabl
     assert not jobs.do(lambda tx: table.finish(tx, first, DONE, 4))
     assert not jobs.do(lambda tx: table.give_back(tx, first, "", SETTINGS, 4))
     assert jobs.do(lambda tx: table.finish(tx, second, DONE, 5))
-
-
-def test_a_job_given_back_uncounted_is_not_the_former_holders_again(jobs: Table) -> None:
-    jobs.add()
-    first = jobs.claim()
-    assert jobs.do(lambda tx: table.give_back(tx, first, "", SETTINGS, 3))
-    second = jobs.claim()
-    assert second.attempt == first.attempt
-    assert not jobs.do(lambda tx: table.finish(tx, first, DONE, 4))
-
-
-def test_what_an_attempt_sends_too_late_is_not_kept(jobs: Table) -> None:
-    jobs.add()
-    first = jobs.claim()
-    jobs.do(lambda tx: table.cancel(tx, "j", 3))
-    assert not jobs.do(lambda tx: table.add_plan(tx, first, found(10), 4))
-    assert not jobs.do(lambda tx: table.add_analysis(tx, first, Analysed(situation="{}", places="{}")))
-    assert not jobs.do(lambda tx: table.give_back(tx, first, "killed", SETTINGS, 5))
-    assert (jobs.job().state, jobs.job().plans) == (JobState.CANCELLED, 0)
 
 
 def test_a_plan_that_is_not_better_is_not_kept(jobs: Table) -> None:

@@ -2,10 +2,12 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from contextlib import suppress
 
 import numpy as np
 import pytest
 from entry_house import followed
+from lost_answers import LostAnswers
 from mission_house import Driver, body, brief, open_missions, send, started, team
 from patience import HANG_S
 from undisturbed import undisturbed
@@ -20,6 +22,7 @@ from marsupial_service.entries.records import TooMany
 from marsupial_service.intake.missions import brief_of
 from marsupial_service.schemas.missions import MissionBody
 from marsupial_service.settings import ServiceLimits
+from marsupial_service.store import StoreError
 
 
 @pytest.mark.parametrize(
@@ -118,3 +121,17 @@ async def test_one_owner_has_so_many_missions_and_no_more(place: str) -> None:
         with pytest.raises(TooMany, match="you have 1 open missions"):
             await started(missions)
         await missions.create(brief("lobby"), b"same", owner="you")
+
+
+@pytest.mark.parametrize("lost", ["turns = ?", "INSERT INTO missions"])
+async def test_a_mission_of_which_a_server_has_stored_more_than_it_was_told_goes_on(place: str, lost: str) -> None:
+    async with open_missions(place) as missions:
+        answers = LostAnswers(missions._store, lost, 1)
+        while True:
+            with suppress(StoreError):
+                record, _ = await missions.create(brief(), b"same", owner="me", idempotency_key="key")
+                break
+        assert await Driver(team()).drive(missions, record)
+        assert not answers.left or lost == "INSERT INTO missions"
+        log = await missions.log(record)
+    assert log == undisturbed("lobby")
