@@ -53,7 +53,6 @@ def map_state(**changes: Any) -> dict[str, Any]:
 
 
 def fine(radius_m: float) -> dict[str, Any]:
-    """Return a robot of many cells."""
     return map_state(map={"rows": ROWS, "resolution_m": 0.001}, robot_types=[{**CARRIER, "radius_m": radius_m}])
 
 

@@ -28,7 +28,6 @@ def picture(mask: Mask) -> list[str]:
 
 
 def mask_of(*rows: str) -> Mask:
-    """Return the mask of such rows."""
     return np.array([[sign == "x" for sign in row] for row in reversed(rows)], dtype=np.bool_)
 
 
@@ -75,6 +74,5 @@ def random_cells(
 
 @st.composite
 def random_flags(draw: st.DrawFn, shape: tuple[int, int]) -> Mask:
-    """Draw a mask of a shape."""
     size = shape[0] * shape[1]
     return np.array(draw(st.lists(st.booleans(), min_size=size, max_size=size)), dtype=np.bool_).reshape(shape)

@@ -42,7 +42,6 @@ class Nodes:
             pytest.fail("the cluster did not start")
 
     def stop(self) -> None:
-        """End all processes of all nodes."""
         running = self._family()
         self._program.communicate(timeout=HANG_S)
         for process in psutil.wait_procs(running, timeout=20)[1]:
@@ -61,7 +60,6 @@ class Nodes:
                                 stdout=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
 
     def missions(self) -> list[psutil.Process]:
-        """Return the workers that are at work."""
         return [process for process in self._family() if _title(process).startswith("ray::attend")]
 
     def planning(self) -> list[psutil.Process]:
@@ -90,7 +88,6 @@ class Head:
         self._started: list[subprocess.Popen[bytes]] = []
 
     def start(self) -> None:
-        """Start it, and wait until somebody answers."""
         command = f"start --head --block --port={self.port} --num-cpus=2 --object-store-memory=80000000"
         words = [*command.split(), "--include-dashboard=false", "--include-log-monitor=false"]
         self._started.append(
@@ -113,7 +110,6 @@ class Head:
         return True
 
     def kill(self) -> None:
-        """Kill all of it at once."""
         program = self._started.pop()
         family = [psutil.Process(program.pid), *psutil.Process(program.pid).children(recursive=True)]
         for process in family:
@@ -122,7 +118,6 @@ class Head:
         program.wait(HANG_S)
 
     def stop(self) -> None:
-        """End it for good."""
         if self._started:
             self.kill()
         shutil.rmtree(self.folder, ignore_errors=True)

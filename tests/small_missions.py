@@ -67,13 +67,11 @@ TWO_ANNEXES = (
 
 
 def drawn_grid(*lines: str, resolution_m: float = 1.0) -> Grid:
-    """Return the grid of a drawing."""
     rows = [[CODES[char] for char in line] for line in reversed(lines)]
     return Grid(cells=np.array(rows, dtype=np.uint8), resolution_m=resolution_m)
 
 
 def kinds_of(*, capacity: int = 1, carrier_range_m: float = 3.0, rover_range_m: float = 2.0) -> dict[str, RobotType]:
-    """Return the two types by name."""
     carrier = RobotType(
         name="carrier",
         role=Role.CARRIER,
@@ -99,7 +97,6 @@ def kinds_of(*, capacity: int = 1, carrier_range_m: float = 3.0, rover_range_m: 
 def begun_on(
     grid: Grid, kinds: Sequence[RobotType], robots: Sequence[PlacedRobot], *, goal: Goal | None = None
 ) -> MissionStarted:
-    """Return the first event of a mission."""
     return MissionStarted(
         t_ms=0, scenario="drawn", strategy="temporal", planner="greedy", seed=1, width=grid.width, height=grid.height,
         resolution_m=grid.resolution_m, origin_m=grid.origin_m, terrains=grid.terrains, types=tuple(kinds),
@@ -145,7 +142,6 @@ class Watcher(Observer):
         self._before: dict[str, tuple[Cell | None, str | None]] = {}
 
     def of(self, kind: type) -> list[MissionEvent]:
-        """Return the events of a kind."""
         return [event for event in self.events if isinstance(event, kind)]
 
     def planned(self, report: PlanningReport) -> None:

@@ -75,7 +75,6 @@ class Talk:
         return Reply(answer.status, kind, json.loads(text) if kind.endswith("json") else text)
 
     def close(self) -> None:
-        """Let go of the connection."""
         self._connection.close()
 
 

@@ -37,7 +37,6 @@ class Elsewhere:
         return succeed(self.python, *words, cwd=self.folder, PYTHONPATH=self.path)
 
     def marsupial(self, *words: str) -> str:
-        """Run the command."""
         return self.run("-m", "marsupial.cli.main", *words)
 
 

@@ -22,17 +22,14 @@ class LogLines(Observer):
 
     @property
     def text(self) -> str:
-        """The log so far."""
         return "".join(f"{line}\n" for line in self.lines)
 
     def event(self, event: MissionEvent) -> None:
-        """Keep what happened."""
         self.lines.append(self._encoder.line(event))
 
 
 @cache
 def undisturbed(scenario: str, planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> str:
-    """Return the log of such a mission."""
     seen = LogLines()
     simulate(builtin_scenario(scenario), strategy=strategy, planner=planner, budget=STEPS, seed=seed, observer=seen)
     return seen.text

@@ -42,7 +42,6 @@ class FlickeringWorld(SimulatedWorld):
         self._said: dict[int, int] = {}
 
     def advance(self, until_ms: int) -> News:
-        """Go on to the next report."""
         news = super().advance(min(until_ms, (self._now_ms // REPORT_MS + 1) * REPORT_MS))
         due = self._now_ms // REPORT_MS
         if due == self._reports:

@@ -26,7 +26,6 @@ class Recorder(Observer):
         self.events.append(event)
 
     def of(self, kind: type) -> list[MissionEvent]:
-        """Return the events of a kind."""
         return [event for event in self.events if isinstance(event, kind)]
 
 
@@ -44,7 +43,6 @@ class FakeWorld:
         return self._grid
 
     def put(self, name: str, cell: Cell | None, carrier: str | None = None) -> None:
-        """Let a robot be there."""
         self._robots[name] = replace(self._robots[name], cell=cell, carrier=carrier)
 
     def robots(self) -> tuple[RobotReport, ...]:

@@ -33,7 +33,6 @@ def flown(blinks: Blinks, *, forgets: bool = False) -> tuple[MissionEnded, Watch
 
 
 def floor(count: int, seed: int) -> list[Cell]:
-    """Draw cells of the lobby's floor."""
     cells = np.argwhere(LOBBY.grid.cells == FLOOR).tolist()
     return [Cell(x, y) for y, x in random.Random(seed).sample(cells, count)]
 

@@ -146,7 +146,6 @@ loaded: list[int] = []
 
 
 def load() -> None:
-    """Note the process this is loaded in."""
     loaded.append(os.getpid())
 
 

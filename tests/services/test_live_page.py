@@ -59,7 +59,6 @@ def upload(browser: Browser, server: Server, *files: Path) -> None:
 
 
 def begun(server: Server, **more: Any) -> str:
-    """Start a simulation as a program does."""
     reply = server.ask("POST", "/v1/simulations", {**LOBBY, **more})
     assert reply.status == 201, reply.document
     return str(reply.document["id"])

@@ -118,7 +118,6 @@ class Everything:
         )
 
     def has_plan(self) -> bool:
-        """Say whether there is any plan."""
         seen: set[tuple[object, ...]] = set()
         pending = [self.beginning()]
         while pending:

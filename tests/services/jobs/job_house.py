@@ -64,8 +64,6 @@ async def told(jobs: Jobs, job: str, after: int = 0) -> list[EventRecord]:
 
 
 async def planned(jobs: Jobs, job: str, revision: int = 1) -> None:
-    """Wait until a job has that revision."""
-
     async def is_there() -> bool:
         return len(await jobs.plans(job)) >= revision
 

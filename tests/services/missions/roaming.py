@@ -74,7 +74,6 @@ class RoamingTeam:
         self.now_ms = self.n = 0
 
     def obey(self, batch: MissionBatch) -> None:
-        """Take in the commands of a batch."""
         for event in batch.events:
             self.state.publish(event)
             for command in json.loads(event.data)["commands"] if event.type == "commands" else ():
@@ -101,7 +100,6 @@ class RoamingTeam:
                 yield name, robot
 
     def tell(self, report: MissionReport) -> None:
-        """Take in what is reported."""
         before = self.state.frame
         self.state.take(report, b"")
         told = self.state.cells

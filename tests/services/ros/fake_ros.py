@@ -108,12 +108,10 @@ class FakeRos:
 
     @property
     def url(self) -> str:
-        """Where it listens."""
         return f"ws://127.0.0.1:{self.port}"
 
     @property
     def running(self) -> list[str]:
-        """The actions that are under way."""
         return [goal.action for goal in self._running.values()]
 
     async def __aenter__(self) -> FakeRos:
