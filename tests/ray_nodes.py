@@ -34,7 +34,6 @@ class Nodes:
         self._program = subprocess.Popen([sys.executable, PROGRAM, str(workers), str(client_port)],
                                          env=with_settings(self.env), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                          stderr=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
-        assert self._program.stdout is not None
         self.address = self._program.stdout.readline().decode().strip()
         self.client = f"ray://127.0.0.1:{client_port}"
         if not self.address:

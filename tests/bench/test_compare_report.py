@@ -34,14 +34,12 @@ from marsupial.strategies.clairvoyant import CLAIRVOYANT
 def test_intervals_are_those_of_scipy() -> None:
     values = [3.0, 5.5, 4.0, 7.0, 6.5]
     found = estimate(values)
-    assert found is not None
     low, high = stats.t.interval(0.95, 4, loc=np.mean(values), scale=stats.sem(values))
     assert (found.low, found.high) == (pytest.approx(low), pytest.approx(high))
 
 
 def test_one_value_has_a_mean_and_no_interval_and_none_has_nothing() -> None:
     one = estimate([4.0])
-    assert one is not None
     assert (one.mean, one.half, one.sign) == (4.0, None, 0)
     assert estimate([]) is None
 
@@ -50,7 +48,6 @@ def test_pairs_are_compared_seed_by_seed() -> None:
     outcome = with_times({GREEDY: [90, 100, 110, 100, 99], HEURISTIC: [100, 104, 108, 100, 107]})
     pairing = outcome.pairing(CASE, GREEDY, TIME)
     assert (pairing.wins, pairing.losses, pairing.ties, pairing.missing) == (3, 1, 1, 0)
-    assert pairing.ahead is not None
     assert pairing.ahead.mean == pytest.approx((10 + 4 - 2 + 0 + 8) / 5)
     assert pairing.ahead.half == pytest.approx(stats.sem([10, 4, -2, 0, 8]) * stats.t.ppf(0.975, 4))
     assert pairing.gain == pytest.approx(1 - 499 / 519)
@@ -63,7 +60,6 @@ KNOWING = Contender(CLAIRVOYANT)
 def test_competitive_ratios_are_means_over_the_seeds_both_have_completed() -> None:
     outcome = with_times({GREEDY: [90, 120, -1], HEURISTIC: [100, 150, 80], KNOWING: [50, 100, 80]})
     ratio = outcome.ratio(CASE, GREEDY)
-    assert ratio is not None
     assert (ratio.count, ratio.mean) == (2, pytest.approx((1.8 + 1.2) / 2))
     assert ratio.half == pytest.approx(stats.sem([1.8, 1.2]) * stats.t.ppf(0.975, 1))
     row = ratio_table(outcome, "lobby").rows[0]
@@ -83,7 +79,6 @@ def test_more_quality_counts_as_better_as_less_time_does() -> None:
     for measure in (TIME, QUALITY):
         pairing = outcome.pairing(CASE, GREEDY, measure)
         assert (pairing.wins, pairing.losses) == (5, 0)
-        assert pairing.ahead is not None
         assert pairing.ahead.sign == 1
     assert outcome.pairing(CASE, HEURISTIC, TIME, GREEDY).ahead.sign == -1  # type: ignore[union-attr]
 
@@ -91,7 +86,6 @@ def test_more_quality_counts_as_better_as_less_time_does() -> None:
 def test_missions_that_are_not_complete_count_in_no_mean_but_are_counted() -> None:
     outcome = with_times({GREEDY: [90, -1, 110], HEURISTIC: [100, 104, -1]})
     found = outcome.estimate(CASE, GREEDY, TIME)
-    assert found is not None
     assert (found.count, found.mean) == (2, 100.0)
     pairing = outcome.pairing(CASE, GREEDY, TIME)
     assert (pairing.wins, pairing.losses, pairing.missing) == (1, 0, 2)

@@ -99,7 +99,6 @@ def test_the_same_steps_and_seed_give_the_same_log(
         assert (code, summary["log"], summary["planner"], summary["plans_refused"]) == (0, str(log), planner, 0)
     assert logs[0].read_bytes() == logs[1].read_bytes()
     ended = read_log(logs[0]).ended
-    assert ended is not None
     assert ended.status is Status.COMPLETE
 
 
@@ -236,7 +235,6 @@ def test_a_terminated_run_keeps_its_log_and_leaves_nothing_running(tmp_path: Pat
     log = tmp_path / "log.jsonl"
     command = [sys.executable, "-m", "marsupial.cli.main", "run", "lobby", "--planner", "aries", "--log", str(log)]
     with subprocess.Popen([*command, "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stderr is not None
         while "1 plan so far" not in process.stderr.readline():
             assert process.poll() is None
         engines = children(process.pid)
@@ -245,7 +243,6 @@ def test_a_terminated_run_keeps_its_log_and_leaves_nothing_running(tmp_path: Pat
     assert process.returncode == 130
     assert json.loads(out)["status"] == "cancelled"
     ended = read_log(log).ended
-    assert ended is not None
     assert ended.status is Status.CANCELLED
     assert engines
     assert not [pid for pid in engines if os.path.exists(f"/proc/{pid}")]

@@ -53,7 +53,6 @@ def read(data: bytes) -> list[Said]:
     decode = DecoderFactory()
     found = []
     for schema, channel, message in reader.iter_messages(log_time_order=False):
-        assert schema is not None
         if channel.message_encoding == "json":
             value: Any = json.loads(message.data)
             jsonschema.validate(value, json.loads(schema.data))

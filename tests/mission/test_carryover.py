@@ -56,7 +56,6 @@ def test_a_target_may_shift_by_half_the_shortest_range_of_its_explorers() -> Non
 
 def test_the_nearest_of_several_targets_is_the_same_one() -> None:
     found = same_target(target("old", 0), [target("a", 3), target("b", 2), target("c", 4)], RANGES)
-    assert found is not None
     assert found.name == "b"
 
 
@@ -77,7 +76,6 @@ def test_targets_take_their_new_names() -> None:
 
 def test_times_are_those_of_the_new_moment() -> None:
     plan = carried_over([drive(EXPLORE, "c1", "t2", "s")], one_hall(), {"t2": "t2"})
-    assert plan is not None
     assert [(action.start_ms, action.duration_ms) for action in plan.actions] == [(0, 30_000)]
 
 
@@ -119,7 +117,6 @@ def test_an_undocking_that_is_under_way_is_not_planned_again() -> None:
     actions = [meet(UNDOCK, "r1", "c1", "m1"), drive(EXPLORE, "r1", "t1", "m1")]
     plan = carried_over(actions, situation, itself(situation))
     assert words(plan) == ["(explore r1 r1_start t1)"]
-    assert plan is not None
     assert plan.actions[0].start_ms == 4000
 
 

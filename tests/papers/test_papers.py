@@ -198,7 +198,6 @@ def test_missions_from_the_corner_start_where_there_is_floor() -> None:
     assert len(list(comparison.trials())) == 9
     for scenario in comparison.scenarios.values():
         (robot,) = scenario.team
-        assert robot.start is not None
         assert scenario.grid.cells[robot.start.y, robot.start.x] == FLOOR
         assert robot.start.x + 99 - robot.start.y <= 6
 

@@ -70,7 +70,6 @@ def escape(_: object) -> Iterator[int]:
         "print(os.getpid(), flush=True); time.sleep(3600)\n"
     )
     child = subprocess.Popen([sys.executable, "-S", "-c", code], stdout=subprocess.PIPE, text=True)
-    assert child.stdout is not None
     yield int(child.stdout.readline())
 
 

@@ -38,7 +38,6 @@ def test_a_mission_goes_on_in_a_folder_that_was_restored_from_a_backup_made_mean
     async def go_on(mission: str) -> None:
         async with open_missions(again) as missions:
             record = await missions.get(mission, "me")
-            assert record is not None
             assert record.n == 5
             assert await driver.drive(missions, record)
 

@@ -74,7 +74,6 @@ def solve(
     assert isinstance(end, Finished)
     makespans = []
     for event in improved:
-        assert isinstance(event, Improved)
         assert check(situation, event.plan).valid
         makespans.append(event.plan.makespan_ms)
     return makespans, end
@@ -86,7 +85,6 @@ def asked(name: str, budget: Budget = AMPLE) -> Events:
 
 def next_makespan(events: Events) -> int:
     event = next(events)
-    assert isinstance(event, Improved), event
     return event.plan.makespan_ms
 
 
@@ -108,7 +106,6 @@ def test_every_improving_plan_comes_as_soon_as_it_is_complete(tmp_path: Path) ->
     (tmp_path / "go").touch()
     assert next_makespan(events) == 30_001
     end = next(events)
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.SATISFICING
     assert "2 plans accepted" in end.detail
 
@@ -128,7 +125,6 @@ def test_a_plan_that_stops_growing_halfway_is_not_refused_before_it_is_complete(
     threading.Timer(0.3, (tmp_path / "go").touch).start()
     assert next_makespan(events) == 30_001
     end = next(events)
-    assert isinstance(end, Finished)
     assert "refused" not in end.detail
 
 
@@ -181,7 +177,6 @@ Path(prefix + {endings[1]!r}).write_text(";; Version LPG" + chr(10) + chr(10) + 
     (tmp_path / "go").touch()
     assert next_makespan(events) == 30_001
     end = next(events)
-    assert isinstance(end, Finished)
     assert (end.outcome, "refused" in end.detail) == (Outcome.SATISFICING, False)
 
 

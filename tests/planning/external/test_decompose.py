@@ -133,7 +133,6 @@ def test_merged_plans_have_the_actions_of_all_in_order() -> None:
 
 def serve(situation: Situation) -> Plan:
     event, *_ = Greedy().solve(situation, Budget(steps=1))
-    assert isinstance(event, Improved)
     return event.plan
 
 
@@ -161,7 +160,6 @@ def test_plans_of_parts_are_valid_together(situation: Situation) -> None:
     *plans, end = engine.solve(situation, Budget(seconds=5))
     assert isinstance(end, Finished)
     for event in plans:
-        assert isinstance(event, Improved)
         assert check(situation, event.plan, targets=event.plan.explored).valid
 
 
@@ -222,23 +220,19 @@ def test_all_parts_together_make_the_plan_and_nothing_is_proven() -> None:
     *improved, end = solve(Fake({"c1": "plan", "c2": "plan"}), two_halls())
     assert isinstance(improved[-1], Improved)
     assert improved[-1].plan.explored == {"t1", "t2", "t3"}
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.SATISFICING
     assert end.detail == "2 of 2 parts planned, 3 targets in them"
 
 
 def test_if_a_part_fails_the_others_still_count() -> None:
     improved, end = solve(Fake({"c1": "fail", "c2": "plan"}), two_halls())
-    assert isinstance(improved, Improved)
     assert improved.plan.explored == {"t2"}
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.SATISFICING
     assert end.detail.endswith("part 1: crashed")
 
 
 def test_if_all_parts_fail_the_first_one_says_how() -> None:
     (end,) = solve(Fake({"c1": "fail", "c2": "fail"}), two_halls())
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.CRASHED
     assert "fell over" in end.detail
 
@@ -283,7 +277,6 @@ def test_parts_get_at_least_what_the_smallest_size_needs_and_the_last_ones_nothi
     engine = Slow({f"c{i}": "plan" for i in range(6)})
     limit = PartSize(rovers=2, targets=2, seconds=0.3)
     *_, end = Decomposed(engine, limit).solve(many_rooms(6, 2, 12, 6), Budget(seconds=0.3))
-    assert isinstance(end, Finished)
     assert end.detail.startswith("2 of 6 parts planned")
 
 
@@ -293,7 +286,6 @@ def test_bigger_parts_are_made_when_there_is_time_for_them() -> None:
     for seconds in (20.0, 1.0):
         engine = Fake({"c0": "plan", "c1": "plan"})
         *_, last, _end = Decomposed(engine, *sizes).solve(many_rooms(2, 2, 8, 4), Budget(seconds=seconds))
-        assert isinstance(last, Improved)
         explored.append(len(last.plan.explored))
     assert explored == [6, 2]
 
@@ -301,12 +293,10 @@ def test_bigger_parts_are_made_when_there_is_time_for_them() -> None:
 def test_what_fits_is_solved_as_a_whole() -> None:
     engine = Fake({"c1": "plan"})
     _, end = Decomposed(engine, SMALL).solve(one_room(), Budget(seconds=7))
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.OPTIMAL
     assert engine.asked == [Budget(seconds=7)]
 
 
 def test_where_only_carriers_together_could_do_it_there_is_no_part() -> None:
     (end,) = solve(Fake({}), relay())
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.NO_PLAN

@@ -43,7 +43,6 @@ async def test_a_job_goes_from_queued_to_its_end_and_tells_every_step(place: str
         assert (submitted.record.state, submitted.replayed) == (JobState.QUEUED, False)
         events = await told(jobs, submitted.record.id)
         job = await jobs.get(submitted.record.id, "me")
-        assert job is not None
         assert (job.state, job.outcome) == (JobState.SUCCEEDED, JobOutcome.SATISFICING)
         assert (job.attempts, job.plans) == (1, 1)
         assert job.makespan_ms == 19_002
@@ -187,7 +186,6 @@ async def test_a_map_is_analysed_by_the_worker_and_what_it_found_is_kept(place: 
         job = await submit(jobs, request(Ordinary()))
         assert (await ended(jobs, job)).outcome is JobOutcome.SATISFICING
         analysis = await jobs.analysis(job)
-        assert analysis is not None
         assert situation_from_json(analysis.situation) == one_room()
         assert json.loads(analysis.places) == {"t1": {"rover": [3, 4]}}
         ready = await submit(jobs)

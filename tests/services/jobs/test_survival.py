@@ -60,7 +60,6 @@ class JobServer:
     def rest(self) -> list[str]:
         """Wait till it was killed and return the ids it has told meanwhile."""
         with self._process:
-            assert self._process.stdout is not None
             rest = self._process.stdout.read().split()
         assert self._process.returncode == -signal.SIGKILL
         return rest

@@ -175,7 +175,6 @@ class RoamingTeam:
         self.slam[part] = self.truth[part] if code is None else code
 
     def _view(self, at: Cell | None) -> MissionFrame:
-        assert at is not None
         return MissionFrame(at.x - SIGHT, at.y - SIGHT, 2 * SIGHT + 1, 2 * SIGHT + 1)
 
     def _frame_for(self, views: list[MissionFrame]) -> MissionFrame:

@@ -67,7 +67,6 @@ class HttpDriver(Driver):
     refused: list[dict[str, Any]] = field(default_factory=list)
 
     async def _send(self, missions: Missions, record: MissionRecord) -> None:
-        assert self.http is not None
         assert self.unsent is not None
         while (
             answer := await self.http.post(f"/v1/missions/{record.id}/reports", json=self.unsent)
@@ -177,7 +176,6 @@ def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
             events = [event async for event in followed(missions, mission)]
             assert events[-1].type == "end"
             record = await missions.get(mission, "me")
-            assert record is not None
             assert (record.status, "comes out different" in record.reason) == ("failed", True)
 
     mission = run(begin())

@@ -62,7 +62,6 @@ def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(p
     async def fly_on(mission: str | None) -> tuple[str, str | None]:
         async with open_missions(place) as missions:
             record = await started(missions) if mission is None else await missions.get(mission, "me")
-            assert record is not None
             assert record.n == len(driver.reports)
             over = await driver.drive(missions, record, len(driver.reports) + draw.randint(1, 25))
             return record.id, await missions.log(record) if over else None
@@ -113,7 +112,6 @@ async def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(p
         record = await started(missions)
         events = [event async for event in followed(missions, record.id)]
         ended = await missions.get(record.id, "me")
-        assert ended is not None
         assert (ended.state, ended.status) == (MissionPhase.ENDED, "failed")
         assert "1 MiB are allowed" in ended.reason
         assert events[-1].type == "end"
@@ -131,7 +129,6 @@ def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: 
             async for event in followed(missions, mission):
                 last = event
             record = await missions.get(mission, "me")
-            assert record is not None
             assert (record.status, last.type) == ("failed", "end")
             assert "comes out different" in record.reason
 

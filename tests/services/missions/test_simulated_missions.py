@@ -54,7 +54,6 @@ async def over(missions: Missions, mission: str) -> MissionRecord:
     async for _ in followed(missions, mission):
         pass
     record = await missions.get(mission, "me")
-    assert record is not None
     assert record.state is MissionPhase.ENDED
     return record
 
@@ -124,7 +123,6 @@ async def _resting(missions: Missions, mission: str) -> MissionRecord:
     before = -1
     while True:
         record = await missions.get(mission, "me")
-        assert record is not None
         if record.n == before:
             return record
         before = record.n
