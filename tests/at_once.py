@@ -1,7 +1,5 @@
 """What growing maps find little by little, found at once: what tests hold it to."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ Time is the processor time of the server's process, memory the growth of the mos
 has limits of its own.
 """
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Callable

@@ -6,8 +6,6 @@ paths and random names, and its sha256 is compared with the one kept in `digests
 what differs, `--write` keeps what there is now; `--only PATTERN` takes the cases whose names match.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import http.client

@@ -1,7 +1,5 @@
 """Maps drawn as rows of text, top row first, and robots for them: one metre a cell unless said otherwise."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 from hypothesis import strategies as st

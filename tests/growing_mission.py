@@ -1,7 +1,5 @@
 """The made-up mission (`synthetic_mission`) on a map that grows beyond its frame twice, and changes in between."""
 
-from __future__ import annotations
-
 from synthetic_mission import synthetic_mission
 
 from marsupial.mission.frames import moved_event

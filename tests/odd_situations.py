@@ -1,7 +1,5 @@
 """Random situations that no mission would make but the model allows, for round trips through files."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import strategies as st
 

@@ -1,7 +1,5 @@
 """Ray nodes on this machine alone, each with its own processes, which a test may kill."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

@@ -1,7 +1,5 @@
 """Whole missions from a scenario, by a strategy or the clairvoyant, beside a watcher of what robots physically do."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from small_missions import Watcher, drawn_grid, kinds_of

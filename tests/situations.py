@@ -5,8 +5,6 @@ line (or in a plane); each has a zone per robot type, and a type gets from place
 Positions are in seconds at the carrier's speed; rovers take twice as long.
 """
 
-from __future__ import annotations
-
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

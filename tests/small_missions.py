@@ -5,8 +5,6 @@ of a drawing is row 0. A cell is 1 m. Carriers drive 1 m/s (a cell a second), ro
 far, rovers 2; docking takes 10 s, undocking 5 s.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise

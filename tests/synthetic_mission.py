@@ -17,8 +17,6 @@ gap, sets down the first of its two rovers (0.5 m/s), which looks around in the 
 =========  ======================================================================
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.formats.triggers import read_triggers

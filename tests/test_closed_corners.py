@@ -1,7 +1,5 @@
 """Missions of robots that need one cell only: none of them ends with a frontier that they can't get to."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from drawn_maps import draw, random_cells

@@ -1,7 +1,5 @@
 """What every strategy and every built-in scenario has to hold; a new one is tested as soon as it is listed."""
 
-from __future__ import annotations
-
 import pytest
 
 from marsupial.errors import ScenarioError

@@ -3,8 +3,6 @@
 Whether a robot reaches a cell is a question about that robot: another one of its type may stand behind a wall.
 """
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

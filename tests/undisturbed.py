@@ -1,7 +1,5 @@
 """The logs of missions that nobody disturbs: carried out in this process, one step for each plan."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from marsupial.formats.loglines import LogEncoder

@@ -9,8 +9,6 @@ finish exploring one target at the very same moment, which PDDL allows. It would
 `path_cost`, so `up_validate` gives it 0 for what is unknown; such a drive has no `path` either.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache

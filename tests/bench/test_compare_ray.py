@@ -1,7 +1,5 @@
 """A comparison on a real cluster of several nodes, all of them on this machine."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

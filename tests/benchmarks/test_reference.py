@@ -1,7 +1,5 @@
 """The searches in plain C: they find what ours find."""
 
-from __future__ import annotations
-
 import ctypes
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The benches of speed: what both sides find is the same, and their commands print and write it."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

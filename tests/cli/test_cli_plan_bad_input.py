@@ -1,7 +1,5 @@
 """`marsupial plan` with files that make no sense: an exit code and a message, never a traceback."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

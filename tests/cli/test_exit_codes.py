@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from marsupial.cli.process.exit_codes import ERROR_CODES, MISSION_CODES, PLANNING_CODES
 from marsupial.errors import MarsupialError
 from marsupial.model import Outcome, Status

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from marsupial.cli.display.legend import legend_rows
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, LegendEntry
 

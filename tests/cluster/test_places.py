@@ -1,7 +1,5 @@
 """What a run leaves goes to the next one; Ray is played by functions that answer when they are told to."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any

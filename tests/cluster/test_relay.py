@@ -1,7 +1,5 @@
 """Channels in an event loop."""
 
-from __future__ import annotations
-
 import asyncio
 import socket
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The container of docker/compose.yaml: built, started as it stands there, healthy, and no stronger than it need be."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

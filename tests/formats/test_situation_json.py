@@ -1,7 +1,5 @@
 """Situations as JSON."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any

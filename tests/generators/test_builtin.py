@@ -1,7 +1,5 @@
 """Built-in scenarios: fixed maps on which the default team has work for both kinds of robot."""
 
-from __future__ import annotations
-
 import hashlib
 
 import numpy as np

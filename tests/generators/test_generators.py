@@ -1,7 +1,5 @@
 """Generated maps: closed, connected, repeatable, and with the features their names promise."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import ndimage

@@ -1,7 +1,5 @@
 """Arguments of the Python API: whatever is passed, what comes out is a result or an error that names the argument."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """`marsupial.explore`: a mission as `marsupial run` flies it, and its result."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import subprocess

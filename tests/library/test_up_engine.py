@@ -1,7 +1,5 @@
 """marsupial as an engine of unified-planning."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

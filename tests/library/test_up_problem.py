@@ -1,7 +1,5 @@
 """The canonical problem in unified-planning, and its validator beside our checker."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 from at_once import reach_at_once
 from drawn_maps import aboard, carrier, draw, picture, random_cells, rover, standing

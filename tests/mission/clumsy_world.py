@@ -1,7 +1,5 @@
 """A simulated world in which commands fail."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A simulated world whose map flickers: cells that are known become something else, again and again."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A world that only does what it is told, and strategies that do what a test wants."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 

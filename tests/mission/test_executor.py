@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from mission_fakes import FakeWorld, Recorder, drive, meet, plan_of
 
 from marsupial.mission.executor import Executor

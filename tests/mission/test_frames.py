@@ -1,7 +1,5 @@
 """Missions whose map changes and grows beyond its frame: in the log, played back, and on the page."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Situations that no mission should make but files can hold: every engine gives a clear result, none raises."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

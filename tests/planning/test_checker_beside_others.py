@@ -1,7 +1,5 @@
 """The checker beside two that know nothing of it: a simulation written here, and unified-planning's validator."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

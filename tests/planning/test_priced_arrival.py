@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from situations import carrier, default_types, door, hall, one_room, room, rover, situation_of
 
 from marsupial.model import EPSILON_MS, Budget, Improved, Outcome, Plan, PricedArrival, Situation

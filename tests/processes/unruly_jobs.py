@@ -1,7 +1,5 @@
 """Jobs that misbehave, for the tests of `marsupial.processes.launcher`: run in child processes only."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import resource

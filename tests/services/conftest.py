@@ -1,7 +1,5 @@
 """One server for all tests that don't need one of their own, and places for stores."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

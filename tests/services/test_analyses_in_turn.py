@@ -1,7 +1,5 @@
 """Analyses have turns by key, and count against the quota of planning time."""
 
-from __future__ import annotations
-
 import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator

@@ -1,7 +1,5 @@
 """A database that is killed and comes back: what servers do meanwhile, and that they miss nothing."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import time

@@ -1,7 +1,5 @@
 """A client that is generated from the OpenAPI document kept with the code can be worked with."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import subprocess

@@ -1,7 +1,5 @@
 """The page of the service in a browser: missions begun, followed, compared, steered; jobs watched; keys asked for."""
 
-from __future__ import annotations
-
 import base64
 import io
 import time

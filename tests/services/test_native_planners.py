@@ -1,7 +1,5 @@
 """Planners in processes of their own, in jobs and in missions: they answer, and leave nothing behind."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext

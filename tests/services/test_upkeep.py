@@ -1,7 +1,5 @@
 """Backups, restoring, and removing, of stores that are being used."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import shutil

@@ -1,7 +1,5 @@
 """Briefings for the tests of strategies that ask no planner, and what they decide."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

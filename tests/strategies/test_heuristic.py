@@ -1,7 +1,5 @@
 """The baseline, sentence by sentence of section IV-B; quotes are the paper's."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import permutations
 

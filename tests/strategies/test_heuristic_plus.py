@@ -1,7 +1,5 @@
 """What the improved baseline does otherwise; positions are in seconds at the carriers' speed, rovers take twice."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import pytest

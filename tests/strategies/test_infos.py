@@ -1,7 +1,5 @@
 """What is told of strategies is what they are: the table stands apart from their code."""
 
-from __future__ import annotations
-
 import pytest
 
 from marsupial.errors import ScenarioError

@@ -1,7 +1,5 @@
 """The one-step assignment; positions are in seconds at the carriers' speed, rovers take twice as long."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -3,8 +3,6 @@
 Positions are in seconds at the carriers' speed; rovers take twice as long.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The examples in the folder pddl: each valid plan is valid and each invalid one is not, whoever checks."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

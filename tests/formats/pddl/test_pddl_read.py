@@ -1,7 +1,5 @@
 """Problems of the canonical domain read back."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import HealthCheck, given, settings
 from odd_situations import odd_situations

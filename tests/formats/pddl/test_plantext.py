@@ -1,7 +1,5 @@
 """Plans as text in IPC format."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

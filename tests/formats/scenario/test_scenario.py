@@ -1,7 +1,5 @@
 """Scenario files: what is read, that writing loses nothing, and other teams for a scenario."""
 
-from __future__ import annotations
-
 import json
 import os
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Scenario files that are wrong: every message in full, all of a file at once, and no input breaks the reader."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

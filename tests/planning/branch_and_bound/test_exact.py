@@ -1,7 +1,5 @@
 """The exact engine beside a search that knows nothing of it: every action of every robot is tried, in any order."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

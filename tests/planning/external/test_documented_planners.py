@@ -1,7 +1,5 @@
 """Runs the planners of docs/external-planners.md that are installed, with the commands that stand there."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from situations import DOCK_MS, UNDOCK_MS, Spot, carrier, door, hall, room, rover, situation_of
 
 from marsupial.model import MAKESPAN, Budget, Improved, Plan, PlanningType, RobotState, Role, Situation

@@ -1,7 +1,5 @@
 """The lower bound from the work there is: seen by eye, and never above what a plan takes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """A proxy between client and server that cuts connections at random bytes, delays, answers 503 and sends twice."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 import random

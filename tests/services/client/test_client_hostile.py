@@ -1,7 +1,5 @@
 """Behind a proxy that does all that proxies and networks do, everything comes through exactly once and in order."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 import uuid

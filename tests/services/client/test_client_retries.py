@@ -1,7 +1,5 @@
 """What breaks is tried again, in a time that passes by itself; what is refused is told."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 import json

@@ -1,7 +1,5 @@
 """Background tasks go on after failures, which are logged and counted."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 from collections import Counter

@@ -1,7 +1,5 @@
 """How much a key may plan in an hour, over all servers of a store."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

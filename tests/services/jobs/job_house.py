@@ -1,7 +1,5 @@
 """Jobs in a folder, for tests: opened, asked, closed."""
 
-from __future__ import annotations
-
 import asyncio
 import sys
 from contextlib import AbstractAsyncContextManager

@@ -1,7 +1,5 @@
 """Jobs on a Ray cluster, whose actors, launchers and connection are killed."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import signal

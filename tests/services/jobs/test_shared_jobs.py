@@ -1,7 +1,5 @@
 """Jobs of several servers on one database: any of them answers, one of them runs a job."""
 
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 Its world has no edge: places are cells of the lattice, of which the mission's first frame is a part.
 """
 
-from __future__ import annotations
-
 import json
 import random
 from collections.abc import Iterator, Mapping

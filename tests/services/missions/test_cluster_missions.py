@@ -1,7 +1,5 @@
 """Missions on a Ray cluster: they come out as on this machine, whatever is killed there."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import random

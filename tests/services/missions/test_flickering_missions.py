@@ -1,7 +1,5 @@
 """A mission by reports whose map loses the same cells again and again comes to its end."""
 
-from __future__ import annotations
-
 import json
 from itertools import chain
 from typing import Any

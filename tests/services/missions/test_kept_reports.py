@@ -1,7 +1,5 @@
 """Reports as they are stored."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

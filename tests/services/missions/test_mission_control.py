@@ -1,7 +1,5 @@
 """Pausing, resuming, cancelling; commands that fail, robots that are lost, maps that change."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json

@@ -1,7 +1,5 @@
 """The disk is full while a mission goes on: what can't be stored is not acknowledged, and nothing else is lost."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import sqlite3

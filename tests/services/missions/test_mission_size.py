@@ -1,7 +1,5 @@
 """What a mission takes in the store, and what is left of that when it is removed."""
 
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path
 

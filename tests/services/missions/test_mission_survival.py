@@ -1,7 +1,5 @@
 """The process of a mission is killed, the service is stopped: the mission comes out as if nothing had happened."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import random

@@ -1,7 +1,5 @@
 """Reports that are late, repeated, contradictory or plain odd: refused without a trace, or survived."""
 
-from __future__ import annotations
-
 import copy
 import json
 import random

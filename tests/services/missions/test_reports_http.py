@@ -1,7 +1,5 @@
 """Reports over HTTP: by robot, several at a time, in frames that grow; and events as their schemas say."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """Missions of several servers on one database: any of them answers, one of them holds a mission."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager

@@ -1,7 +1,5 @@
 """Missions whose robots the service simulates come out as those in one process, whatever happens to the service."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 from typing import Any

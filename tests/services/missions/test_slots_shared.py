@@ -1,7 +1,5 @@
 """Jobs and missions of one server share its slots, and missions come first."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Stories of whole missions: what is said to the user, and robots in the rooms that it is played with."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Awaitable, Callable
 from pathlib import Path

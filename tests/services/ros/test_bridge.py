@@ -1,7 +1,5 @@
 """Whole missions: a real server, the bridge, and a rosbridge made for the test with simple robots behind it."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 from pathlib import Path

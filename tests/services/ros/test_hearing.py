@@ -1,7 +1,5 @@
 """What comes from ROS and is odd: maps of other cells, transforms that are repeated, messages that can't be read."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """How the bridge goes: goals are cancelled and the connection is closed, whatever it ends by."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import signal

@@ -1,7 +1,5 @@
 """The parts of the bridge by themselves."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import math

@@ -1,7 +1,5 @@
 """A server that freezes in the middle of a transaction: others go on, and it writes again when it wakes."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from simulated_missions import Plans
 
 from marsupial.generators.builtin import builtin_scenario

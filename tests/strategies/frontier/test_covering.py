@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from small_missions import carrier_at, drawn_grid, fly, kinds_of
 
