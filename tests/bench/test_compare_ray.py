@@ -1,7 +1,5 @@
 """A comparison on a real cluster of several nodes, all of them on this machine."""
 
-import os
-import signal
 import subprocess
 import time
 from collections.abc import Generator, Iterator, Sequence
@@ -134,16 +132,3 @@ def test_ctrl_c_leaves_what_is_done_and_no_mission_on_the_cluster(nodes: Nodes, 
     assert psutil.wait_procs(below, HANG_S)[1] == []
     assert psutil.wait_procs(nodes.missions(), HANG_S)[1] == []
     assert len(read_rows(tmp_path)) >= 1
-
-
-@pytest.mark.slow
-def test_a_node_that_is_killed_in_the_middle_leaves_no_trace_in_the_rows(tmp_path: Path) -> None:
-    nodes = Nodes(workers=2)
-    try:
-        program = begun(nodes, tmp_path / "ray", nodes.address)
-        os.kill(nodes.missions()[0].ppid(), signal.SIGKILL)
-        error = program.communicate(timeout=HANG_S)[1].decode()
-        assert program.returncode == 0, error
-        assert bytes_of(tmp_path / "ray") == carried_out_here(tmp_path / "local", *LONG)
-    finally:
-        nodes.stop()

@@ -37,15 +37,6 @@ def test_past_one_obstacle_the_corner_is_touched() -> None:
     assert touched("...", ".r#", "...", radius_m=0.6) == ["xxx", "xxx", "xxx"]
 
 
-def test_nothing_is_touched_through_a_wall() -> None:
-    assert touched("#####", "r.#..", "#####", radius_m=1.2) == ["xx...", "xxx..", "xx..."]
-    assert touched(".....", "r#...", ".....", radius_m=1.0) == ["xx...", "xx...", "xx..."]
-
-
-def test_beside_the_edge_of_the_map_only_cells_on_it_are_touched() -> None:
-    assert touched("r", radius_m=2.0) == ["x"]
-
-
 @settings(deadline=None)
 @given(truth=random_cells(smallest=2, largest=14), radius=st.sampled_from(RADII), data=st.data())
 def test_what_is_touched_and_free_is_connected_to_the_robot(

@@ -5,7 +5,6 @@ from patience import HANG_S, longer_and_longer
 from situations import many_rooms, one_room, two_rooms
 
 from marsupial.bench.suite.catalogue import INSTANCES
-from marsupial.bench.suite.floors import Floor
 from marsupial.model import MAKESPAN, Budget, Finished, Improved, Objective, Outcome, Plan, Situation
 from marsupial.planning.auto import auto
 from marsupial.planning.infos import AUTO
@@ -72,19 +71,6 @@ def test_more_steps_never_give_a_longer_plan() -> None:
         events = auto().solve(situation, Budget(steps=steps))
         spans.append([event.plan for event in events if isinstance(event, Improved)][-1].makespan_ms)
     assert spans == sorted(spans, reverse=True)
-
-
-@pytest.mark.parametrize(
-    "floor",
-    [
-        Floor(seed=3, carriers=8, rovers=3, targets=2, rooms=2, recover=True, homes=True),
-        Floor(seed=0, carriers=8, rovers=3, targets=3, rooms=2, doors=2, scattered=True),
-        Floor(seed=0, carriers=8, rovers=3, targets=4, rooms=1),
-    ],
-)
-def test_few_targets_are_planned_to_proven_optimality_for_eight_carriers_with_three_rovers_each(floor: Floor) -> None:
-    *_, end = auto().solve(floor.situation(), Budget(steps=8))
-    assert end.outcome is Outcome.OPTIMAL
 
 
 def test_a_makespan_as_short_as_the_bound_needs_no_second_engine() -> None:

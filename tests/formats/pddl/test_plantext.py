@@ -164,20 +164,6 @@ def odd_drives() -> Situation:
     return replace(situation, travel_ms={**situation.travel_ms, "carrier": table})
 
 
-def test_a_bracket_too_much_at_the_end_of_a_line_is_passed_over() -> None:
-    text = """; Version LPG-td-1.4
-; MakeSpan 19.00
-
-0.0002:   (MOVE C1 CARRIER_TYPE C1_START M1) [10.0000])
-15.0007:   (EXPLORE R1 ROVER_TYPE M1 T1) [4.0000])
-10.0005:   (UNDOCK R1 C1 M1) [5.0000])
-
-
-"""
-    reading = read_plan(text, one_room())
-    assert (reading.plan, reading.mended) == (PLAN, ())
-
-
 @pytest.mark.parametrize(
     "text",
     [

@@ -76,23 +76,6 @@ def test_reports_and_events_come_through_exactly_once(server: Server, proxy: Hos
     check(server, mission.id, seen)
 
 
-async def test_they_do_for_async_tasks_too(server: Server, proxy: HostileProxy) -> None:
-    seen: list[tuple[int, str]] = []
-    async with AsyncClient(proxy.url) as client, asyncio.timeout(HANG_S):
-        mission = await client.begin(brief(proxy))
-
-        async def follow() -> None:
-            async for event in mission.events():
-                seen.append((event.id, event.type))
-
-        async with asyncio.TaskGroup() as tasks:
-            tasks.create_task(follow())
-            taken = [await mission.report(one) for one in news()]
-            await mission.cancel()
-        assert [one["n"] for one in taken if one is not None] == list(range(1, REPORTS + 1))
-    check(server, mission.id, seen)
-
-
 def many(count: int = 60) -> Iterator[list[News]]:
     """Yield batches of the same reports, with those of two robots by their own counts in between."""
     told = list(news())

@@ -391,31 +391,6 @@ def in_loop(handler: Callable[[httpx2.Request], Any], work: Callable[[AsyncClien
     return asyncio.run(run())
 
 
-def test_a_report_whose_task_is_cancelled_is_sent_again_before_the_next_one() -> None:
-    seen: list[tuple[int, int]] = []
-
-    async def answer(request: httpx2.Request) -> httpx2.Response:
-        if request.method == "GET":
-            return httpx2.Response(200, json=MISSION)
-        body = json.loads(request.content)
-        seen.append((body["n"], body["t_ms"]))
-        if len(seen) == 1:
-            await asyncio.sleep(3600)
-        return taken(body["n"])
-
-    async def work(client: AsyncClient) -> None:
-        mission = await client.mission("m")
-        task = asyncio.create_task(mission.report({"t_ms": 10}))
-        while not seen:
-            await asyncio.sleep(0)
-        task.cancel()
-        await asyncio.wait([task])
-        await asyncio.gather(*(mission.report({"t_ms": t_ms}) for t_ms in (20, 30)))
-
-    in_loop(answer, work)
-    assert seen == [(5, 10), (5, 10), (6, 20), (7, 30)]
-
-
 def test_a_loop_over_plans_that_is_left_lets_go_of_its_stream() -> None:
     closed: list[bool] = []
 

@@ -90,13 +90,6 @@ def test_an_odd_first_map_is_passed_over_and_a_fitting_one_taken(tmp_path: Path,
     assert ears.chart.grid is not None
 
 
-@pytest.mark.parametrize("resolution", [0.05, 0.05000000074505806, 0.049999998])
-def test_a_resolution_is_the_same_whatever_precision_it_is_told_in(tmp_path: Path, resolution: float) -> None:
-    ears = Ears(tmp_path)
-    ears.hearing.message("/map", grid_message([[0]], resolution=resolution))
-    assert ears.chart.grid is not None
-
-
 def test_updates_of_a_map_that_was_passed_over_change_nothing() -> None:
     chart = chart_of([0, 0])
     with pytest.raises(MapError):
