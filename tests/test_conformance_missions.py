@@ -9,7 +9,7 @@ from marsupial.library.choices import DEFAULT_PLANNER
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
-from marsupial.model import Budget, MissionEvent, Role, Status
+from marsupial.model import Budget, MissionEvent, Status
 from marsupial.strategies.registry import RULES, STRATEGIES, asks_planner, frontier_rule
 
 
@@ -85,10 +85,3 @@ def test_strategies_of_frontiers_refuse_teams_they_are_not_made_for(strategy: st
 def test_every_built_in_scenario_can_be_explored(name: str, planner: str) -> None:
     summary, _ = explore(name, "temporal", planner=planner)
     assert (summary.status, summary.coverage) == (Status.COMPLETE, 1.0), summary.reason
-
-
-@pytest.mark.parametrize("name", SCENARIOS)
-def test_every_built_in_scenario_has_carriers_that_hold_its_rovers(name: str) -> None:
-    scenario = builtin_scenario(name, 1, 3)
-    capacities = [kind.capacity for kind in scenario.robot_types if kind.role is Role.CARRIER]
-    assert min(capacities) >= 3

@@ -127,11 +127,6 @@ def test_a_lost_robot_is_said_to_be_lost() -> None:
 # The coarse picture.
 
 
-def test_a_picture_of_blocks_of_one_is_the_map() -> None:
-    cells = code_picture("#. ", ":.#")
-    assert np.array_equal(coarse(cells, 1), cells)
-
-
 def test_a_wall_that_crosses_a_block_is_kept_and_a_stray_obstacle_is_not() -> None:
     cells = code_picture("..#...", "..#...", "..#.#.")
     assert np.array_equal(coarse(cells, 3), code_picture("#."))
@@ -140,11 +135,3 @@ def test_a_wall_that_crosses_a_block_is_kept_and_a_stray_obstacle_is_not() -> No
 def test_a_block_is_what_most_of_its_known_cells_are() -> None:
     cells = code_picture(".. :  ", ". ::  ")
     assert np.array_equal(coarse(cells, 2), code_picture(".: "))
-
-
-def test_a_block_that_sticks_out_of_the_map_counts_what_is_inside() -> None:
-    assert np.array_equal(coarse(code_picture("...", "..:", ".::"), 2), code_picture("..", ".:"))
-
-
-def test_a_map_of_obstacles_only_is_drawn() -> None:
-    assert np.array_equal(coarse(code_picture("# ", "  "), 2), code_picture("#"))

@@ -46,6 +46,12 @@ def door_count(grid: Grid, inside: np.ndarray) -> int:
     return int(ndimage.label(touching, structure=np.ones((3, 3)))[1])
 
 
+def rough_rooms(grid: Grid) -> list[int]:
+    """Number of doors of each rough room."""
+    labels, count = ndimage.label(grid.cells == ROUGH)
+    return [door_count(grid, labels == i) for i in range(1, count + 1)]
+
+
 @every_generator
 def test_every_generator_has_a_size_here(name: str) -> None:
     assert name in SIZES

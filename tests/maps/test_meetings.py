@@ -27,17 +27,6 @@ ONE_DOOR = (
     "#.........#",
     "###########",
 )
-TWO_DOORS = (
-    "##########?##########",
-    "#...................#",
-    "#...................#",
-    "#...................#",
-    "###.#############.###",
-    "#...................#",
-    "#.c.................#",
-    "#...................#",
-    "#####################",
-)
 CLOSE_DOORS = (
     "######?######",
     "#...........#",
@@ -78,12 +67,6 @@ def test_a_room_with_one_door_has_one_point_at_it() -> None:
     assert set(target.viewpoints) == {"rover"}
     (name,) = (p.name for p in found.points if p.rover_cell == Cell(4, 5))
     assert found.connects[name] == {target.name}
-
-
-def test_a_room_with_two_doors_has_a_point_at_each() -> None:
-    cells, found, targets = at_borders(TWO_DOORS)
-    assert cells == [Cell(3, 5), Cell(17, 5)]
-    assert all(found.connects[p.name] == {targets[0].name} for p in found.points if p.rover_cell in cells)
 
 
 def test_two_doors_close_together_have_a_point_each() -> None:

@@ -279,20 +279,6 @@ def test_targets_have_names_of_their_own_and_members_in_sight(cells: CellArray, 
             assert reach.by_type[name][cell.y, cell.x]
 
 
-@settings(deadline=None)
-@given(cells=MIXED, data=st.data())
-def test_where_there_is_no_target_nobody_can_stand_anywhere_new(cells: CellArray, data: st.DataObject) -> None:
-    grid = Grid(cells=cells, resolution_m=1.0)
-    robots = _team(grid, data)
-    territory = Territory(grid, (CARRIER, ROVER))
-    reach = reach_of(territory, robots)
-    finder = TargetFinder(territory)
-    if not finder.find(finder.frontiers(reach)):
-        for name, footprint in territory.footprints.items():
-            hoped = flood(footprint.possible, [Cell(x, y) for y, x in np.argwhere(reach.by_type[name])])
-            assert np.array_equal(hoped, reach.by_type[name])
-
-
 @settings(deadline=None, max_examples=150)
 @given(
     truth=random_cells(smallest=2, largest=16),

@@ -58,6 +58,11 @@ def alive(pid: int) -> bool:
         return False
 
 
+def value(run: processes.JobRun) -> object:
+    event = next(run)
+    return event.value
+
+
 @pytest.fixture(autouse=True)
 def nothing_left() -> Iterator[None]:
     yield
@@ -116,8 +121,7 @@ def test_a_function_the_worker_can_not_import_is_a_crash(monkeypatch: pytest.Mon
 
 def test_a_job_killed_from_outside_is_told_apart() -> None:
     run = processes.run(job("sleep"))
-    message = next(run)
-    os.kill(int(str(message.value)), signal.SIGKILL)
+    os.kill(int(str(value(run))), signal.SIGKILL)
     (ended,) = run
     assert ended.ending is Ending.KILLED
     assert "SIGKILL" in ended.detail
@@ -177,11 +181,6 @@ def test_messages_wait_for_a_slow_reader() -> None:
     assert len(list(run)) == 30  # 29 more and the end
 
 
-def value(run: processes.JobRun) -> object:
-    event = next(run)
-    return event.value
-
-
 def test_a_job_that_talks_sends_and_receives() -> None:
     run = processes.run(job("echo", "hello", talks=True))
     run.send(21)  # perhaps before it is there
@@ -238,9 +237,9 @@ def test_functions_and_modules_are_loaded_once_for_all_jobs_whenever_that_is_ask
 
 def test_closing_early_leaves_nothing_running() -> None:
     run = processes.run(job("ignore_term"))
-    message = next(run)
+    pid = int(str(value(run)))
     run.close()
-    assert not psutil.pid_exists(int(str(message.value)))
+    assert not psutil.pid_exists(pid)
     assert list(run) == []
 
 
@@ -261,22 +260,22 @@ def test_two_jobs_run_at_a_time() -> None:
 
 def test_when_the_supervisor_is_killed_the_job_is_ended_too() -> None:
     run = processes.run(job("escape_and_sleep"))
-    message = next(run)
+    pid = int(str(value(run)))
     (supervisor,) = launcher().children()
     supervisor.kill()
     (ended,) = run
     assert ended.ending is Ending.KILLED
-    assert gone(int(str(message.value)))
+    assert gone(pid)
 
 
 def test_when_the_launcher_is_killed_its_jobs_end_and_a_new_one_is_started() -> None:
     before = launcher()
     run = processes.run(job("escape_and_sleep"))
-    message = next(run)
+    pid = int(str(value(run)))
     before.kill()
     *_, ended = run
     assert ended.ending is Ending.KILLED
-    assert gone(int(str(message.value)))
+    assert gone(pid)
     assert result("count", 1)[0] == [0]
 
 
@@ -312,9 +311,9 @@ def test_a_launcher_killed_over_and_over_is_said_not_to_start() -> None:
 def test_shutdown_ends_everything_and_the_next_job_starts_anew() -> None:
     before = launcher()
     run = processes.run(job("ignore_term"))
-    message = next(run)
+    pid = int(str(value(run)))
     processes.shutdown()
-    assert gone(int(str(message.value)))
+    assert gone(pid)
     assert not before.is_running()
     assert isinstance(list(run)[-1], Ended)
     assert result("count", 1)[0] == [0]

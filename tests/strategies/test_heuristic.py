@@ -6,11 +6,10 @@ from itertools import permutations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from situations import Spot, bring_them_home, carrier, default_types, door, hall, room, rover, situation_of
+from situations import Spot, carrier, default_types, door, hall, room, rover, situation_of
 from strategy_briefings import assert_possible, brief, briefings, robot_by_robot
 
 from marsupial.model import ActionName, Briefing, Decision, Outcome, Plan, PlanningType, Role, Situation
-from marsupial.planning.checker import check
 from marsupial.strategies.heuristic import Heuristic
 
 
@@ -182,12 +181,6 @@ def test_the_rover_set_down_is_of_a_type_that_gets_from_there_to_the_target() ->
         types=types,
     )
     assert "(undock r2 c1 m1)" in decide(situation, {"c1": seconds(t1=22)}, {"m1": frozenset({"t1"})})
-
-
-def test_without_targets_rovers_are_recovered_and_carriers_go_home() -> None:
-    situation = bring_them_home()
-    decision = Heuristic().decide(brief(situation, {}))
-    assert check(situation, decision.plan).valid
 
 
 def test_with_nothing_to_do_the_plan_is_empty_and_the_outcome_says_so() -> None:
