@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from databases import PostgresServer
-from mission_house import Driver, open_missions, run, started, team
+from mission_house import Driver, open_missions, started, team
 from patience import HANG_S
 from servers import Server
 from service_house import client, problem
@@ -21,29 +21,22 @@ from marsupial_service.store import StoreError, StoreInUse, open_store, tables
 from marsupial_service.store.sqlite import FILE
 
 
-def test_a_mission_goes_on_in_a_folder_that_was_restored_from_a_backup_made_meanwhile(tmp_path: Path) -> None:
+async def test_a_mission_goes_on_in_a_folder_that_was_restored_from_a_backup_made_meanwhile(tmp_path: Path) -> None:
     folder, again, file = tmp_path / "data", tmp_path / "again", tmp_path / "backup"
     driver = Driver(team())
-
-    async def begin() -> str:
-        async with open_missions(folder) as missions:
-            record = await started(missions)
-            assert not await driver.drive(missions, record, 5)
-            KeyFile(folder).add("fleet", ["mission"], 1, now_s=0.0)
-            upkeep.backup(folder, file)
-            return record.id
-
-    async def go_on(mission: str) -> None:
-        async with open_missions(again) as missions:
-            record = await missions.get(mission, "me")
-            assert record.n == 5
-            assert await driver.drive(missions, record)
-
-    mission = run(begin())
+    async with open_missions(folder) as missions:
+        record = await started(missions)
+        assert not await driver.drive(missions, record, 5)
+        KeyFile(folder).add("fleet", ["mission"], 1, now_s=0.0)
+        upkeep.backup(folder, file)
+        mission = record.id
     assert upkeep.restore(file, again) == tables.VERSION
     assert (again / "keys.json").read_text() == (folder / "keys.json").read_text()
     assert [path.stat().st_mode & 0o77 for path in (file, again / FILE, again / "keys.json")] == [0, 0, 0]
-    run(go_on(mission))
+    async with open_missions(again) as missions:
+        record = await missions.get(mission, "me")
+        assert record.n == 5
+        assert await driver.drive(missions, record)
 
 
 @pytest.fixture

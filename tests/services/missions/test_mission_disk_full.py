@@ -12,7 +12,7 @@ from typing import Any
 import httpx
 import pytest
 from entry_house import followed
-from mission_house import Driver, body, open_missions, run, started, team
+from mission_house import Driver, body, open_missions, started, team
 from service_house import problem
 from undisturbed import undisturbed
 
@@ -81,41 +81,38 @@ async def found(service: Service, mission: str) -> MissionRecord:
     return record
 
 
-def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_mission_goes_on_afterwards(tmp_path: Path) -> None:
+async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_mission_goes_on_afterwards(
+    tmp_path: Path,
+) -> None:
     driver = HttpDriver(team())
-
-    async def be_refused() -> str:
-        async with serving(tmp_path) as service:
-            driver.http = service.http
-            record = await begun(service)
-            path = f"/v1/missions/{record.id}"
-            assert not await driver.drive(service.missions, record, 5)
-            before = (await service.http.get(path)).json(), (await service.http.get(f"{path}/map")).json()
-            service.fail("disk_full")
-            report = {"n": 6, "t_ms": before[0]["t_ms"]}
-            for _ in range(2):
-                answer = await service.http.post(f"{path}/reports", json=report)
-                document = problem(answer, 503, "not-ready")
-                assert document["detail"] == "nothing was stored; the log says why"
-                assert int(answer.headers["retry-after"]) > 0
-            problem(await service.http.post(f"{path}/pause"), 503, "not-ready")
-            problem(await service.http.post("/v1/missions", json=body()), 503, "not-ready")
-            after = (await service.http.get(path)).json(), (await service.http.get(f"{path}/map")).json()
-            assert (after[0]["n"], after[0]["state"], after[1]) == (5, "running", before[1])
-            assert [one["id"] for one in (await service.http.get("/v1/missions")).json()["missions"]] == [record.id]
-            service.fail("")
-            assert not await driver.drive(service.missions, record, 9)
-            return record.id
-
-    async def go_on(mission: str) -> str:
-        async with serving(tmp_path) as service:
-            driver.http = service.http
-            record = await found(service, mission)
-            assert record.n == 9
-            assert await driver.drive(service.missions, record)
-            return await service.missions.log(record)
-
-    assert run(go_on(run(be_refused()))) == undisturbed("lobby")
+    async with serving(tmp_path) as service:
+        driver.http = service.http
+        record = await begun(service)
+        path = f"/v1/missions/{record.id}"
+        assert not await driver.drive(service.missions, record, 5)
+        before = (await service.http.get(path)).json(), (await service.http.get(f"{path}/map")).json()
+        service.fail("disk_full")
+        report = {"n": 6, "t_ms": before[0]["t_ms"]}
+        for _ in range(2):
+            answer = await service.http.post(f"{path}/reports", json=report)
+            document = problem(answer, 503, "not-ready")
+            assert document["detail"] == "nothing was stored; the log says why"
+            assert int(answer.headers["retry-after"]) > 0
+        problem(await service.http.post(f"{path}/pause"), 503, "not-ready")
+        problem(await service.http.post("/v1/missions", json=body()), 503, "not-ready")
+        after = (await service.http.get(path)).json(), (await service.http.get(f"{path}/map")).json()
+        assert (after[0]["n"], after[0]["state"], after[1]) == (5, "running", before[1])
+        assert [one["id"] for one in (await service.http.get("/v1/missions")).json()["missions"]] == [record.id]
+        service.fail("")
+        assert not await driver.drive(service.missions, record, 9)
+        mission = record.id
+    async with serving(tmp_path) as service:
+        driver.http = service.http
+        record = await found(service, mission)
+        assert record.n == 9
+        assert await driver.drive(service.missions, record)
+        log = await service.missions.log(record)
+    assert log == undisturbed("lobby")
 
 
 @pytest.mark.parametrize("commit", range(1, 5))
@@ -133,27 +130,21 @@ async def test_whichever_commit_fails_the_mission_comes_out_as_if_nothing_had_ha
     assert log == undisturbed("lobby")
 
 
-def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
+async def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    async def begin() -> str:
-        async with open_missions(tmp_path) as missions:
-            record = await started(missions)
-            assert not await Driver(team()).drive(missions, record, 3)
-            return record.id
-
-    async def go_on(mission: str) -> None:
-        async with open_missions(tmp_path) as missions:
-            while "the store can't be written" not in caplog.text:
-                await asyncio.sleep(0.01)
-            missions._store._writer._points = failpoints.failpoints({})
-            events = [event async for event in followed(missions, mission)]
-            assert events[-1].type == "end"
-            record = await missions.get(mission, "me")
-            assert (record.status, "comes out different" in record.reason) == ("failed", True)
-
-    mission = run(begin())
+    async with open_missions(tmp_path) as missions:
+        record = await started(missions)
+        assert not await Driver(team()).drive(missions, record, 3)
+        mission = record.id
     with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as file, file:
         file.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (pack(b"log {}"),))
     monkeypatch.setenv(failpoints.VARIABLE, "before_commit=disk_full")
-    run(go_on(mission))
+    async with open_missions(tmp_path) as missions:
+        while "the store can't be written" not in caplog.text:
+            await asyncio.sleep(0.01)
+        missions._store._writer._points = failpoints.failpoints({})
+        events = [event async for event in followed(missions, mission)]
+        assert events[-1].type == "end"
+        record = await missions.get(mission, "me")
+        assert (record.status, "comes out different" in record.reason) == ("failed", True)

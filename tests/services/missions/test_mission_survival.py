@@ -115,27 +115,21 @@ async def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(p
         assert events[-1].type == "end"
 
 
-def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: str) -> None:
-    async def begin() -> str:
-        async with open_missions(place) as missions:
-            record = await started(missions)
-            assert not await Driver(team()).drive(missions, record, 5)
-            return record.id
-
-    async def go_on(mission: str) -> None:
-        async with open_missions(place) as missions:
-            async for event in followed(missions, mission):
-                last = event
-            record = await missions.get(mission, "me")
-            assert (record.status, last.type) == ("failed", "end")
-            assert "comes out different" in record.reason
-
-    mission = run(begin())
+async def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        assert not await Driver(team()).drive(missions, record, 5)
+        mission = record.id
     with contextlib.closing(open_store(place)) as store:
         store.write(
             lambda tx: tx.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (pack(b"log {}"),))
         ).result()
-    run(go_on(mission))
+    async with open_missions(place) as missions:
+        async for event in followed(missions, mission):
+            last = event
+        record = await missions.get(mission, "me")
+        assert (record.status, last.type) == ("failed", "end")
+        assert "comes out different" in record.reason
 
 
 async def test_no_process_is_left_when_missions_are_stopped(place: str) -> None:

@@ -9,7 +9,7 @@ import pytest
 from databases import PostgresServer
 from entry_house import followed
 from launcher_tree import below_launcher
-from mission_house import open_missions, run
+from mission_house import open_missions
 from undisturbed import STEPS, undisturbed
 
 from marsupial_service.entries.records import TooMany
@@ -77,18 +77,14 @@ async def test_it_is_the_same_where_processes_are_killed(place: str) -> None:
     assert log == undisturbed("lobby")
 
 
-def test_it_is_the_same_where_the_service_is_stopped_and_started_again(place: str) -> None:
-    async def begin() -> str:
-        async with open_missions(place) as missions:
-            record = await begun(missions, LOBBY)
-            await reported(missions, record.id, 7)
-            return record.id
-
-    async def go_on(mission: str) -> str:
-        async with open_missions(place) as missions:
-            return await missions.log(await over(missions, mission))
-
-    assert run(go_on(run(begin()))) == undisturbed("lobby")
+async def test_it_is_the_same_where_the_service_is_stopped_and_started_again(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, LOBBY)
+        await reported(missions, record.id, 7)
+        mission = record.id
+    async with open_missions(place) as missions:
+        log = await missions.log(await over(missions, mission))
+    assert log == undisturbed("lobby")
 
 
 async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: PostgresServer) -> None:
