@@ -7,6 +7,18 @@ from hypothesis import strategies as st
 from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask, PlacedRobot, RobotType, Role
 
 CODES = {"#": OBSTACLE, ".": FLOOR, ",": ROUGH, "?": UNKNOWN}
+ONE_DOOR = (
+    "#########?#",
+    "#.........#",
+    "#.........#",
+    "#.........#",
+    "####.######",
+    "#.........#",
+    "#.c.......#",
+    "#.........#",
+    "###########",
+)
+"""Two rooms with a door that only rovers fit through, known but for a cell of the wall."""
 
 
 def draw(*rows: str, resolution_m: float = 1.0) -> Grid:

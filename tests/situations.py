@@ -7,7 +7,7 @@ Positions are in seconds at the carrier's speed; rovers take twice as long.
 
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from hypothesis import strategies as st
@@ -299,3 +299,15 @@ def situations(draw: st.DrawFn, *, goals: bool = True, relays: bool = True) -> S
         types=types,
         goal=SituationGoal(recover_rovers=draw(flags), return_home=draw(flags)),
     )
+
+
+@st.composite
+def with_closed_roads(draw: st.DrawFn) -> Situation:
+    """Draw a situation in which some roads lead one way only."""
+    situation = draw(situations())
+    closed = draw(st.lists(st.tuples(*[st.integers(0, len(situation.places) - 1)] * 2), max_size=12))
+    tables = {name: table.copy() for name, table in situation.travel_ms.items()}
+    for table in tables.values():
+        for origin, place in closed:
+            table[origin, place] = UNREACHABLE
+    return replace(situation, travel_ms=tables)

@@ -8,6 +8,7 @@ far, rovers 2; docking takes 10 s, undocking 5 s.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -122,11 +123,27 @@ def greedy_strategy() -> Strategy:
     return Temporal(Greedy(), Budget(steps=1))
 
 
-class Watcher(Observer):
+Kind = TypeVar("Kind", bound=MissionEvent)
+
+
+class Recorder(Observer):
+    """Keeps all events."""
+
+    def __init__(self) -> None:
+        self.events: list[MissionEvent] = []
+
+    def event(self, event: MissionEvent) -> None:
+        self.events.append(event)
+
+    def of(self, kind: type[Kind]) -> list[Kind]:
+        return [event for event in self.events if isinstance(event, kind)]
+
+
+class Watcher(Recorder):
     """Remembers events and reports, and notes every physical impossibility in `faults`."""
 
     def __init__(self, grid: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot]) -> None:
-        self.events: list[MissionEvent] = []
+        super().__init__()
         self.reports: list[PlanningReport] = []
         self.faults: list[str] = []
         self._grid = grid
@@ -138,9 +155,6 @@ class Watcher(Observer):
         self._running: dict[str, ActionStarted] = {}
         self._lost: set[str] = set()
         self._before: dict[str, tuple[Cell | None, str | None]] = {}
-
-    def of(self, kind: type) -> list[MissionEvent]:
-        return [event for event in self.events if isinstance(event, kind)]
 
     def planned(self, report: PlanningReport) -> None:
         self.reports.append(report)

@@ -55,21 +55,8 @@ def test_the_log_is_that_of_the_command_line_byte_for_byte(tmp_path: Path, strat
     ours, theirs = tmp_path / "python.jsonl", tmp_path / "shell.jsonl"
     scenario = marsupial.scenario("lobby", carriers=1, rovers=1)
     result = marsupial.explore(scenario, strategy, seed=7, steps=2, log=ours)
-    command = [
-        "run",
-        "lobby",
-        "--strategy",
-        strategy,
-        "--carriers",
-        "1",
-        "--rovers",
-        "1",
-        "--seed",
-        "7",
-        "--steps",
-        "2",
-    ]
-    assert main([*command, "--log", str(theirs)]) == 0
+    command = f"run lobby --strategy {strategy} --carriers 1 --rovers 1 --seed 7 --steps 2"
+    assert main([*command.split(), "--log", str(theirs)]) == 0
     assert ours.read_bytes() == theirs.read_bytes()
     assert result.log == ours
     assert result.events == tuple(read_log(ours).events)

@@ -3,7 +3,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from itertools import combinations
 
-from drawn_maps import aboard, carrier, draw, random_cells, rover, standing, where
+from drawn_maps import ONE_DOOR, aboard, carrier, draw, random_cells, rover, standing, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,17 +16,6 @@ from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Gr
 CARRIER, ROVER = carrier(), rover()
 KINDS = (CARRIER, ROVER)
 
-ONE_DOOR = (
-    "#########?#",
-    "#.........#",
-    "#.........#",
-    "#.........#",
-    "####.######",
-    "#.........#",
-    "#.c.......#",
-    "#.........#",
-    "###########",
-)
 CLOSE_DOORS = (
     "######?######",
     "#...........#",

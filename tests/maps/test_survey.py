@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn_maps import carrier, draw, random_cells, rover, where
+from drawn_maps import ONE_DOOR, carrier, draw, random_cells, rover, where
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -21,23 +21,12 @@ CARRIER, ROVER = carrier(), rover()
 KINDS = (CARRIER, ROVER)
 RECOVER = Goal()
 
-ROOMS = (
-    "#########?#",
-    "#.........#",
-    "#.........#",
-    "#.........#",
-    "####.######",
-    "#.........#",
-    "#.c.......#",
-    "#.........#",
-    "###########",
-)
-CLOSED = tuple(row.replace("?", "#") for row in ROOMS)
-(START,) = where("c", *ROOMS)
+CLOSED = tuple(row.replace("?", "#") for row in ONE_DOOR)
+(START,) = where("c", *ONE_DOOR)
 
 
 def ground(codes: set[int]) -> Mask:
-    return np.isin(draw(*ROOMS).cells, sorted(codes))
+    return np.isin(draw(*ONE_DOOR).cells, sorted(codes))
 
 
 def report(
@@ -59,7 +48,7 @@ def surveyor(grid: Grid, goal: Goal = RECOVER, homes: dict[str, Cell] | None = N
     return Surveyor(Territory(grid, KINDS), {} if homes is None else homes, goal)
 
 
-def survey(*robots: RobotReport, rows: tuple[str, ...] = ROOMS, now_ms: int = 0, goal: Goal = RECOVER) -> Survey:
+def survey(*robots: RobotReport, rows: tuple[str, ...] = ONE_DOOR, now_ms: int = 0, goal: Goal = RECOVER) -> Survey:
     return surveyor(draw(*rows), goal, {r.name: r.cell for r in robots if r.cell is not None}).survey(robots, now_ms)
 
 
@@ -222,7 +211,7 @@ def test_points_in_use_stay() -> None:
     kept = MapMeeting(
         name="kept", carrier_cell=Cell(4, 3), rover_cell=Cell(4, 5), carrier_type="carrier", rover_type="rover"
     )
-    found = surveyor(draw(*ROOMS)).survey(CARRYING, 0, [kept])
+    found = surveyor(draw(*ONE_DOOR)).survey(CARRYING, 0, [kept])
     assert kept in found.meetings
     assert found.connects["kept"] == {target.name for target in found.targets}
 
@@ -236,14 +225,14 @@ def test_what_remains_is_told_with_reasons() -> None:
     assert {left.reason for left in looking.remaining(targets, "never seen")} == {
         "no robot that fits there can get there: not connected to the reach of the team"
     }
-    looking = surveyor(draw(*ROOMS))
+    looking = surveyor(draw(*ONE_DOOR))
     targets = looking.targets(CARRYING)
     (left,) = looking.remaining(targets, "out of time")
     assert (left.cell, left.frontier_cells, left.reason) == (targets[0].cell, len(targets[0].cells), "out of time")
 
 
 def test_a_survey_sees_what_was_revealed_since_the_last_one() -> None:
-    known = draw(*ROOMS).cells.copy()
+    known = draw(*ONE_DOOR).cells.copy()
     territory = Territory(Grid(cells=known, resolution_m=1.0), KINDS)
     looking = Surveyor(territory, {}, Goal())
     assert len(looking.survey(CARRYING, 0).targets) == 1
@@ -286,7 +275,7 @@ def test_travel_tables_hold_the_shortest_paths_of_each_type(cells: CellArray, da
 
 
 def test_robots_that_moved_are_looked_at_anew() -> None:
-    looking = surveyor(draw(*ROOMS))
+    looking = surveyor(draw(*ONE_DOOR))
     assert len(looking.targets(CARRYING)) == 1
     assert looking.targets((report("c", START),)) == ()
     assert len(looking.targets(CARRYING)) == 1

@@ -5,26 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from marsupial.mission.observer import Observer
 from marsupial.model.grid import FLOOR, Cell, Grid
-from marsupial.model.mission import MissionEvent
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.planning import Outcome
 from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
 from marsupial.model.world import Manoeuvres, News, RobotReport
-
-
-class Recorder(Observer):
-    """Keeps all events."""
-
-    def __init__(self) -> None:
-        self.events: list[MissionEvent] = []
-
-    def event(self, event: MissionEvent) -> None:
-        self.events.append(event)
-
-    def of(self, kind: type) -> list[MissionEvent]:
-        return [event for event in self.events if isinstance(event, kind)]
 
 
 class FakeWorld:

@@ -1,4 +1,5 @@
-from mission_fakes import FakeWorld, Recorder, drive, meet, plan_of
+from mission_fakes import FakeWorld, drive, meet, plan_of
+from small_missions import Recorder
 
 from marsupial.mission.executor import Executor
 from marsupial.model.grid import Cell

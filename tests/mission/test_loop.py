@@ -68,10 +68,6 @@ def _timed(action: Action, start_ms: int, took_ms: int) -> Action:
     return replace(action, start_ms=start_ms, duration_ms=max(1, took_ms))
 
 
-def plans_of(watcher: Watcher) -> list[Planned]:
-    return [event for event in watcher.events if isinstance(event, Planned)]
-
-
 def test_energy_is_that_of_time_distance_stops_and_turns() -> None:
     kinds = kinds_of()
     energy = EnergyModel(idle_w=1.0, drive_w=10.0, metre_j=100.0, stop_j=1e3, turn_j=(1e4, 1e5, 1e6, 1e7))
@@ -272,16 +268,16 @@ def test_nothing_is_replanned_merely_because_time_passes() -> None:
     strategy = Scripted(nearest_target)
     ended, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], strategy)
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
-    turned = next(e for e in watcher.of(DriveStarted) if len(e.steps) > 15)  # type: ignore[attr-defined]
-    quiet = [p for p in plans_of(watcher) if turned.t_ms < p.t_ms < turned.t_ms + 15_000]  # type: ignore[attr-defined]
+    turned = next(e for e in watcher.of(DriveStarted) if len(e.steps) > 15)
+    quiet = [p for p in watcher.of(Planned) if turned.t_ms < p.t_ms < turned.t_ms + 15_000]
     assert quiet == []
-    assert len(strategy.briefings) == len(plans_of(watcher))
+    assert len(strategy.briefings) == len(watcher.of(Planned))
 
 
 def test_replanning_waits_for_a_second_of_news_unless_something_ends() -> None:
     _, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], greedy_strategy())
-    times = [plan.t_ms for plan in plans_of(watcher)]
-    ends = {event.t_ms for event in watcher.of(ActionEnded)}  # type: ignore[attr-defined]
+    times = [plan.t_ms for plan in watcher.of(Planned)]
+    ends = {event.t_ms for event in watcher.of(ActionEnded)}
     assert all(b - a >= LOOK_MS or b in ends for a, b in pairwise(times))
 
 
@@ -289,12 +285,12 @@ def test_what_a_lost_robot_was_to_do_is_given_to_another() -> None:
     team = [carrier_at(19, 1, 1), carrier_at(20, 1, 2)]
     ended, watcher = fly(drawn_grid(*LONG_HALL), team, greedy_strategy(), failures={"c1": 4500})
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
-    assert [(e.t_ms, e.robot) for e in watcher.of(RobotLost)] == [(4500, "c1")]  # type: ignore[attr-defined]
-    after = [plan for plan in plans_of(watcher) if plan.t_ms >= 4500]
+    assert [(e.t_ms, e.robot) for e in watcher.of(RobotLost)] == [(4500, "c1")]
+    after = [plan for plan in watcher.of(Planned) if plan.t_ms >= 4500]
     assert after[0].t_ms == 4500
     assert trigger_text(after[0].trigger) == "lost: c1"
     assert all(action.robot != "c1" for plan in after for action in plan.actions)
-    assert [e.end for e in watcher.of(ActionEnded) if e.action.robot == "c1"][-1] is ActionEnd.LOST  # type: ignore[attr-defined]
+    assert [e.end for e in watcher.of(ActionEnded) if e.action.robot == "c1"][-1] is ActionEnd.LOST
     assert watcher.faults == []
 
 
@@ -303,7 +299,7 @@ def test_a_robot_lost_while_a_plan_is_made_asks_for_the_next_one() -> None:
     slow = Timed(greedy_strategy(), wall_s=2.0)
     ended, watcher = fly(drawn_grid(*LONG_HALL), team, slow, failures={"c1": 1000}, planning_time=PlanningTime.CHARGED)
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
-    assert [trigger_text(plan.trigger) for plan in plans_of(watcher)][:2] == ["start", "lost: c1"]
+    assert [trigger_text(plan.trigger) for plan in watcher.of(Planned)][:2] == ["start", "lost: c1"]
     assert watcher.faults == []
 
 
@@ -335,9 +331,9 @@ def test_targets_that_vanish_while_a_dock_runs_leave_it_running() -> None:
     # c2 sees the rest of the hall while c1 is busy with its rover
     team = [carrier_at(3, 3, 1), carrier_at(7, 3, 2), rover_on("c1")]
     ended, watcher = fly(drawn_grid(*ANNEX), team, greedy_strategy())
-    ends = [e for e in watcher.of(ActionEnded) if e.action.carrier is not None]  # type: ignore[attr-defined]
+    ends = [e for e in watcher.of(ActionEnded) if e.action.carrier is not None]
     assert ends
-    assert all(e.end is ActionEnd.DONE for e in ends)  # type: ignore[attr-defined]
+    assert all(e.end is ActionEnd.DONE for e in ends)
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     assert watcher.faults == []
 
@@ -365,19 +361,19 @@ class TestChargedPlanning:
 
     def test_the_clock_advances_by_the_time_planning_took(self) -> None:
         _, watcher, slow = self.fly(*ANNEX)
-        times = [plan.t_ms for plan in plans_of(watcher)]
+        times = [plan.t_ms for plan in watcher.of(Planned)]
         assert times[0] == self.WALL_MS
         assert all(b - a >= self.WALL_MS for a, b in pairwise(times))
         assert len(times) == len(slow.briefings)
 
     def test_meanwhile_robots_follow_the_old_plan_but_begin_no_docking(self) -> None:
         _, watcher, _ = self.fly(*TWO_ANNEXES)
-        windows = [(plan.t_ms - self.WALL_MS, plan.t_ms) for plan in plans_of(watcher)]
-        drives = [(e.t_ms, e.robot) for e in watcher.of(DriveStarted)]  # type: ignore[attr-defined]
-        stops = [(e.t_ms, e.robot) for e in watcher.of(DriveEnded)]  # type: ignore[attr-defined]
+        windows = [(plan.t_ms - self.WALL_MS, plan.t_ms) for plan in watcher.of(Planned)]
+        drives = [(e.t_ms, e.robot) for e in watcher.of(DriveStarted)]
+        stops = [(e.t_ms, e.robot) for e in watcher.of(DriveEnded)]
         spans = [(t, min(s for s, other in stops if other == robot and s >= t)) for t, robot in drives]
         assert any(t < begun < s or begun <= t < ready for begun, ready in windows[1:] for t, s in spans)
-        docks = [e.t_ms for e in watcher.of(ActionStarted) if e.action.carrier is not None]  # type: ignore[attr-defined]
+        docks = [e.t_ms for e in watcher.of(ActionStarted) if e.action.carrier is not None]
         assert docks
         assert not any(begun < t < ready for begun, ready in windows for t in docks)
 
@@ -404,7 +400,7 @@ class TestChargedPlanning:
             drawn_grid(*CORRIDOR), team, Slower(), failures={"c1": 500}, planning_time=PlanningTime.CHARGED
         )
         assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
-        assert [(plan.t_ms, trigger_text(plan.trigger), plan.actions) for plan in plans_of(watcher)][1:] == [
+        assert [(plan.t_ms, trigger_text(plan.trigger), plan.actions) for plan in watcher.of(Planned)][1:] == [
             (100_500, "lost: c1", ())
         ]
         assert ended.t_ms == 100_500

@@ -4,12 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from clumsy_world import ClumsyWorld
-from small_missions import begun_on, drawn_grid
+from small_missions import Recorder, begun_on, drawn_grid
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.loop import MissionLoop, MissionOrder
-from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.mission.rebuild import moment_at
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell
@@ -32,14 +31,6 @@ from marsupial.model.strategy import Briefing, Decision
 from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.temporal import Temporal
-
-
-class Recorder(Observer):
-    def __init__(self) -> None:
-        self.events: list[MissionEvent] = []
-
-    def event(self, event: MissionEvent) -> None:
-        self.events.append(event)
 
 
 class Listening:

@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from situations import (
     SOLVABLE,
     Spot,
@@ -21,6 +20,7 @@ from situations import (
     situation_of,
     situations,
     two_rooms,
+    with_closed_roads,
 )
 
 from marsupial.model.plan import ActionName, Plan
@@ -269,14 +269,8 @@ def test_what_is_served_can_be_carried_out(situation: Situation) -> None:
 
 
 @settings(deadline=None)
-@given(situations(), st.data())
-def test_one_way_roads_make_no_invalid_plans(situation: Situation, data: st.DataObject) -> None:
-    closed = data.draw(st.lists(st.tuples(*[st.integers(0, len(situation.places) - 1)] * 2), max_size=12))
-    tables = {name: table.copy() for name, table in situation.travel_ms.items()}
-    for table in tables.values():
-        for origin, place in closed:
-            table[origin, place] = UNREACHABLE
-    situation = replace(situation, travel_ms=tables)
+@given(with_closed_roads())
+def test_one_way_roads_make_no_invalid_plans(situation: Situation) -> None:
     plans, finished = solve(situation, Budget(steps=3))
     assert all(check(situation, plan).valid for plan in plans)
     assert (finished.outcome is Outcome.SATISFICING) == bool(plans)

@@ -4,7 +4,6 @@ from itertools import count, pairwise
 
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from situations import (
     SOLVABLE,
     carrier,
@@ -16,6 +15,7 @@ from situations import (
     situation_of,
     situations,
     two_rooms,
+    with_closed_roads,
 )
 
 from marsupial.bench.suite.catalogue import INSTANCES
@@ -23,7 +23,7 @@ from marsupial.model.objective import MAKESPAN, PricedArrival
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
 from marsupial.model.robots import Role
-from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
+from marsupial.model.situation import Situation, SituationGoal
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
 from marsupial.planning.local_search.engine import Anytime
@@ -208,14 +208,8 @@ def test_every_plan_passes_the_checker_and_keeps_the_bound(situation: Situation)
 
 
 @settings(deadline=None)
-@given(situations(), st.data())
-def test_one_way_roads_make_no_invalid_plans(situation: Situation, data: st.DataObject) -> None:
-    closed = data.draw(st.lists(st.tuples(*[st.integers(0, len(situation.places) - 1)] * 2), max_size=12))
-    tables = {name: table.copy() for name, table in situation.travel_ms.items()}
-    for table in tables.values():
-        for origin, place in closed:
-            table[origin, place] = UNREACHABLE
-    situation = replace(situation, travel_ms=tables)
+@given(with_closed_roads())
+def test_one_way_roads_make_no_invalid_plans(situation: Situation) -> None:
     plans, finished = solve(situation, Budget(steps=2))
     assert all(check(situation, plan).valid for plan in plans)
     assert (finished.outcome in (Outcome.SATISFICING, Outcome.OPTIMAL)) == bool(plans)

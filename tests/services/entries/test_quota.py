@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import pytest
 from entry_house import followed, opened, settings_of
-from mission_house import Driver, open_missions, run, started, team
+from mission_house import Driver, open_missions, started, team
 from patience import HANG_S
 from situations import one_room
 from undisturbed import undisturbed
@@ -223,30 +223,29 @@ def quota_events(driver: Driver) -> list[str]:
     return [data for _, kind, data in driver.events if kind == "quota"]
 
 
+async def until_told(driver: Driver) -> None:
+    while not quota_events(driver):
+        await asyncio.sleep(0.02)
+
+
 @pytest.mark.parametrize("killed", [False, True])
-def test_a_mission_beyond_the_quota_waits_and_tells_so_and_goes_on_as_if_nothing_had_been(
+async def test_a_mission_beyond_the_quota_waits_and_tells_so_and_goes_on_as_if_nothing_had_been(
     place: str, killed: bool
 ) -> None:
-    async def fly() -> tuple[Driver, str]:
-        driver = Driver(team())
-        async with open_missions(place, key_planning_s=3600.0) as missions:
-            record = await started(missions)
-            assert not await driver.drive(missions, record, 5)
-            await use_up(missions, 3601.0)
-            ending = asyncio.create_task(driver.drive(missions, record))
-            async with asyncio.timeout(HANG_S):
-                while not quota_events(driver):
-                    await asyncio.sleep(0.02)
-            if not killed:
-                assert await ending
-                return driver, await missions.log(await missions.of("me", record.id))
+    driver = Driver(team())
+    async with open_missions(place, key_planning_s=3600.0) as missions:
+        record = await started(missions)
+        assert not await driver.drive(missions, record, 5)
+        await use_up(missions, 3601.0)
+        ending = asyncio.create_task(driver.drive(missions, record))
+        await until_told(driver)
+        if killed:
             ending.cancel()
-            await asyncio.wait([ending])
-        async with open_missions(place, key_planning_s=3600.0) as missions:
-            assert await driver.drive(missions, record)
-            return driver, await missions.log(await missions.of("me", record.id))
-
-    driver, log = run(fly())
+        await asyncio.wait([ending])
+        assert killed or ending.result()
+    async with open_missions(place, key_planning_s=3600.0) as missions:
+        assert not killed or await driver.drive(missions, record)
+        log = await missions.log(await missions.of("me", record.id))
     first, last = [QuotaData.model_validate_json(data) for data in quota_events(driver)]
     assert (first.state, last.state) == ("waiting", "running")
     assert "planning time is used up" in (first.reason or "")
@@ -261,9 +260,7 @@ async def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: 
         assert not await driver.drive(missions, record, 5)
         await use_up(missions, 7000.0)
         ending = asyncio.create_task(driver.drive(missions, record))
-        async with asyncio.timeout(HANG_S):
-            while not quota_events(driver):
-                await asyncio.sleep(0.02)
+        await until_told(driver)
         with pytest.raises(TooMany, match=r"key_planning_s"):
             await started(missions)
         ending.cancel()  # its next report could cross with the end

@@ -12,17 +12,18 @@ import math
 import random
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
 import cbor2
 import numpy as np
+from drawn_maps import carrier, draw, rover
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 from marsupial.maps.contact import Contact
-from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid, RobotType, Role
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid, RobotType
 from marsupial.sim.sensors import FieldOfView
 
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
@@ -381,32 +382,13 @@ ROOMS = (
     "########################################",
 )
 
-CARRIER = RobotType(
-    name="carrier",
-    role=Role.CARRIER,
-    speed_mps=1.0,
-    sensor_range_m=3.0,
-    radius_m=0.4,
-    terrains=frozenset({FLOOR}),
-    capacity=1,
-)
-ROVER = RobotType(
-    name="rover",
-    role=Role.ROVER,
-    speed_mps=0.5,
-    sensor_range_m=2.5,
-    radius_m=0.1,
-    terrains=frozenset({FLOOR}),
-    dock_ms=3000,
-    undock_ms=2000,
-)
+CARRIER = carrier(radius_m=0.4, range_m=3.0, capacity=1)
+ROVER = replace(rover(radius_m=0.1, range_m=2.5), terrains=frozenset({FLOOR}), dock_ms=3000, undock_ms=2000)
 
 
 def rooms() -> Grid:
     """Return a hall with rooms whose doors, 0.5 m wide, only a rover fits through; 10 x 5 m."""
-    codes = {"#": OBSTACLE, ".": FLOOR}
-    cells = np.array([[codes[symbol] for symbol in row] for row in reversed(ROOMS)], dtype=np.uint8)
-    return Grid(cells=cells, resolution_m=0.25, origin_m=(-2.0, 1.0, 0.0))
+    return replace(draw(*ROOMS, resolution_m=0.25), origin_m=(-2.0, 1.0, 0.0))
 
 
 def team(grid: Grid, carriers: int = 2) -> list[Body]:
