@@ -1,5 +1,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import pytest
 from situations import one_room, two_rooms
@@ -182,25 +183,23 @@ def test_the_time_to_a_plan_close_to_the_best_is_that_of_the_first_such_plan() -
     assert row.close_s == pytest.approx(0.2)
 
 
-def test_a_makespan_that_meets_its_bound_is_proven() -> None:
+@pytest.mark.parametrize(
+    ("outcome", "bound", "at_s", "proven", "gap", "kept"),
+    [
+        (Outcome.OPTIMAL, 1.0, 0.2, True, 0.0, 1.0),
+        (Outcome.OPTIMAL, None, 0.2, True, 0.0, 0.0),  # taken as said, but not kept
+        (Outcome.OPTIMAL, 1.0, 2.0, False, None, 1.0),  # after the deadline
+        (Outcome.SATISFICING, 0.75, 0.2, False, pytest.approx(0.25, abs=1e-3), 0.75),
+    ],
+)
+def test_a_makespan_that_meets_its_bound_in_time_is_proven(
+    outcome: Outcome, bound: float | None, at_s: float, proven: bool, gap: Any, kept: float
+) -> None:
     plan = plan_for(one_room())
-    end = Finished(outcome=Outcome.OPTIMAL, lower_bound_ms=plan.makespan_ms)
-    row = row_of(played((0.1, told(plan)), (0.2, end)))
-    assert (row.proven, row.gap, row.refuted) == (True, 0.0, False)
-    assert row.round.best.optimal
-
-
-def test_optimal_without_a_bound_is_taken_as_said_but_not_kept() -> None:
-    row = row_of(played((0.1, told(plan_for(one_room()))), (0.2, Finished(outcome=Outcome.OPTIMAL))))
-    assert row.proven
-    assert row.round.best.lower_bound_ms == 0
-
-
-def test_a_proof_after_the_deadline_is_none() -> None:
-    plan = plan_for(one_room())
-    end = Finished(outcome=Outcome.OPTIMAL, lower_bound_ms=plan.makespan_ms)
-    row = row_of(played((0.1, told(plan)), (2.0, end)))
-    assert (row.proven, row.gap) == (False, None)
+    end = Finished(outcome=outcome, lower_bound_ms=None if bound is None else int(bound * plan.makespan_ms))
+    row = row_of(played((0.1, told(plan)), (at_s, end)))
+    assert (row.proven, row.gap, row.refuted) == (proven, gap, False)
+    assert row.round.best.lower_bound_ms == int(kept * plan.makespan_ms)
 
 
 def test_a_bound_that_a_plan_refutes_is_shown_and_not_kept() -> None:
@@ -210,12 +209,6 @@ def test_a_bound_that_a_plan_refutes_is_shown_and_not_kept() -> None:
     assert (row.refuted, row.proven) == (True, False)
     assert row.outcome == "optimal, REFUTED"
     assert row.round.best.lower_bound_ms == 0
-
-
-def test_a_bound_below_the_makespan_leaves_a_gap() -> None:
-    plan = plan_for(one_room())
-    end = Finished(outcome=Outcome.SATISFICING, lower_bound_ms=plan.makespan_ms * 3 // 4)
-    assert row_of(played((0.1, told(plan)), (0.2, end))).gap == pytest.approx(0.25, abs=1e-3)
 
 
 def test_a_round_has_a_run_for_every_engine_and_budget() -> None:

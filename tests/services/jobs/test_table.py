@@ -15,6 +15,8 @@ from marsupial_service.schemas.words import JobOutcome, JobState
 from marsupial_service.store import Store, Transaction, open_store
 
 SETTINGS = settings_of(JobSettings, slots=1, queue=2, max_attempts=2)
+MANY = settings_of(JobSettings, queue=9, key_queue=9)
+LONG = Budget(seconds=30.0)
 DONE = Closed(outcome=JobOutcome.SATISFICING)
 
 T = TypeVar("T")
@@ -162,31 +164,25 @@ def test_a_job_given_back_is_before_those_that_came_later(jobs: Table) -> None:
 
 
 def test_owners_are_served_in_turn_however_many_jobs_one_of_them_has(jobs: Table) -> None:
-    many = settings_of(JobSettings, queue=9, key_queue=9)
     for job in ("a1", "a2", "a3", "b1", "c1", "b2"):
-        jobs.add(job, job[0], many)
+        jobs.add(job, job[0], MANY)
     first = [jobs.claim() for _ in range(3)]
     assert [claim.id for claim in first] == ["a1", "b1", "c1"]
     for claim in first:
         jobs.do(lambda tx, claim=claim: table.finish(tx, claim, DONE, 3))
-    jobs.add("c2", "c", many)
+    jobs.add("c2", "c", MANY)
     assert [jobs.claim().id for _ in range(4)] == ["a2", "b2", "c2", "a3"]
 
 
 def test_an_owner_of_whom_nothing_runs_comes_before_others(jobs: Table) -> None:
-    many = settings_of(JobSettings, queue=9, key_queue=9)
     for job in ("a1", "a2", "b1"):
-        jobs.add(job, job[0], many)
+        jobs.add(job, job[0], MANY)
     jobs.claim()
     done = jobs.claim()
     assert done.id == "b1"
     jobs.do(lambda tx: table.finish(tx, done, DONE, 3))
-    jobs.add("b2", "b", many)
+    jobs.add("b2", "b", MANY)
     assert jobs.claim().id == "b2"
-
-
-MANY = settings_of(JobSettings, queue=9, key_queue=9)
-LONG = Budget(seconds=30.0)
 
 
 def test_the_newest_job_of_who_has_the_most_makes_way_for_who_has_none_after_a_second_and_once(jobs: Table) -> None:
