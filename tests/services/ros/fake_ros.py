@@ -118,6 +118,7 @@ class FakeRos:
     async def __aenter__(self) -> FakeRos:
         self._server = await serve(self._client, "127.0.0.1", self.port, max_size=None)
         self.port = self._server.sockets[0].getsockname()[1]
+        self._look()  # before anybody can ask for the map
         self._life = asyncio.ensure_future(self._live())
         return self
 
@@ -250,9 +251,7 @@ class FakeRos:
             self.now_s += STEP_S
             for goal in list(self._running.values()):
                 await self._work(goal)
-            for body in self.bodies.values():
-                if body.carrier is None:
-                    self._see(body)
+            self._look()
             await self._tell()
 
     async def _work(self, goal: Goal) -> None:
@@ -278,6 +277,11 @@ class FakeRos:
             rover.carrier, rover.at = None, (place["x"], place["y"])
         said = {"success": near, "message": "" if near else "not beside each other"}
         await self._end(goal, SUCCEEDED if near else ABORTED, said)
+
+    def _look(self) -> None:
+        for body in self.bodies.values():
+            if body.carrier is None:
+                self._see(body)
 
     def _see(self, body: Body) -> None:
         cell = self.truth.cell_at_m(*body.at)
