@@ -1,7 +1,5 @@
 """What growing maps find little by little, found at once: what tests hold it to."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -9,9 +7,7 @@ import numpy as np
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.reach import parts
 from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import SQRT2, RobotType, Role
+from marsupial.model import SQRT2, Cell, Mask, PlacedRobot, RobotType, Role
 from marsupial.paths.nearest import Nearest
 
 

@@ -4,8 +4,6 @@ Time is the processor time of the server's process, memory the growth of the mos
 has limits of its own.
 """
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Callable
@@ -53,7 +51,6 @@ def map_state(**changes: Any) -> dict[str, Any]:
 
 
 def fine(radius_m: float) -> dict[str, Any]:
-    """Return a robot of many cells."""
     return map_state(map={"rows": ROWS, "resolution_m": 0.001}, robot_types=[{**CARRIER, "radius_m": radius_m}])
 
 

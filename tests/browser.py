@@ -90,7 +90,6 @@ class Browser:
         return str(self.find(selector).text)
 
     def click(self, selector: str) -> None:
-        """Click in the middle of an element."""
         self.find(selector).click()
 
     def errors(self, *, network: bool = True) -> list[str]:
@@ -99,7 +98,6 @@ class Browser:
         return [one["message"] for one in found if network or one["source"] != "network"]
 
     def shot(self, path: Path) -> Path:
-        """Write a PNG of what is seen."""
         self.driver.save_screenshot(str(path))
         return path
 

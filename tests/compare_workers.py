@@ -1,7 +1,5 @@
 """Workers of a comparison that misbehave, and comparisons small enough to be carried out again and again."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Generator, Iterator, Mapping, Sequence

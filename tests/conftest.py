@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import inspect
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -10,6 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 import typer
 from browser import Browser, chromium, missing, tab
+from patience import HANG_S
 
 if TYPE_CHECKING:
     from selenium.webdriver.chrome.webdriver import WebDriver
@@ -47,6 +50,20 @@ LONG = (
 def pytest_configure() -> None:
     """Have the commands' options read once, not whenever a test calls `main`: that takes 40 ms."""
     typer.main.get_command = cache(typer.main.get_command)
+
+
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
+    """Run a test that is a coroutine in a loop of its own; if it hangs, not for ever."""
+    if not inspect.iscoroutinefunction(pyfuncitem.obj):
+        return None
+    given = {name: pyfuncitem.funcargs[name] for name in inspect.signature(pyfuncitem.obj).parameters}
+
+    async def limited() -> None:
+        async with asyncio.timeout(HANG_S):
+            await pyfuncitem.obj(**given)
+
+    asyncio.run(limited())
+    return True
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -1,7 +1,5 @@
 """A PostgreSQL server for tests and the trial, from the system's package; each has a database of its own in it."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

@@ -6,8 +6,6 @@ paths and random names, and its sha256 is compared with the one kept in `digests
 what differs, `--write` keeps what there is now; `--only PATTERN` takes the cases whose names match.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import http.client
@@ -249,13 +247,11 @@ def plans(folder: Path, name: str, planner: str, steps: int) -> Outputs:
 
 
 def situations(folder: Path) -> Outputs:
-    """Return the situations of the planner suite."""
     for name, instance in INSTANCES.items():
         yield name, situation_to_json(instance.situation())
 
 
 def comparison(folder: Path, options: str) -> Outputs:
-    """Compare; the rows of the missions."""
     out = folder / "out"
     called("compare", *options.split(), "--workers", "1", "--out", str(out))
     for name in ("rows.csv", "coverage.csv"):
@@ -399,7 +395,6 @@ class Robots:
     known: set[tuple[int, int]] = field(default_factory=set)
 
     def request(self) -> dict[str, Any]:
-        """Return what asks for their mission."""
         team = [{"name": name, "type": "carrier", "cell": cell} for name, cell in (("m1", [3, 2]), ("m2", [5, 3]))]
         team += [{"name": f"j{i}", "type": "rover", "carrier": f"m{i}"} for i in (1, 2)]
         frame = {"width": len(YARD[0]), "height": len(YARD), "resolution_m": 0.5, "origin_m": [0, 0, 0], "known": []}
@@ -446,7 +441,6 @@ class Robots:
         return self.failed(number) if self.ended % 6 == 0 else self.done(number, command)
 
     def failed(self, number: int) -> dict[str, Any]:
-        """Report that a command came to nothing."""
         return {"failed": [{"id": number, "reason": "no contact"}]}
 
     def done(self, number: int, command: Mapping[str, Any]) -> dict[str, Any]:
@@ -510,7 +504,6 @@ def stripped(value: Any, without: Set[str]) -> Any:
 
 
 def cases(maps: Path) -> Iterator[Case]:
-    """Yield all cases, long ones first."""
     yield Case("service", service)
     for number, options in enumerate(mission_options()):
         yield Case(f"run {options}", mission, (options, number % VIEWED == 0))
@@ -598,13 +591,11 @@ def program() -> int:
 
 
 def of_these(kept: Mapping[str, str], chosen: Sequence[Case]) -> dict[str, str]:
-    """Return the kept digests of these cases."""
     names = {case.name for case in chosen}
     return {name: digest for name, digest in kept.items() if name.partition(": ")[0] in names}
 
 
 def check(kept: Mapping[str, str], found: Mapping[str, str], chosen: Sequence[Case]) -> int:
-    """Say what differs."""
     wrong = list(differences(of_these(kept, chosen), found))
     print("".join(f"{line}\n" for line in wrong), end="")
     print(f"{len(chosen)} cases, {len(found)} digests, {len(wrong)} differences")

@@ -1,16 +1,24 @@
 """Maps drawn as rows of text, top row first, and robots for them: one metre a cell unless said otherwise."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 from hypothesis import strategies as st
 
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType, Role
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask, PlacedRobot, RobotType, Role
 
 CODES = {"#": OBSTACLE, ".": FLOOR, ",": ROUGH, "?": UNKNOWN}
+ONE_DOOR = (
+    "#########?#",
+    "#.........#",
+    "#.........#",
+    "#.........#",
+    "####.######",
+    "#.........#",
+    "#.c.......#",
+    "#.........#",
+    "###########",
+)
+"""Two rooms with a door that only rovers fit through, known but for a cell of the wall."""
 
 
 def draw(*rows: str, resolution_m: float = 1.0) -> Grid:
@@ -30,7 +38,6 @@ def picture(mask: Mask) -> list[str]:
 
 
 def mask_of(*rows: str) -> Mask:
-    """Return the mask of such rows."""
     return np.array([[sign == "x" for sign in row] for row in reversed(rows)], dtype=np.bool_)
 
 
@@ -77,6 +84,5 @@ def random_cells(
 
 @st.composite
 def random_flags(draw: st.DrawFn, shape: tuple[int, int]) -> Mask:
-    """Draw a mask of a shape."""
     size = shape[0] * shape[1]
     return np.array(draw(st.lists(st.booleans(), min_size=size, max_size=size)), dtype=np.bool_).reshape(shape)

@@ -6,8 +6,6 @@ G. M. Machado, M. M. Oliveira, L. A. F. Fernandes: A physiologically-based model
 deficiency, IEEE TVCG 15(6), 2009.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 from skimage.color import deltaE_ciede2000, rgb2lab

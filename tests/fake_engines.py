@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from marsupial.planning.schedule import retime
-
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing
 from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.list_scheduling.timeline import retime
 
 
 class FakeEngine:

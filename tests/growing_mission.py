@@ -1,12 +1,9 @@
 """The made-up mission (`synthetic_mission`) on a map that grows beyond its frame twice, and changes in between."""
 
-from __future__ import annotations
-
 from synthetic_mission import synthetic_mission
 
-from marsupial.model.frames import FrameShift, moved_event
-from marsupial.model.grid import Cell
-from marsupial.model.mission import Changed, FrameGrown, MissionEvent, MissionStarted
+from marsupial.model import Cell, Changed, FrameGrown, FrameShift, MissionEvent, MissionStarted
+from marsupial.model.frames import moved_event
 
 EVENTS = synthetic_mission()
 START = EVENTS[0]

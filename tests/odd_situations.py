@@ -1,12 +1,9 @@
 """Random situations that no mission would make but the model allows, for round trips through files."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import strategies as st
 
-from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
+from marsupial.model import PlanningType, RobotState, Role, Situation, SituationGoal, TargetInfo
 
 NAMES = st.one_of(
     st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"]), min_size=1, max_size=5),
@@ -59,12 +56,7 @@ def odd_situations(draw: st.DrawFn) -> Situation:
 
 
 def _robot(
-    draw: st.DrawFn,
-    types: list[PlanningType],
-    others: list[RobotState],
-    homes: list[str],
-    name: str,
-    start: str,
+    draw: st.DrawFn, types: list[PlanningType], others: list[RobotState], homes: list[str], name: str, start: str
 ) -> RobotState:
     kind = draw(st.sampled_from(types))
     capacity = {t.name: t.capacity for t in types if t.role is Role.CARRIER}

@@ -1,7 +1,5 @@
 """How long tests wait: until what they need is there. However loaded the machine, only what hangs reaches the limit."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Awaitable, Callable, Iterator

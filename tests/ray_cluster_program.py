@@ -3,8 +3,6 @@
 ``python ray_cluster_program.py NODES CLIENT_PORT`` prints the address of the head once all nodes are there.
 """
 
-from __future__ import annotations
-
 import sys
 
 from ray.cluster_utils import Cluster

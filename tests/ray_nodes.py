@@ -1,7 +1,5 @@
 """Ray nodes on this machine alone, each with its own processes, which a test may kill."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal
@@ -34,7 +32,6 @@ class Nodes:
         self._program = subprocess.Popen([sys.executable, PROGRAM, str(workers), str(client_port)],
                                          env=with_settings(self.env), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                          stderr=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
-        assert self._program.stdout is not None
         self.address = self._program.stdout.readline().decode().strip()
         self.client = f"ray://127.0.0.1:{client_port}"
         if not self.address:
@@ -42,7 +39,6 @@ class Nodes:
             pytest.fail("the cluster did not start")
 
     def stop(self) -> None:
-        """End all processes of all nodes."""
         running = self._family()
         self._program.communicate(timeout=HANG_S)
         for process in psutil.wait_procs(running, timeout=20)[1]:
@@ -61,7 +57,6 @@ class Nodes:
                                 stdout=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
 
     def missions(self) -> list[psutil.Process]:
-        """Return the workers that are at work."""
         return [process for process in self._family() if _title(process).startswith("ray::attend")]
 
     def planning(self) -> list[psutil.Process]:
@@ -90,7 +85,6 @@ class Head:
         self._started: list[subprocess.Popen[bytes]] = []
 
     def start(self) -> None:
-        """Start it, and wait until somebody answers."""
         command = f"start --head --block --port={self.port} --num-cpus=2 --object-store-memory=80000000"
         words = [*command.split(), "--include-dashboard=false", "--include-log-monitor=false"]
         self._started.append(
@@ -113,7 +107,6 @@ class Head:
         return True
 
     def kill(self) -> None:
-        """Kill all of it at once."""
         program = self._started.pop()
         family = [psutil.Process(program.pid), *psutil.Process(program.pid).children(recursive=True)]
         for process in family:
@@ -122,7 +115,6 @@ class Head:
         program.wait(HANG_S)
 
     def stop(self) -> None:
-        """End it for good."""
         if self._started:
             self.kill()
         shutil.rmtree(self.folder, ignore_errors=True)

@@ -60,7 +60,6 @@ class Server:
 
     @property
     def url(self) -> str:
-        """Where it listens."""
         return f"http://{HOST}:{self.port}"
 
     @property

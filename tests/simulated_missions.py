@@ -1,33 +1,19 @@
 """Whole missions from a scenario, by a strategy or the clairvoyant, beside a watcher of what robots physically do."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from small_missions import Watcher, drawn_grid, kinds_of
 
 from marsupial.library.missions import simulate
-from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import Cell, Grid
-from marsupial.model.mission import MissionEnded, MissionEvent, PlacedRobot, Planned, Revealed
+from marsupial.model.mission import MissionEnded, PlacedRobot, Revealed
 from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType, TeamMember, uniform_team
 from marsupial.model.scenario import Goal, Scenario
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 STEP = Budget(steps=1)
-
-
-class Plans(Observer):
-    """Keeps the plans that were made."""
-
-    def __init__(self) -> None:
-        self.made: list[Planned] = []
-
-    def event(self, event: MissionEvent) -> None:
-        if isinstance(event, Planned):
-            self.made.append(event)
 
 
 class Insider(Watcher):

@@ -5,12 +5,10 @@ line (or in a plane); each has a zone per robot type, and a type gets from place
 Positions are in seconds at the carrier's speed; rovers take twice as long.
 """
 
-from __future__ import annotations
-
 import json
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from hypothesis import strategies as st
@@ -308,3 +306,15 @@ def situations(draw: st.DrawFn, *, goals: bool = True, relays: bool = True) -> S
 def job_source(situation: Situation) -> dict[str, object]:
     """Return what asks the service to plan for a situation."""
     return {"situation": json.loads(situation_to_json(situation))}
+
+
+@st.composite
+def with_closed_roads(draw: st.DrawFn) -> Situation:
+    """Draw a situation in which some roads lead one way only."""
+    situation = draw(situations())
+    closed = draw(st.lists(st.tuples(*[st.integers(0, len(situation.places) - 1)] * 2), max_size=12))
+    tables = {name: table.copy() for name, table in situation.travel_ms.items()}
+    for table in tables.values():
+        for origin, place in closed:
+            table[origin, place] = UNREACHABLE
+    return replace(situation, travel_ms=tables)

@@ -5,11 +5,10 @@ of a drawing is row 0. A cell is 1 m. Carriers drive 1 m/s (a cell a second), ro
 far, rovers 2; docking takes 10 s, undocking 5 s.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -67,13 +66,11 @@ TWO_ANNEXES = (
 
 
 def drawn_grid(*lines: str, resolution_m: float = 1.0) -> Grid:
-    """Return the grid of a drawing."""
     rows = [[CODES[char] for char in line] for line in reversed(lines)]
     return Grid(cells=np.array(rows, dtype=np.uint8), resolution_m=resolution_m)
 
 
 def kinds_of(*, capacity: int = 1, carrier_range_m: float = 3.0, rover_range_m: float = 2.0) -> dict[str, RobotType]:
-    """Return the two types by name."""
     carrier = RobotType(
         name="carrier",
         role=Role.CARRIER,
@@ -96,6 +93,16 @@ def kinds_of(*, capacity: int = 1, carrier_range_m: float = 3.0, rover_range_m: 
     return {"carrier": carrier, "rover": rover}
 
 
+def begun_on(
+    grid: Grid, kinds: Sequence[RobotType], robots: Sequence[PlacedRobot], *, goal: Goal | None = None
+) -> MissionStarted:
+    return MissionStarted(
+        t_ms=0, scenario="drawn", strategy="temporal", planner="greedy", seed=1, width=grid.width, height=grid.height,
+        resolution_m=grid.resolution_m, origin_m=grid.origin_m, terrains=grid.terrains, types=tuple(kinds),
+        robots=tuple(robots), goal=goal or Goal(),
+    )  # fmt: skip
+
+
 def carrier_at(x: int, y: int, number: int = 1) -> PlacedRobot:
     """Return ``c<number>`` at a cell."""
     return PlacedRobot(name=f"c{number}", type="carrier", cell=Cell(x, y))
@@ -116,11 +123,27 @@ def greedy_strategy() -> Strategy:
     return Temporal(Greedy(), Budget(steps=1))
 
 
-class Watcher(Observer):
+Kind = TypeVar("Kind", bound=MissionEvent)
+
+
+class Recorder(Observer):
+    """Keeps all events."""
+
+    def __init__(self) -> None:
+        self.events: list[MissionEvent] = []
+
+    def event(self, event: MissionEvent) -> None:
+        self.events.append(event)
+
+    def of(self, kind: type[Kind]) -> list[Kind]:
+        return [event for event in self.events if isinstance(event, kind)]
+
+
+class Watcher(Recorder):
     """Remembers events and reports, and notes every physical impossibility in `faults`."""
 
     def __init__(self, grid: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot]) -> None:
-        self.events: list[MissionEvent] = []
+        super().__init__()
         self.reports: list[PlanningReport] = []
         self.faults: list[str] = []
         self._grid = grid
@@ -132,10 +155,6 @@ class Watcher(Observer):
         self._running: dict[str, ActionStarted] = {}
         self._lost: set[str] = set()
         self._before: dict[str, tuple[Cell | None, str | None]] = {}
-
-    def of(self, kind: type) -> list[MissionEvent]:
-        """Return the events of a kind."""
-        return [event for event in self.events if isinstance(event, kind)]
 
     def planned(self, report: PlanningReport) -> None:
         self.reports.append(report)

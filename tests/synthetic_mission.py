@@ -17,8 +17,6 @@ gap, sets down the first of its two rovers (0.5 m/s), which looks around in the 
 =========  ======================================================================
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.formats.triggers import read_triggers
@@ -54,7 +52,6 @@ M1 = MapMeeting(
 
 
 def truth() -> CellArray:
-    """Return the world."""
     cells = np.full((HEIGHT, WIDTH), FLOOR, dtype=np.uint8)
     cells[:, 31:] = ROUGH
     cells[:, 30] = cells[0] = cells[-1] = cells[:, 0] = cells[:, -1] = OBSTACLE
@@ -95,16 +92,13 @@ class Scribe:
         self.events.append(DriveEnded(t_ms=end_ms, robot=robot, cell=end))
 
     def start(self, revision: int, action: Action, cell: Cell) -> None:
-        """Start an action at its own time."""
         self.events.append(ActionStarted(t_ms=action.start_ms, revision=revision, action=action, cell=cell))
 
     def end(self, t_ms: int, revision: int, action: Action, end: ActionEnd = ActionEnd.DONE) -> None:
-        """End an action."""
         self.events.append(ActionEnded(t_ms=t_ms, revision=revision, action=action, end=end))
 
 
 def mission_started() -> MissionStarted:
-    """Return the first event."""
     return MissionStarted(
         t_ms=0,
         scenario="two halves",
@@ -139,7 +133,6 @@ DOCK = _act(ActionName.DOCK, 16_005, 10_000, "rover1_1", "m1", carrier="carrier1
 
 
 def mission_ended() -> MissionEnded:
-    """Return the last event."""
     return MissionEnded(
         t_ms=26_005,
         status=Status.STALLED,
@@ -163,7 +156,6 @@ def mission_ended() -> MissionEnded:
 
 
 def synthetic_mission() -> tuple[MissionEvent, ...]:
-    """Return the events of the whole mission."""
     scribe = Scribe()
     events = scribe.events
     events.append(mission_started())

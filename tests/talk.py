@@ -1,7 +1,5 @@
 """A plain client: one request, one answer; the frames of an event stream as they are. Nothing is tried again."""
 
-from __future__ import annotations
-
 import http.client
 import json
 from collections.abc import Iterator, Mapping
@@ -75,7 +73,6 @@ class Talk:
         return Reply(answer.status, kind, json.loads(text) if kind.endswith("json") else text)
 
     def close(self) -> None:
-        """Let go of the connection."""
         self._connection.close()
 
 

@@ -1,7 +1,5 @@
 """docs/architecture.md: every room and file it names is there, and every room of the packages is in it."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A class name stands for one thing in the whole project: a name in a traceback or a text is enough to find it."""
 
-from __future__ import annotations
-
 import ast
 from collections import defaultdict
 from pathlib import Path

@@ -1,9 +1,5 @@
 """Missions of robots that need one cell only: none of them ends with a frontier that they can't get to."""
 
-from __future__ import annotations
-
-import json
-from collections import deque
 from dataclasses import replace
 
 from drawn_maps import draw, random_cells
@@ -12,27 +8,10 @@ from hypothesis import strategies as st
 from simulated_missions import STEP, Insider, team_at
 from small_missions import Watcher, kinds_of
 
-from marsupial.formats.loglines import LogDecoder
-from marsupial.library.missions import reachable_area, simulate
+from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray, Grid
-from marsupial.model.mission import MissionEnded, MissionEvent, Status
-from marsupial.model.scenario import Goal, Scenario
+from marsupial.model import FLOOR, OBSTACLE, Cell, CellArray, Goal, Grid, MissionEnded, Scenario, Status
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial_service.intake.missions import brief_of, report_of
-from marsupial_service.missions.process import run_mission
-from marsupial_service.missions.simulated import SimulatedTeam, mission_document
-from marsupial_service.missions.values import (
-    MayPlan,
-    MissionBatches,
-    MissionBrief,
-    PendingInput,
-    PendingInputs,
-    WantsToPlan,
-)
-from marsupial_service.schemas.missions import MissionBody, ReportBody
-from marsupial_service.schemas.words import EventType
-from marsupial_service.settings import ServiceLimits
 
 KINDS = tuple(replace(kind, radius_m=0.6) for kind in kinds_of(capacity=1).values())
 """They need no more than their own cell of 1 m, and touch what is diagonally beside it."""
@@ -53,51 +32,6 @@ def corners(cells: CellArray, start: Cell) -> Scenario:
     return Scenario(name="corners", grid=grid, robot_types=KINDS, team=team_at(start, rovers=1), goal=Goal())
 
 
-class Line:
-    """Stands for the channel to the process of a mission: a simulated team answers at once."""
-
-    def __init__(self, brief: MissionBrief, team: SimulatedTeam) -> None:
-        self._brief, self._team = brief, team
-        self._answers = deque[PendingInputs | MayPlan]([PendingInputs((PendingInput(input=None),))])
-        self._decoder = LogDecoder()
-        self._log: list[MissionEvent] = []
-
-    @property
-    def ended(self) -> MissionEnded | None:
-        """The last event, if it is the end."""
-        return next((event for event in self._log if isinstance(event, MissionEnded)), None)
-
-    def send(self, told: object) -> None:
-        if isinstance(told, WantsToPlan):
-            self._answers.append(MayPlan())
-        elif isinstance(told, MissionBatches):
-            (turn,) = told.batches
-            for event in turn.events:
-                if event.type is EventType.LOG:
-                    self._log += self._decoder.events(event.data)
-                if event.type is EventType.COMMANDS:
-                    report = self._team.answer(json.loads(event.data))
-                    if report is not None:
-                        due = PendingInput(input=report_of(ReportBody.model_validate(report), self._brief))
-                        self._answers.append(PendingInputs((due,)))
-
-    def receive(self) -> PendingInputs | MayPlan:
-        return self._answers.popleft()
-
-
-def over_the_line(scenario: Scenario) -> MissionEnded:
-    """Return the end of a mission of the service whose robots are simulated."""
-    team = place_team(scenario, 1)
-    reachable = reachable_area(scenario, team)
-    body = mission_document(scenario, team, reachable, strategy="heuristic", planner="greedy", budget=STEP, seed=1)
-    brief = brief_of(MissionBody.model_validate(body), ServiceLimits(), {})
-    kinds = {kind.name: kind for kind in KINDS}
-    line = Line(brief, SimulatedTeam(scenario.grid, kinds, team))
-    run_mission(brief, line)
-    assert line.ended is not None
-    return line.ended
-
-
 def flown(scenario: Scenario, strategy: str) -> MissionEnded:
     kinds = {kind.name: kind for kind in scenario.robot_types}
     watch = Insider if strategy == CLAIRVOYANT else Watcher
@@ -112,7 +46,7 @@ def flown(scenario: Scenario, strategy: str) -> MissionEnded:
 def test_what_lies_behind_a_closed_corner_is_none_of_the_missions_business() -> None:
     cells = draw("######", "#..###", "#.c#.#", "###..#", "######").cells
     scenario = corners(cells, Cell(2, 2))
-    for ended in (flown(scenario, "heuristic"), flown(scenario, CLAIRVOYANT), over_the_line(scenario)):
+    for ended in (flown(scenario, "heuristic"), flown(scenario, CLAIRVOYANT)):
         assert (ended.status, ended.remaining, ended.coverage) == (Status.COMPLETE, (), 1.0)
 
 
@@ -120,13 +54,6 @@ def test_what_lies_behind_a_closed_corner_is_none_of_the_missions_business() -> 
 @given(scenarios())
 def test_a_mission_leaves_no_frontier(scenario: Scenario) -> None:
     ended = flown(scenario, "heuristic")
-    assert (ended.status, ended.remaining, ended.coverage) == (Status.COMPLETE, (), 1.0)
-
-
-@settings(deadline=None, max_examples=25)
-@given(scenarios())
-def test_a_mission_of_the_service_leaves_no_frontier(scenario: Scenario) -> None:
-    ended = over_the_line(scenario)
     assert (ended.status, ended.remaining, ended.coverage) == (Status.COMPLETE, (), 1.0)
 
 

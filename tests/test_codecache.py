@@ -1,7 +1,5 @@
 """Compiled code is kept where it can be, and taken from the package where it is right."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

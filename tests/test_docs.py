@@ -1,7 +1,5 @@
 """The documentation becomes a site without a warning, its notebook runs, and its drawings are drawn."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """docs/library.md: its snippets work, one after the other, and print what stands below them."""
 
-from __future__ import annotations
-
 import doctest
 import re
 import tomllib

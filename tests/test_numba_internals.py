@@ -3,8 +3,6 @@
 A name that fails here has gone or moved in a new release of numba: adapt its user before the bound in pyproject.toml.
 """
 
-from __future__ import annotations
-
 import inspect
 
 import pytest

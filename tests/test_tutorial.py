@@ -1,7 +1,5 @@
 """docs/tutorial.md: its commands, one after the other in a new folder, do what is said, and print what is shown."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

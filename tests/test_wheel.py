@@ -4,8 +4,6 @@ That environment is filled from the package index, as a user's would be, and com
 minutes. What is in the wheel is seen from an unpacked one as well, beside the compiled code of the checkout.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -37,7 +35,6 @@ class Elsewhere:
         return succeed(self.python, *words, cwd=self.folder, PYTHONPATH=self.path)
 
     def marsupial(self, *words: str) -> str:
-        """Run the command."""
         return self.run("-m", "marsupial.cli.main", *words)
 
 

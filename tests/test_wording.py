@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from marsupial.wording import clock, counted
 
 

@@ -1,15 +1,12 @@
 """The logs of missions that nobody disturbs: carried out in this process, one step for each plan."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from marsupial.formats.loglines import LogEncoder
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
-from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Budget
+from marsupial.model import Budget, MissionEvent
 
 STEPS = Budget(steps=1)
 
@@ -23,17 +20,14 @@ class LogLines(Observer):
 
     @property
     def text(self) -> str:
-        """The log so far."""
         return "".join(f"{line}\n" for line in self.lines)
 
     def event(self, event: MissionEvent) -> None:
-        """Keep what happened."""
         self.lines.append(self._encoder.line(event))
 
 
 @cache
 def undisturbed(scenario: str, planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> str:
-    """Return the log of such a mission."""
     seen = LogLines()
     simulate(builtin_scenario(scenario), strategy=strategy, planner=planner, budget=STEPS, seed=seed, observer=seen)
     return seen.text

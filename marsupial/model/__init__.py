@@ -30,9 +30,9 @@ _NAMES = {
     "frames": "FrameShift",
     "grid": "FLOOR OBSTACLE ROUGH TERRAINS UNKNOWN Cell CellArray Grid Mask Terrain",
     "mapreading": "LegendEntry MapReading",
-    "mission": "ActionEnd ActionEnded ActionStarted Cause Changed DriveEnded DriveStarted FrameGrown MapMeeting "
-    "MapTarget MissionEnded MissionEvent MissionStarted PlacedRobot Planned Remaining Revealed RobotLost Status "
-    "Trigger Triggers",
+    "mission": "ActionEnd ActionEnded ActionStarted Cause Changed DriveEnded DriveStarted FrameGrown Interference "
+    "MapMeeting MapTarget MissionEnded MissionEvent MissionStarted PlacedRobot Planned Remaining Revealed RobotLost "
+    "Status Trigger Triggers",
     "objective": "MAKESPAN Makespan Objective ObjectiveName PricedArrival Value",
     "plan": "EPSILON_MS Action ActionName Plan",
     "planning": "Budget Engine EngineInfo Finished Improved Outcome",

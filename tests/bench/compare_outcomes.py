@@ -1,7 +1,5 @@
 """Outcomes of comparisons that were never carried out: with invented rows, or with given exploration times."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

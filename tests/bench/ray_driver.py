@@ -4,8 +4,6 @@
 FOLDER keeps what is done only once.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import csv
 import json
 from dataclasses import replace
@@ -12,13 +10,12 @@ from hypothesis import strategies as st
 
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.folder import opened, read_curves, read_header, read_rows, read_timings
-from marsupial.bench.compare.header import cases_of, contenders_of, header_of
+from marsupial.bench.compare.header import header_of
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, digest, prepared
 from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS
 from marsupial.errors import InputError, UsageError
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.model.planning import Budget
-from marsupial.model.scenario import Goal
+from marsupial.model import Budget, Goal
 
 FILES = ("rows.csv", "timings.csv", "coverage.csv")
 
@@ -27,11 +24,6 @@ def run(comparison: Comparison, out: Path, runner: Inventing | None = None, **op
     runner = runner or Inventing()
     conduct(comparison, runner, out, lambda row, done, total: None, **options)
     return runner
-
-
-def with_goal(comparison: Comparison, goal: Goal) -> Comparison:
-    scenarios = {case: replace(scenario, goal=goal) for case, scenario in comparison.scenarios.items()}
-    return replace(comparison, scenarios=scenarios)
 
 
 def contents(out: Path) -> dict[str, bytes]:
@@ -202,14 +194,6 @@ def test_a_damaged_folder_is_named_with_the_place(tmp_path: Path, name: str, tex
         run(lobby(), tmp_path)
     assert str(tmp_path / name) in str(caught.value)
     assert message in str(caught.value)
-
-
-def test_the_head_says_what_is_compared(tmp_path: Path) -> None:
-    comparison = lobby(carriers=(1, 2))
-    run(comparison, tmp_path)
-    header = read_header(tmp_path)
-    assert cases_of(header) == tuple(comparison.scenarios)
-    assert contenders_of(header) == (GREEDY, HEURISTIC)
 
 
 def test_a_digest_tells_maps_and_teams_apart() -> None:

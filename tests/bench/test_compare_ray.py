@@ -1,9 +1,5 @@
 """A comparison on a real cluster of several nodes, all of them on this machine."""
 
-from __future__ import annotations
-
-import os
-import signal
 import subprocess
 import time
 from collections.abc import Generator, Iterator, Sequence
@@ -136,48 +132,3 @@ def test_ctrl_c_leaves_what_is_done_and_no_mission_on_the_cluster(nodes: Nodes, 
     assert psutil.wait_procs(below, HANG_S)[1] == []
     assert psutil.wait_procs(nodes.missions(), HANG_S)[1] == []
     assert len(read_rows(tmp_path)) >= 1
-
-
-@pytest.mark.slow
-def test_a_node_that_is_killed_in_the_middle_leaves_no_trace_in_the_rows(tmp_path: Path) -> None:
-    nodes = Nodes(workers=2)
-    try:
-        program = begun(nodes, tmp_path / "ray", nodes.address)
-        os.kill(nodes.missions()[0].ppid(), signal.SIGKILL)
-        error = program.communicate(timeout=HANG_S)[1].decode()
-        assert program.returncode == 0, error
-        assert bytes_of(tmp_path / "ray") == carried_out_here(tmp_path / "local", *LONG)
-    finally:
-        nodes.stop()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("how", ["address", "client"])
-@pytest.mark.parametrize("env", [{"RAY_AUTH_TOKEN": "f" * 64}, {"RAY_AUTH_TOKEN": "", "RAY_AUTH_MODE": ""}])
-def test_a_cluster_lets_nobody_in_without_its_token(
-    nodes: Nodes, tmp_path: Path, how: str, env: dict[str, str]
-) -> None:
-    done = nodes.run(
-        *PROGRAM, *QUICK, "--ray", getattr(nodes, how), "--out", str(tmp_path / "x"), HOME=str(tmp_path), **env
-    )
-    assert done.returncode == 2
-    assert "the cluster demands its token" in done.stderr
-    assert not (tmp_path / "x").exists()
-
-
-@pytest.mark.slow
-def test_workers_of_another_version_are_refused(nodes: Nodes, tmp_path: Path) -> None:
-    done = nodes.run(DRIVER, nodes.address, "differs", str(tmp_path), str(tmp_path / "ray"))
-    assert done.returncode == 1
-    assert read_rows(tmp_path / "ray") == ()
-    assert "instead of 9.9: install the same everywhere" in done.stderr
-
-
-@pytest.mark.slow
-def test_a_cluster_listens_on_this_machine_alone(nodes: Nodes, tmp_path: Path) -> None:
-    program = begun(nodes, tmp_path, "local")
-    family = [program.pid, *(child.pid for child in psutil.Process(program.pid).children(recursive=True))]
-    ears = [ear.laddr.ip for ear in psutil.net_connections("tcp") if ear.pid in family and ear.status == "LISTEN"]
-    interrupt(program)
-    assert ears
-    assert {ip.removeprefix("::ffff:") for ip in ears} <= {"127.0.0.1", "::1"}

@@ -1,12 +1,7 @@
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
-from benchmarks.fuzz import runs
-from benchmarks.fuzz.mutations import PNG, mutations
-from benchmarks.fuzz.targets import TARGETS, FuzzTarget
+from benchmarks.fuzz.mutations import mutations
+from benchmarks.fuzz.targets import TARGETS
 from benchmarks.fuzz.trying import fault_of
 
 MUTATIONS = 30
@@ -31,27 +26,3 @@ def test_at_least_one_example_of_each_family_is_taken(family: str) -> None:
         return True
 
     assert any(map(is_taken, TARGETS[family].seeds()))
-
-
-def test_what_a_reader_does_not_document_is_a_finding() -> None:
-    def read(data: bytes) -> None:
-        raise {b"a": ValueError, b"b": KeyError}[data]("boom")
-
-    target = FuzzTarget(read, tuple, refuses=(ValueError,))
-    assert fault_of(target, b"a") is None
-    assert "KeyError" in (fault_of(target, b"b") or "")
-
-
-def test_mutations_are_the_same_each_time_and_keep_a_png_decodable() -> None:
-    seeds = [data for data in TARGETS["image"].seeds() if data.startswith(PNG)]
-    first, again = (list(mutations(seeds, 300, ())) for _ in range(2))
-    assert first == again
-    assert len(set(first)) > 100
-
-
-def test_a_kept_input_is_run_again_by_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "strips.0123"
-    file.write_bytes(b"no strips")
-    assert runs.main(["--replay", str(file)]) == 0
-    assert capsys.readouterr().out == "strips: no finding\n"
-    assert runs.main(["--replay", str(file.rename(tmp_path / "nothing.0123"))]) == 2

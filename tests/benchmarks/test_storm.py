@@ -1,7 +1,4 @@
-from __future__ import annotations
-
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -59,90 +56,17 @@ def judged(lines: Lines, summary: dict[str, Any]) -> str:
     return "\n".join(Oracle(WORLD, [json.dumps(line) for line in lines], summary).judge())
 
 
-def first(lines: Lines, event: str, **fields: object) -> dict[str, Any]:
-    found = (line for line in lines if line["event"] == event)
-    return next(line for line in found if all(line["action"][key] == value for key, value in fields.items()))
-
-
 def test_a_mission_as_it_was_breaks_no_rule(mission: tuple[Lines, dict[str, Any]]) -> None:
     assert judged(*mission) == ""
 
 
-def jump(lines: Lines) -> None:
-    first(lines, "drive")["cell"] = [3, 3]
-
-
-def drive_into_the_unknown(lines: Lines) -> None:
-    first(lines, "reveal")["looks"] = []
-
-
-def see_a_wall_as_floor(lines: Lines) -> None:
-    look = first(lines, "reveal")["looks"][0]
-    look[2] = "B" + look[2][1:]
-
-
-def dock_in_no_time(lines: Lines) -> None:
-    late = first(lines, "end", name="dock")
-    late["t_ms"] = first(lines, "start", name="dock")["t_ms"]
-
-
-def drive_aboard(lines: Lines) -> None:
-    drive = first(lines, "drive")
-    drive["robot"] = "r1"
-
-
-def claim_more_than_was_seen(lines: Lines) -> None:
-    lines[-1]["explored_area_m2"] += 1
-
-
-def leave_the_rover(lines: Lines) -> None:
+def test_a_robot_that_jumps_and_a_rover_left_behind_are_found(mission: tuple[Lines, dict[str, Any]]) -> None:
+    lines, summary = json.loads(json.dumps(mission))
+    next(line for line in lines if line["event"] == "drive")["cell"] = [3, 3]
     lines[-1]["aboard"] = []
-
-
-def stall_without_need(lines: Lines) -> None:
-    lines[-1]["status"] = "stalled"
-
-
-def invent_a_frontier(lines: Lines) -> None:
-    lines[-1]["remaining"] = [{"cell": [2, 2], "frontier_cells": 1, "reason": "too narrow"}]
-
-
-def leave_targets(lines: Lines) -> None:
-    lines[-1]["exploration_ms"] = None
-
-
-def lose_the_rover(lines: Lines) -> None:
-    lines.insert(2, {"event": "lost", "t_ms": 0, "robot": "r1", "reason": "failed"})
-
-
-def change_a_wall(lines: Lines) -> None:
-    lines.insert(2, {"event": "change", "version": 3, "t_ms": 0, "looks": []})
-
-
-@pytest.mark.parametrize(
-    ("tamper", "finding"),
-    [
-        (stall_without_need, "stalls with nothing left to do"),
-        (invent_a_frontier, "(2, 2) is called a frontier that is left, but is none"),
-        (leave_targets, "is complete, but targets were left"),
-        (lose_the_rover, "r1 starts to undock, but is lost"),
-        (change_a_wall, "the map changes, though no fault was asked for"),
-        (jump, "sets out from (3, 3), but stands at"),
-        (drive_into_the_unknown, "over cells that are not known yet"),
-        (see_a_wall_as_floor, "where 0 is"),
-        (dock_in_no_time, "took 0 ms to dock, not 10000"),
-        (drive_aboard, "r1 drives aboard c1"),
-        (claim_more_than_was_seen, "explored and reachable area are"),
-        (leave_the_rover, "aboard are [], by the log ['r1']"),
-    ],
-)
-def test_each_broken_rule_is_found(
-    mission: tuple[Lines, dict[str, Any]], tamper: Callable[[Lines], None], finding: str
-) -> None:
-    lines, summary = mission
-    copy: Lines = json.loads(json.dumps(lines))
-    tamper(copy)
-    assert finding in judged(copy, summary)
+    found = judged(lines, summary)
+    assert "sets out from (3, 3), but stands at" in found
+    assert "aboard are [], by the log ['r1']" in found
 
 
 @pytest.mark.parametrize(

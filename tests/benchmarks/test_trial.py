@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -7,28 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.trial import villain
-from benchmarks.trial.hostile import OUTCOMES, options
-from benchmarks.trial.tasks import LARGEST, short_jobs, suite_situation
-
 TRIAL = [sys.executable, "-m", "benchmarks", "trial"]
 ROOT = Path(__file__).resolve().parents[2]
-
-
-def test_every_kind_of_villain_has_an_outcome_and_a_name_for_the_service() -> None:
-    assert set(OUTCOMES) == set(villain.KINDS)
-    assert all(any(f"--planner={kind}=" in option for option in options()) for kind in villain.KINDS)
-
-
-def test_the_largest_team_is_that_of_the_paper() -> None:
-    for name in LARGEST:
-        situation = suite_situation(name)
-        assert (len(situation.robots), len(situation.targets)) == (24, 20)
-
-
-def test_short_jobs_are_requests_of_both_forms() -> None:
-    sent = [json.loads(one) for one in short_jobs()]
-    assert {"situation", "map_state"} <= {key for body in sent for key in body}
 
 
 @pytest.mark.slow

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -135,11 +133,6 @@ def test_what_makes_no_sense_is_refused_before_anything_is_written(
     assert compare(*arguments) == code
     assert message in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
-
-
-def test_an_unknown_paper_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["reproduce", "nobody1999", "--out", str(tmp_path / "x")]) == 2
-    assert "unknown paper 'nobody1999'; there are wurm2010, wurm2008, alkhawaldah, mei" in capsys.readouterr().err
 
 
 def test_a_mission_that_fails_is_a_row_and_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -8,8 +6,7 @@ from marsupial.cli.main import main
 from marsupial.formats.missionlog import read_log
 from marsupial.formats.pddl.text import check_domain, read_problem
 from marsupial.formats.situation import situation_from_json
-from marsupial.model.mission import Planned
-from marsupial.model.situation import Situation
+from marsupial.model import Planned, Situation
 
 FILES = ("domain.pddl", "problem.pddl", "situation.json")
 
@@ -96,11 +93,3 @@ def test_a_log_is_of_one_mission_and_takes_no_options_of_scenarios(
 ) -> None:
     assert main(["export", str(log), "-o", str(tmp_path / "moment"), option, "1"]) == 2
     assert "only apply to scenarios, not to logs" in capsys.readouterr().err
-
-
-def test_a_log_that_is_broken_is_invalid_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "broken.jsonl"
-    path.write_text('{"event": "mission"}\n')
-    assert main(["export", str(path), "-o", str(tmp_path / "m")]) == 3
-    assert capsys.readouterr().err.startswith(f"error: {path}: ")
-    assert not (tmp_path / "m").exists()

@@ -1,7 +1,7 @@
-from __future__ import annotations
-
 import json
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -10,36 +10,6 @@ from marsupial.generators.builtin import SCENARIOS
 from marsupial.planning.engines import ENGINES, engine_infos
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import STRATEGIES
-
-
-def test_every_built_in_scenario_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["scenarios"]) == 0
-    out = capsys.readouterr().out
-    assert all(name in out for name in SCENARIOS)
-
-
-def test_scenarios_as_json(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["scenarios", "--json"]) == 0
-    assert [entry["name"] for entry in json.loads(capsys.readouterr().out)] == list(SCENARIOS)
-
-
-def test_every_engine_is_listed_with_its_licence(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["planners"]) == 0
-    out = capsys.readouterr().out
-    for info in engine_infos():
-        assert info.name in out
-        assert info.licence in out
-    assert "priced arrival" in out
-
-
-def test_planners_as_json(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["planners", "--json"]) == 0
-    listed = {entry["name"]: entry for entry in json.loads(capsys.readouterr().out)}
-    assert listed.keys() == ENGINES.keys()
-    assert listed["greedy"]["available"] is True
-    assert listed["greedy"]["deterministic_steps"] is True
-    assert listed["greedy"]["objectives"] == ["makespan"]
-    assert listed["auto"]["objectives"] == ["makespan", "priced arrival"]
 
 
 def test_an_engine_that_is_missing_says_why(
@@ -51,20 +21,46 @@ def test_an_engine_that_is_missing_says_why(
     assert "no: needs a left hand" in capsys.readouterr().out
 
 
-def test_every_strategy_is_listed_with_its_team_parameters_and_source(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["strategies"]) == 0
-    told = capsys.readouterr().out
-    for name in (*STRATEGIES, CLAIRVOYANT):
-        assert f" {name} " in told
-    assert "W_n (2), W_p (2), W_c (1)" in told
-    assert "one carrier without rovers" in told
-    assert "Wurm et al. 2010" in told
+@pytest.fixture
+def listed(capsys: pytest.CaptureFixture[str]) -> Callable[[str], tuple[str, dict[str, Any]]]:
+    """What a command lists: for people, and by name for programs."""
+
+    def lists(command: str) -> tuple[str, dict[str, Any]]:
+        assert main([command]) == 0
+        text = capsys.readouterr().out
+        assert main([command, "--json"]) == 0
+        return text, {entry["name"]: entry for entry in json.loads(capsys.readouterr().out)}
+
+    return lists
 
 
-def test_strategies_as_json(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["strategies", "--json"]) == 0
-    listed = {entry["name"]: entry for entry in json.loads(capsys.readouterr().out)}
-    assert list(listed) == [*STRATEGIES, CLAIRVOYANT]
-    assert listed["bidding"]["parameters"] == {"W_n": 2, "W_p": 2, "W_c": 1}
-    assert listed["covering"]["parameters"] == {"rounds": 4, "seconds": None}
-    assert (listed["temporal"]["asks_planner"], listed["temporal"]["available"]) == (True, True)
+def test_every_built_in_scenario_is_listed(listed: Callable[[str], tuple[str, dict[str, Any]]]) -> None:
+    text, entries = listed("scenarios")
+    assert list(entries) == list(SCENARIOS)
+    assert all(name in text for name in SCENARIOS)
+
+
+def test_every_engine_is_listed_with_its_licence_and_objectives(
+    listed: Callable[[str], tuple[str, dict[str, Any]]],
+) -> None:
+    text, entries = listed("planners")
+    assert entries.keys() == ENGINES.keys()
+    assert all(info.name in text and info.licence in text for info in engine_infos())
+    assert (entries["greedy"]["available"], entries["greedy"]["deterministic_steps"]) == (True, True)
+    assert [entries[name]["objectives"] for name in ("greedy", "auto")] == [
+        ["makespan"],
+        ["makespan", "priced arrival"],
+    ]
+
+
+def test_every_strategy_is_listed_with_its_team_parameters_and_source(
+    listed: Callable[[str], tuple[str, dict[str, Any]]],
+) -> None:
+    text, entries = listed("strategies")
+    assert list(entries) == [*STRATEGIES, CLAIRVOYANT]
+    assert all(
+        words in text for words in ("W_n (2), W_p (2), W_c (1)", "one carrier without rovers", "Wurm et al. 2010")
+    )
+    assert entries["bidding"]["parameters"] == {"W_n": 2, "W_p": 2, "W_c": 1}
+    assert entries["covering"]["parameters"] == {"rounds": 4, "seconds": None}
+    assert (entries["temporal"]["asks_planner"], entries["temporal"]["available"]) == (True, True)

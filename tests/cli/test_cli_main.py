@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import re
 import shlex
 import subprocess
@@ -103,71 +101,40 @@ def test_help_of_commands_that_take_strategies_lists_them_all(capsys: pytest.Cap
     assert {*strategy_names(), CLAIRVOYANT} <= set(told)
 
 
-def test_help_imports_nothing_heavy() -> None:
+LIGHT = (
+    "--version", "planners", "scenarios", "strategies", "strategies --json", "nonsense", "map nonsense",
+    "plan nonsense", *(f"{name} --help" for name in ("run", "compare", "map", "plan", "export", "validate")),
+    *(f"{name} --help" for name in ("reproduce", "demo", "serve", "ros", "bench", "bench planners")),
+    "run nonsense", "run office --nonsense", "run office --strategy nonsense", "run office --planner nonsense",
+    "replay nonsense", "export nonsense -o nowhere", "reproduce nonsense --out nowhere", "bench nonsense",
+    "bench planners --nonsense", "compare office --out nowhere --strategies nonsense",
+)  # fmt: skip
+
+
+def imported(heavy: tuple[str, ...], *commands: str) -> list[str]:
+    """Return what is printed of each command in a process of its own: which of these modules it has imported."""
     code = (
-        "import sys, marsupial.cli.main as m; m.main(['--help']); "
-        "print([name for name in ('numpy', 'numba', 'scipy', 'yaml', 'unified_planning') if name in sys.modules])"
+        "import sys, marsupial.cli.main as m\n"
+        f"for words in {commands}:\n"
+        "    m.main(words.split())\n"
+        f"    print('imported by', words, [name for name in {heavy} if name in sys.modules])\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"
-
-
-LIGHT = (
-    ["--version"],
-    ["run", "--help"],
-    ["compare", "--help"],
-    ["planners"],
-    ["scenarios"],
-    ["strategies"],
-    ["strategies", "--json"],
-    ["nonsense"],
-    ["run", "office", "--nonsense"],
-    ["run", "office", "--strategy", "nonsense"],
-    ["reproduce", "nonsense", "--out", "nowhere"],
-    ["run", "office", "--planner", "nonsense"],
-    ["run", "nonsense"],
-    ["map", "--help"],
-    ["map", "nonsense"],
-    ["plan", "--help"],
-    ["plan", "nonsense"],
-    ["replay", "nonsense"],
-    ["export", "--help"],
-    ["export", "nonsense", "-o", "nowhere"],
-    ["validate", "--help"],
-    ["reproduce", "--help"],
-    ["demo", "--help"],
-    ["serve", "--help"],
-    ["ros", "--help"],
-    ["bench", "--help"],
-    ["bench", "nonsense"],
-    ["bench", "planners", "--help"],
-    ["bench", "planners", "--nonsense"],
-    ["compare", "office", "--out", "nowhere", "--strategies", "nonsense"],
-)
+    return [line for line in done.stdout.splitlines() if line.startswith("imported by ")]
 
 
 def test_help_lists_and_mistyped_names_import_no_compiler_and_no_solver() -> None:
+    assert imported(("numpy", "numba", "scipy", "yaml", "unified_planning"), "--help") == ["imported by --help []"]
     heavy = ("numba", "scipy", "matplotlib", "unified_planning")
-    code = (
-        "import sys, marsupial.cli.main as m\n"
-        f"for arguments in {LIGHT}:\n"
-        "    m.main(arguments)\n"
-        f"    print(arguments, [name for name in {heavy} if name in sys.modules])\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    said = done.stdout.splitlines()
-    assert [line for arguments in LIGHT for line in said if line == f"{arguments} []"] == [f"{one} []" for one in LIGHT]
+    assert imported(heavy, *LIGHT) == [f"imported by {one} []" for one in LIGHT]
 
 
 def test_a_mission_that_asks_no_planner_imports_no_solver_and_nothing_that_only_compiling_needs() -> None:
     heavy = ("scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.ndimage", "numba.np.arraymath", "matplotlib")
-    code = (
-        "import sys, marsupial.cli.main as m; m.main(['run', 'lobby', '--strategy', 'heuristic']); "
-        f"print([name for name in {heavy} if name in sys.modules])"
-    )
-    command = [sys.executable, "-c", code]
-    said = [subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in ("compiled", "loaded")]
-    assert said[1].splitlines()[-1] == "[]"
+    heavy += ("marsupial.bench", "marsupial.planning.local_search", "marsupial.planning.branch_and_bound")
+    mission = "run lobby --strategy heuristic"
+    imported((), mission)  # compiles
+    assert imported((*heavy, "unified_planning"), mission) == [f"imported by {mission} []"]
 
 
 def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:

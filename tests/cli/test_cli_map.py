@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -38,18 +36,6 @@ def test_a_map_is_described_for_programs(capsys: pytest.CaptureFixture[str], yar
 def test_a_built_in_scenario_is_described_with_its_own_types(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["map", "lobby", "--json"]) == 0
     assert [reach["radius_m"] for reach in json.loads(capsys.readouterr().out)["reach"]] == [0.3, 0.1]
-
-
-def test_a_map_that_is_missing_is_invalid_input(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["map", "nowhere.map"]) == 3
-    assert capsys.readouterr().err == "error: nowhere.map: no such file\n"
-
-
-def test_a_broken_map_is_invalid_input(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    path = tmp_path / "broken.map"
-    path.write_text("type octile\nheight 2\nwidth 2\nmap\n..\n.\n")
-    assert main(["map", str(path)]) == 3
-    assert capsys.readouterr().err.startswith(f"error: {path}: ")
 
 
 def test_a_picture_of_all_greys_takes_a_few_lines(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

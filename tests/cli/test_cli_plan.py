@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import replace
@@ -28,14 +26,7 @@ OPTIMAL = "makespan 19.002 s, optimal (to 1 ms, with 1 ms between the actions of
 class Scripted:
     """An engine that yields what it was told to."""
 
-    info = EngineInfo(
-        name="scripted",
-        summary="does as it is told",
-        licence="none",
-        anytime=True,
-        proves_optimality=False,
-        deterministic_steps=True,
-    )
+    info = EngineInfo(name="scripted", anytime=True, deterministic_steps=True)
 
     def __init__(self, *events: Improved | Finished) -> None:
         self._events = events
@@ -120,11 +111,7 @@ def test_an_engine_without_a_plan_is_told_by_its_code(
 def test_a_plan_the_checker_refuses_is_not_given_out(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, room: str
 ) -> None:
-    script(
-        monkeypatch,
-        Improved(plan=Plan(actions=()), elapsed_s=0.1),
-        Finished(outcome=Outcome.SATISFICING),
-    )
+    script(monkeypatch, Improved(plan=Plan(actions=()), elapsed_s=0.1), Finished(outcome=Outcome.SATISFICING))
     assert main(["plan", room, "--planner", "scripted"]) == 6
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -143,28 +130,6 @@ def test_a_valid_plan_among_refused_ones_is_kept(
     )
     assert main(["plan", room, "--planner", "scripted"]) == 0
     assert read_plan_text(capsys.readouterr().out, one_room()) == good
-
-
-@pytest.mark.parametrize("name", ["situation.json", "problem.pddl"])
-def test_a_situation_that_cannot_be_read_is_invalid_input(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str
-) -> None:
-    path = tmp_path / name
-    path.write_text("{ (")
-    assert main(["plan", str(path), *GREEDY]) == 3
-    assert capsys.readouterr().err.startswith(f"error: {path}: ")
-
-
-def test_a_file_that_is_missing_is_invalid_input(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", "nowhere.json", *GREEDY]) == 3
-    assert capsys.readouterr().err == "error: nowhere.json: no such file\n"
-
-
-def test_a_file_that_is_no_text_is_invalid_input(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    path = tmp_path / "situation.json"
-    path.write_bytes(b"\xff\xfe\xfa")
-    assert main(["plan", str(path), *GREEDY]) == 3
-    assert capsys.readouterr().err == f"error: {path}: is not UTF-8 text\n"
 
 
 def test_without_a_planner_named_auto_plans_and_says_that_its_makespan_is_optimal(

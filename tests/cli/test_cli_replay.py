@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -47,11 +45,6 @@ def test_a_log_that_was_cut_off_is_replayed_as_far_as_it_goes(
     cut.write_bytes(log.read_bytes()[:-40])
     assert main(["replay", str(cut), "--html", str(tmp_path / "page.html")]) == 0
     assert "the last line is cut off and left out" in capsys.readouterr().err
-
-
-def test_a_log_that_is_missing_is_invalid_input(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["replay", "nowhere.jsonl"]) == 3
-    assert capsys.readouterr().err.startswith("error: nowhere.jsonl: ")
 
 
 def test_a_figure_of_a_moment_is_written(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

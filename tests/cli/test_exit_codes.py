@@ -1,9 +1,6 @@
-from __future__ import annotations
-
 from marsupial.cli.process.exit_codes import ERROR_CODES, MISSION_CODES, PLANNING_CODES
 from marsupial.errors import MarsupialError
-from marsupial.model.mission import Status
-from marsupial.model.planning import Outcome
+from marsupial.model import Outcome, Status
 
 
 def leaves(kind: type[MarsupialError]) -> set[type[MarsupialError]]:

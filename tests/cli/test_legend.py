@@ -1,8 +1,5 @@
-from __future__ import annotations
-
 from marsupial.cli.display.map_picture import legend_rows
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
-from marsupial.model.mapreading import LegendEntry
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, LegendEntry
 
 NAMES = {OBSTACLE: "obstacle", FLOOR: "floor", UNKNOWN: "unknown"}
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -34,17 +32,11 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: pyt
     assert [path.name for path in tmp_path.iterdir()] == ["plan.txt"]
 
 
-def test_a_folder_that_does_not_exist_is_named(tmp_path: Path) -> None:
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"can't write .*nowhere/plan\.txt: no such file or directory"):
         outputs.write_file(tmp_path / "nowhere" / "plan.txt", "")
-
-
-def test_a_folder_is_no_file_to_write_to(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="is a directory"):
         outputs.write_file(tmp_path, "")
-
-
-def test_a_file_where_a_folder_should_be_is_named(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("")
     with pytest.raises(UsageError, match=r"can't make the folder .*out: file exists"):
         outputs.make_folder(tmp_path / "out")

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import io
 import re
 from dataclasses import replace
@@ -14,12 +12,8 @@ from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.progress import progress
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
-from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import Grid
-from marsupial.model.mission import MissionStarted, Planned
-from marsupial.model.planning import Outcome
-from marsupial.model.strategy import PlanningReport
+from marsupial.model import Grid, Outcome, Planned, PlanningReport
 
 
 def watch_lobby(monkeypatch: pytest.MonkeyPatch, console: Console) -> None:
@@ -28,7 +22,6 @@ def watch_lobby(monkeypatch: pytest.MonkeyPatch, console: Console) -> None:
     monkeypatch.setattr(module, "FRAME_EVERY_S", 0.0)
     scenario = replace(builtin_scenario("lobby"), grid=Grid(cells=truth(), resolution_m=RESOLUTION_M))
     with progress() as observer:
-        assert isinstance(observer, Observer)
         observer.reachable(reachable_area(scenario, place_team(scenario, 1)))
         for event in synthetic_mission():
             observer.event(event)
@@ -43,7 +36,6 @@ def test_a_terminal_shows_map_clock_coverage_and_robots(monkeypatch: pytest.Monk
     assert "▀" in text
     assert "% known" in text
     first = synthetic_mission()[0]
-    assert isinstance(first, MissionStarted)
     assert all(robot.name in text for robot in first.robots)
 
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -8,8 +6,7 @@ from small_missions import drawn_grid
 import marsupial
 from marsupial.cli.display.report import facts, place_text, remaining_lines
 from marsupial.library.metrics import Summary
-from marsupial.model.grid import Cell
-from marsupial.model.mission import Remaining
+from marsupial.model import Cell, Remaining
 
 GRID = replace(drawn_grid("....", "....", resolution_m=0.5), origin_m=(-10.3, 1.0, 0.0))
 

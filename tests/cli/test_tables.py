@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from marsupial.cli.display.tables import print_report, print_table

@@ -1,25 +1,21 @@
-from __future__ import annotations
-
 import numpy as np
+from small_missions import begun_on, drawn_grid
 
 from marsupial.cli.display.picture import doing
 from marsupial.cli.display.progress import MissionWatch
 from marsupial.mission.state import RobotView
-from marsupial.model.grid import FLOOR, TERRAINS, Cell
+from marsupial.model.grid import FLOOR, Cell
 from marsupial.model.mission import (
     ActionEnd,
     ActionEnded,
     ActionStarted,
     DriveEnded,
     DriveStarted,
-    MissionStarted,
     PlacedRobot,
     Revealed,
-    RobotLost,
 )
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.robots import default_types
-from marsupial.model.scenario import Goal
 
 
 def watch() -> MissionWatch:
@@ -27,26 +23,11 @@ def watch() -> MissionWatch:
     reachable[1] = True
     seen = MissionWatch()
     seen.reachable(reachable)
-    seen.event(
-        MissionStarted(
-            t_ms=0,
-            scenario="strip",
-            strategy="temporal",
-            planner="greedy",
-            seed=1,
-            width=4,
-            height=2,
-            resolution_m=1.0,
-            origin_m=(0.0, 0.0, 0.0),
-            terrains=TERRAINS,
-            types=default_types(1),
-            robots=(
-                PlacedRobot(name="carrier1", type="carrier", cell=Cell(0, 1)),
-                PlacedRobot(name="rover1", type="rover", carrier="carrier1"),
-            ),
-            goal=Goal(),
-        )
+    robots = (
+        PlacedRobot(name="carrier1", type="carrier", cell=Cell(0, 1)),
+        PlacedRobot(name="rover1", type="rover", carrier="carrier1"),
     )
+    seen.event(begun_on(drawn_grid("....", "...."), default_types(1), robots))
     return seen
 
 
@@ -99,9 +80,3 @@ def test_both_robots_say_what_they_do_in_a_docking() -> None:
     assert (doing(robot(seen, "rover1")), doing(robot(seen, "carrier1"))) == ("dock on carrier1", "dock rover1")
     seen.event(ActionEnded(t_ms=9000, revision=1, action=back, end=ActionEnd.DONE))
     assert doing(robot(seen, "rover1")) == "aboard carrier1"
-
-
-def test_a_lost_robot_says_so() -> None:
-    seen = watch()
-    seen.event(RobotLost(t_ms=10, robot="carrier1", reason="failed"))
-    assert doing(robot(seen, "carrier1")) == "lost"

@@ -1,7 +1,5 @@
 """Files that are none of what a command takes: each is refused with a line that names it, and never a traceback."""
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 

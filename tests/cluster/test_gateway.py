@@ -36,34 +36,27 @@ def looking(ray: Ray) -> Gateway:
         return Gateway(ray, line, Terms(make={}, token=False))
 
 
-def test_a_gateway_goes_on_while_its_node_lives_and_ends_when_that_is_dead_or_forgotten() -> None:
-    async def run() -> None:
-        ray = Ray("other")
-        gateway = looking(ray)
-        ray.alive["other"] = False
+async def test_a_gateway_goes_on_while_its_node_lives_and_ends_when_that_is_dead_or_forgotten() -> None:
+    ray = Ray("other")
+    gateway = looking(ray)
+    ray.alive["other"] = False
+    await gateway.look()
+    assert json.loads(gateway.answer(STATE, b""))[0] == "no node of the cluster is ready to work"
+    ray.alive = {"own": False, "other": True}
+    with pytest.raises(ConnectionError, match="the Ray node that the server was connected to is dead"):
         await gateway.look()
-        assert json.loads(gateway.answer(STATE, b""))[0] == "no node of the cluster is ready to work"
-        ray.alive = {"own": False, "other": True}
-        with pytest.raises(ConnectionError, match="the Ray node that the server was connected to is dead"):
-            await gateway.look()
-        del ray.alive["own"]
-        with pytest.raises(ConnectionError):
-            await gateway.look()
-
-    asyncio.run(run())
+    del ray.alive["own"]
+    with pytest.raises(ConnectionError):
+        await gateway.look()
 
 
-def test_a_gateway_gives_up_a_head_that_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_gateway_gives_up_a_head_that_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_SILENCE_S", 0.01)
+    gateway = looking(Ray())
 
-    async def run() -> None:
-        gateway = looking(Ray())
+    async def never(*_: object) -> None:
+        await asyncio.Event().wait()
 
-        async def never(*_: object) -> None:
-            await asyncio.Event().wait()
-
-        monkeypatch.setattr(gateway, "call", never)
-        with pytest.raises(TimeoutError):
-            await gateway.look()
-
-    asyncio.run(run())
+    monkeypatch.setattr(gateway, "call", never)
+    with pytest.raises(TimeoutError):
+        await gateway.look()

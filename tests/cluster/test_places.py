@@ -1,7 +1,5 @@
 """What a run leaves goes to the next one; Ray is played by functions that answer when they are told to."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
@@ -33,52 +31,43 @@ class Ray:
         self._tasks.add(task)
 
 
-def test_a_place_that_is_left_goes_to_who_waits_and_its_own_reservation_back() -> None:
-    async def run() -> None:
-        ray = Ray()
-        places = Places(ray.call, ray.go)
-        waiting = asyncio.create_task(places.find(1.0, {"node"}, lambda: True))
+async def test_a_place_that_is_left_goes_to_who_waits_and_its_own_reservation_back() -> None:
+    ray = Ray()
+    places = Places(ray.call, ray.go)
+    waiting = asyncio.create_task(places.find(1.0, {"node"}, lambda: True))
+    await asyncio.sleep(0.01)
+    left = NodePlace(1.0, "node", "left")
+    places.offer(left)
+    assert await waiting == left
+    await asyncio.sleep(0.01)
+    assert ray.given_back == [1]
+
+
+async def test_a_place_that_nobody_takes_goes_back_soon_and_one_elsewhere_at_once() -> None:
+    ray = Ray()
+    ray.free.set()
+    places = Places(ray.call, ray.go)
+    places.offer(NodePlace(1.0, "lost", "old"))
+    assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", 1)
+    places.offer(NodePlace(1.0, "node", "kept"))
+    assert await places.find(0.5, {"node"}, lambda: True) == NodePlace(0.5, "node", 2)
+    assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", "kept")
+    places.offer(NodePlace(1.0, "node", "unwanted"))
+    while "unwanted" not in ray.given_back:
         await asyncio.sleep(0.01)
-        left = NodePlace(1.0, "node", "left")
-        places.offer(left)
-        assert await waiting == left
-        await asyncio.sleep(0.01)
-        assert ray.given_back == [1]
-
-    asyncio.run(run())
+    assert ray.given_back == ["old", "unwanted"]
 
 
-def test_a_place_that_nobody_takes_goes_back_soon_and_one_elsewhere_at_once() -> None:
-    async def run() -> None:
-        ray = Ray()
-        ray.free.set()
-        places = Places(ray.call, ray.go)
-        places.offer(NodePlace(1.0, "lost", "old"))
-        assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", 1)
-        places.offer(NodePlace(1.0, "node", "kept"))
-        assert await places.find(0.5, {"node"}, lambda: True) == NodePlace(0.5, "node", 2)
-        assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", "kept")
-        places.offer(NodePlace(1.0, "node", "unwanted"))
-        while "unwanted" not in ray.given_back:
-            await asyncio.sleep(0.01)
-        assert ray.given_back == ["old", "unwanted"]
-
-    asyncio.run(run())
-
-
-def test_who_leaves_while_waiting_leaves_nothing_reserved() -> None:
+async def test_who_leaves_while_waiting_leaves_nothing_reserved() -> None:
     class Full(Ray):
         async def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
             return None if function.__name__ == "_node_of" else await super().call(function, *arguments)
 
-    async def run() -> None:
-        ray = Full()
-        places = Places(ray.call, ray.go)
-        still = iter([True, True, False])
-        assert await places.find(1.0, {"node"}, lambda: next(still)) is None
-        await asyncio.sleep(0.01)
-        assert ray.given_back == [1]
-        places.offer(NodePlace(1.0, "node", "left"))
-        assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", "left")
-
-    asyncio.run(run())
+    ray = Full()
+    places = Places(ray.call, ray.go)
+    still = iter([True, True, False])
+    assert await places.find(1.0, {"node"}, lambda: next(still)) is None
+    await asyncio.sleep(0.01)
+    assert ray.given_back == [1]
+    places.offer(NodePlace(1.0, "node", "left"))
+    assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", "left")

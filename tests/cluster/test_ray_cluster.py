@@ -1,7 +1,5 @@
 """Which Ray clusters are used at all; nothing here needs one."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,8 +1,5 @@
-from __future__ import annotations
-
 import io
 from dataclasses import replace
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,11 +10,9 @@ from rich.console import Console
 from small_missions import drawn_grid
 
 from marsupial.cli.display.map_picture import QUARTERS, characters, coarse_map, map_picture
-from marsupial.errors import UsageError
 from marsupial.exports.figures import MapAxes
 from marsupial.exports.mapclasses import LOOKS, MapClass, map_classes
 from marsupial.exports.mapfigure import best_place, map_figure
-from marsupial.formats.mapfiles.read import read_map
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.maps.reach import parts
 from marsupial.model.grid import Cell, CellArray, Grid
@@ -136,12 +131,6 @@ def test_names_without_room_beside_their_marks_stand_farther_off() -> None:
     assert best_place((500.0, 500.0), (50.0, 12.0), 1.0, [crowd], ROOMY, no_walls).ring > 0
 
 
-def test_a_picture_of_another_kind_is_refused() -> None:
-    grid = drawn_grid(*HALL)
-    with pytest.raises(UsageError, match=r"can't write \.bmp; there are \.png, \.svg, \.pdf"):
-        map_figure(grid, map_classes(grid, KINDS), "hall", {}, kind="bmp")
-
-
 def test_small_maps_are_letters_cell_by_cell_where_there_are_no_blocks() -> None:
     classes = np.full((4, 6), MapClass.CARRIERS, dtype=np.uint8)
     classes[:, :2] = MapClass.WALL
@@ -200,9 +189,3 @@ def test_ascii_is_enough() -> None:
     map_picture(map_classes(drawn_grid(*HALL), KINDS), console, blocks=False).plain.encode("ascii")
     with pytest.raises(UnicodeEncodeError):
         QUARTERS.encode("ascii")
-
-
-def test_an_island_of_a_real_map_is_found(shared_maps: Path) -> None:
-    grid = read_map(shared_maps / "tsc_office.yaml").grid
-    island = (map_classes(grid, KINDS) == MapClass.ISLAND).sum() * grid.cell_area_m2
-    assert 600 < island < 700

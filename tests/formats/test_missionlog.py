@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Callable, Mapping
@@ -151,12 +149,7 @@ starts = st.builds(
     names,
 )
 later_events = st.one_of(
-    st.builds(
-        Revealed,
-        t_ms=times,
-        robot=robots,
-        runs=runs,
-    ),
+    st.builds(Revealed, t_ms=times, robot=robots, runs=runs),
     st.builds(
         DriveStarted, t_ms=times, robot=robots, cell=st.just(Cell(30, 20)), steps=st.text("01234567", max_size=15)
     ),
@@ -285,12 +278,6 @@ def test_cells_that_are_seen_twice_are_named() -> None:
 def test_what_is_no_number_is_not_written() -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
         text_of(replace(START, resolution_m=float("nan")))
-
-
-def test_every_event_is_on_disk_as_soon_as_it_is_written(tmp_path: Path) -> None:
-    with LogWriter(tmp_path / "m.jsonl") as writer:
-        writer.write(START)
-        assert read_log(tmp_path / "m.jsonl").events == (START,)
 
 
 def test_a_stream_is_written_to_and_left_open() -> None:

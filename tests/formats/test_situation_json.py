@@ -1,9 +1,8 @@
 """Situations as JSON."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -13,6 +12,22 @@ from situations import SOLVABLE, in_flight, one_hall, one_room
 from marsupial.errors import SituationError
 from marsupial.formats.situation import situation_from_json, situation_to_json
 from marsupial.model.situation import Situation, TargetInfo
+
+
+def changed(path: tuple[str | int, ...], value: object) -> str:
+    """Return the text of a situation with one field changed."""
+    data = json.loads(situation_to_json(in_flight()))
+    part: Any = data
+    for key in path[:-1]:
+        part = part[key]
+    part[path[-1]] = value
+    return json.dumps(data)
+
+
+def fault_of(text: str) -> str:
+    with pytest.raises(SituationError) as caught:
+        situation_from_json(text)
+    return str(caught.value)
 
 
 @pytest.mark.parametrize("name", SOLVABLE)
@@ -55,42 +70,56 @@ def test_all_problems_are_reported_at_once_with_their_paths() -> None:
     data["travel_ms"]["rover"][2] = []
     with pytest.raises(SituationError) as caught:
         situation_from_json(json.dumps(data))
-    paths = [problem.path for problem in caught.value.problems]
-    for path in (
-        "types[0].role",
-        "robots[0].free_at_ms",
-        "robots[1]",
-        "targets[0].explorers[0]",
-        "meetings",
-        "colour",
-        "travel_ms.carrier[0][1]",
-        "travel_ms.rover[2]",
-    ):
-        assert path in paths, (path, str(caught.value))
+    wrong = {"types[0].role", "robots[0].free_at_ms", "robots[1]", "targets[0].explorers[0]", "meetings", "colour"}
+    wrong |= {"travel_ms.carrier[0][1]", "travel_ms.rover[2]"}
+    assert wrong <= {problem.path for problem in caught.value.problems}
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "path"),
+    ("path", "value", "said"),
     [
-        ("format", "nav2", "format"),
-        ("version", 2, "version"),
-        ("places", ["c1_start"], "places"),
-        ("travel_ms", {"carrier": [[0]]}, "travel_ms.carrier"),
-        ("robots", [{"name": "c1", "type": "lorry", "place": "c1_start"}], "robots[0].type"),
-        ("robots", [7], "robots[0]"),
-        ("targets", None, "targets"),
-        ("targets", [{"name": "t1", "explorers": [], "reveal_m2": -1}], "targets[0].reveal_m2"),
-        ("targets", [{"name": "t\ud800", "explorers": []}], "targets[0].name"),
-        ("types", [{"name": "carrier", "role": "carrier", "capacity": 10**30}], "types[0].capacity"),
-        ("types", [{"name": "carrier", "role": "carrier", "dock_ms": 10**13}], "types[0].dock_ms"),
+        (("format",), "nav2", "format: must be "),
+        (("version",), 2, "version: must be 1"),
+        (("places",), ["c1_start"], "places: "),
+        (("robots",), {}, "robots: must be a list"),
+        (("robots",), [7], "robots[0]: "),
+        (("robots", 0, "type"), "lorry", "robots[0].type: unknown robot type 'lorry'"),
+        (("robots", 1, "carrier"), "c9", "robots[1].carrier: r1 can't be carried by 'c9'"),
+        (("robots", 0, "home"), "nowhere", "robots[0].home: unknown home 'nowhere'"),
+        (("robots", 0, "name"), "r1", "name 'r1' is used twice"),
+        (("robots", 0, "free_at_ms"), 10**30, "robots[0].free_at_ms: must be at most"),
+        (("robots", 0, "free_at_ms"), True, "robots[0].free_at_ms: must be an integer, got true"),
+        (("types", 0, "capacity"), -1, "types[0].capacity: must be 0 or more"),
+        (("types", 0, "capacity"), 10**30, "types[0].capacity: must be at most"),
+        (("types", 0, "capacity"), 0, "carries 1 rover, capacity 0"),
+        (("types", 1, "dock_ms"), 10**13, "types[1].dock_ms: must be at most"),
+        (("types", 1, "dock_ms"), 0.5, "types[1].dock_ms: must be an integer, got 0.5"),
+        (("targets",), None, "targets: "),
+        (("targets", 0, "name"), "t2", "places"),
+        (("targets", 0, "name"), "t\ud800", "targets[0].name: "),
+        (("targets", 0, "explorers"), ["lorry"], "targets[0].explorers: unknown robot type 'lorry'"),
+        (("targets", 0, "reveal_m2"), -1, "targets[0].reveal_m2: "),
+        (("targets", 0, "reveal_m2"), float("nan"), "targets[0].reveal_m2: must be finite"),
+        (("goal", "return_home"), 1, "goal.return_home: must be true or false"),
+        (("travel_ms",), [], "travel_ms: must be a mapping"),
+        (("travel_ms", "rover"), [[0]], "travel_ms.rover: must be a list of 6 rows"),
+        (("travel_ms", "lorry"), [], "travel_ms.lorry: unknown field"),
     ],
 )
-def test_a_wrong_field_is_named(key: str, value: object, path: str) -> None:
-    data = json.loads(situation_to_json(one_hall()))
-    data[key] = value
-    with pytest.raises(SituationError) as caught:
-        situation_from_json(json.dumps(data))
-    assert path in [problem.path for problem in caught.value.problems], str(caught.value)
+def test_a_wrong_field_is_named(path: tuple[str | int, ...], value: object, said: str) -> None:
+    assert said in fault_of(changed(path, value))
+
+
+@pytest.mark.parametrize("value", [float("nan"), 1.5, "1", -1, False, 10**30])
+def test_a_travel_time_that_is_no_whole_number_of_milliseconds_is_named(value: object) -> None:
+    said = fault_of(changed(("travel_ms", "rover", 1, 2), value))
+    assert "travel_ms.rover[1][2]: must be whole milliseconds" in said
+
+
+def test_robots_of_one_name_and_of_unknown_types_are_named() -> None:
+    data = json.loads(changed(("robots", 2, "name"), "c1"))
+    data["robots"][2]["type"] = "lorry"
+    assert "robots[2].type: unknown robot type 'lorry'" in fault_of(json.dumps(data))
 
 
 @pytest.mark.parametrize("text", ["", "{", "[1]", "7", "{" * 3, '{"a": 1}}', "[" * 100_000])

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from marsupial.formats.triggers import read_triggers, trigger_text

@@ -1,7 +1,5 @@
 """Folders that Python takes for installed packages, with entry points."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

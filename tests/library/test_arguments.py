@@ -1,7 +1,5 @@
 """Arguments of the Python API: whatever is passed, what comes out is a result or an error that names the argument."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 from collections.abc import Iterator
@@ -128,12 +126,7 @@ def test_a_wrong_argument_of_scenario_is_named(arguments: dict[str, Any], messag
 
 
 @pytest.mark.parametrize(
-    "arguments",
-    [
-        {"strategy": Failing()},
-        {"strategy": "temporal", "planner": Failing()},
-        {"sensor": Failing()},
-    ],
+    "arguments", [{"strategy": Failing()}, {"strategy": "temporal", "planner": Failing()}, {"sensor": Failing()}]
 )
 def test_what_somebody_elses_code_raises_comes_through_as_it_is(arguments: dict[str, Any]) -> None:
     with pytest.raises(ZeroDivisionError, match="mine"):

@@ -1,7 +1,5 @@
 """Strategies and engines of installed packages, known by name wherever ours are."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -14,8 +12,7 @@ from marsupial import native
 from marsupial.library import first_use
 from marsupial.library.first_use import prepare_planner, try_planner
 from marsupial.library.precompiling import precompile
-from marsupial.model.planning import Budget
-from marsupial.model.situation import Situation
+from marsupial.model import Budget, Situation
 from marsupial.planning import engines
 from marsupial.planning.list_scheduling.greedy import Greedy
 

@@ -1,7 +1,5 @@
 """The one table of metrics, and who reads it."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`marsupial.plan`: improving, checked plans."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -84,20 +82,10 @@ def test_robots_on_cells_of_their_own_and_drawn_starts_are_not_odd(tmp_path: Pat
     assert load_scenario(str(path)).warnings() == []
 
 
-def test_a_name_that_is_nearly_right_is_suggested() -> None:
-    with pytest.raises(ScenarioError, match="ofice: neither a built-in scenario nor a file; did you mean office"):
-        load_scenario("ofice")
-
-
 def test_a_file_that_is_nearly_right_is_suggested(tmp_path: Path) -> None:
     (tmp_path / "square.map").write_text(SQUARE)
     with pytest.raises(ScenarioError, match=r"did you mean .*square\.map"):
         load_scenario(str(tmp_path / "sqare.map"))
-
-
-def test_a_name_like_nothing_gets_the_list() -> None:
-    with pytest.raises(ScenarioError, match="built in: office, maze"):
-        load_scenario("xyzzy")
 
 
 def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:

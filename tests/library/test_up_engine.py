@@ -1,7 +1,5 @@
 """marsupial as an engine of unified-planning."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
@@ -11,7 +9,6 @@ from unified_planning.exceptions import UPUsageError
 from up_problem import from_up_plan, up_problem, up_validate
 
 import marsupial
-from marsupial.formats.pddl.text import domain_text, problem_text
 from marsupial.library.up_engine import situation_of_problem
 from marsupial.planning.checker import check
 
@@ -34,12 +31,9 @@ def test_a_problem_is_read_back_into_its_situation(name: str) -> None:
 
 @pytest.mark.parametrize("name", SOLVABLE)
 def test_problems_of_the_domain_are_solved(up: Any, name: str) -> None:
-    from unified_planning.io import PDDLReader
-
     situation = SOLVABLE[name]()
-    problem = PDDLReader().parse_problem_string(domain_text(), problem_text(situation))
     with up.OneshotPlanner(name="marsupial", params={"planner": "greedy", "steps": 1}) as planner:
-        result = planner.solve(problem)
+        result = planner.solve(up_problem(situation))
     assert result.status is PlanGenerationResultStatus.SOLVED_SATISFICING
     plan = from_up_plan(result.plan, situation)
     assert check(situation, plan).valid
@@ -72,10 +66,7 @@ def test_the_engine_is_found_by_the_kind_of_problem(up: Any) -> None:
 def test_problems_of_another_domain_are_refused(up: Any) -> None:
     problem = up_problem(one_room())
     problem.clear_actions()
-    with (
-        up.OneshotPlanner(name="marsupial") as planner,
-        pytest.raises(UPUsageError, match="its own domain only"),
-    ):
+    with up.OneshotPlanner(name="marsupial") as planner, pytest.raises(UPUsageError, match="its own domain only"):
         planner.solve(problem)
 
 

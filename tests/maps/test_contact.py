@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from at_once import flood
@@ -36,15 +34,6 @@ def test_behind_a_closed_corner_nothing_is_touched(turned: int) -> None:
 
 def test_past_one_obstacle_the_corner_is_touched() -> None:
     assert touched("...", ".r#", "...", radius_m=0.6) == ["xxx", "xxx", "xxx"]
-
-
-def test_nothing_is_touched_through_a_wall() -> None:
-    assert touched("#####", "r.#..", "#####", radius_m=1.2) == ["xx...", "xxx..", "xx..."]
-    assert touched(".....", "r#...", ".....", radius_m=1.0) == ["xx...", "xx...", "xx..."]
-
-
-def test_beside_the_edge_of_the_map_only_cells_on_it_are_touched() -> None:
-    assert touched("r", radius_m=2.0) == ["x"]
 
 
 @settings(deadline=None)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -10,11 +8,7 @@ from marsupial.library.missions import simulate
 from marsupial.maps.explorable import explorable_area
 from marsupial.maps.growth import reach_of
 from marsupial.maps.territory import Territory
-from marsupial.model.grid import ROUGH, Mask
-from marsupial.model.mission import PlacedRobot, Status
-from marsupial.model.planning import Budget
-from marsupial.model.robots import RobotType, TeamMember
-from marsupial.model.scenario import Scenario
+from marsupial.model import ROUGH, Budget, Mask, PlacedRobot, RobotType, Scenario, Status, TeamMember
 
 BESIDE_A_PATCH = drawn_grid(
     "##########",

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from drawn_maps import carrier, draw, picture, random_cells, rover
@@ -8,8 +6,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from marsupial.maps.footprint import Footprint, disc, fits, standable
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
-from marsupial.model.robots import RobotType
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask, RobotType
 
 RADII = st.sampled_from([0.0, 0.4, 1.0, 1.2, 1.5, 2.0, 2.3, 3.0])
 
@@ -34,53 +31,10 @@ def test_a_disc_holds_the_cells_whose_centre_is_inside(radius_cells: float, rows
     assert picture(mask) == rows
 
 
-def test_a_small_robot_stands_on_every_cell_it_can_drive_on() -> None:
-    grid = draw("#..,", "?...")
-    assert picture(standable(grid, rover())) == [".xxx", ".xxx"]
-    assert picture(standable(grid, carrier(radius_m=0.2))) == [".xx.", ".xxx"]
-
-
-def test_a_large_robot_keeps_off_walls_the_unknown_and_the_border() -> None:
-    grid = draw(
-        ".......",
-        ".......",
-        "...#...",
-        ".......",
-        "......?",
-        ".......",
-    )
-    assert picture(standable(grid, carrier(radius_m=1.2))) == [
-        ".......",
-        ".xx.xx.",
-        ".x...x.",
-        ".xx.xx.",
-        ".xxxx..",
-        ".......",
-    ]
-
-
 def test_the_radius_is_in_metres() -> None:
     rows = ["....."] * 5
     assert picture(standable(draw(*rows), carrier(radius_m=1.2)))[2] == ".xxx."
     assert picture(standable(draw(*rows, resolution_m=0.5), carrier(radius_m=1.2)))[2] == "..x.."
-
-
-def test_what_is_unknown_bars_now_but_not_for_ever() -> None:
-    grid = draw(
-        "......",
-        "..?..#",
-        "......",
-    )
-    footprint = _revealed(grid, carrier(radius_m=1.2))
-    assert picture(footprint.standable) == ["......", "......", "......"]
-    assert picture(footprint.possible) == ["......", ".xxx..", "......"]
-
-
-def test_a_radius_larger_than_the_map_leaves_no_room() -> None:
-    grid = draw("...", "...", "...")
-    footprint = _revealed(grid, carrier(radius_m=9.0))
-    assert not footprint.standable.any()
-    assert not footprint.possible.any()
 
 
 @settings(deadline=None)

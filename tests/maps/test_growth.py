@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 from at_once import reach_at_once
 from drawn_maps import aboard, carrier, draw, picture, random_cells, rover, standing
@@ -9,8 +7,7 @@ from hypothesis import strategies as st
 from marsupial.maps.growth import GrowingReach
 from marsupial.maps.targets import TargetFinder
 from marsupial.maps.territory import Reach, Territory
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
-from marsupial.model.mission import PlacedRobot
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask, PlacedRobot
 
 CARRIER, ROVER = carrier(), rover()
 

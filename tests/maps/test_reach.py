@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +13,6 @@ from marsupial.maps.reach import groups, largest_reach, parts
 from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray
 
 
-def test_parts_meet_at_edges_not_at_corners() -> None:
-    labels, count = parts(mask_of("xx.", "..x", "x.x"))
-    assert count == 3
-    assert labels.tolist() == [[1, 0, 2], [0, 0, 2], [3, 3, 0]]
-
-
 @settings(deadline=None)
 @given(cells=random_cells(codes=(OBSTACLE, FLOOR)))
 def test_parts_are_those_of_scipy_in_the_same_order(cells: CellArray) -> None:
@@ -29,35 +21,10 @@ def test_parts_are_those_of_scipy_in_the_same_order(cells: CellArray) -> None:
     assert (count, labels.tolist()) == (total, expected.tolist())
 
 
-def test_a_flood_fills_what_is_connected_to_its_seeds() -> None:
-    mask = mask_of(
-        "xx.xx",
-        ".x.x.",
-        "x.xx.",
-    )
-    assert picture(flood(mask, [Cell(0, 2)])) == ["xx...", ".x...", "....."]
-    assert picture(flood(mask, [Cell(0, 2), Cell(4, 2), Cell(3, 2)])) == ["xx.xx", ".x.x.", "..xx."]
-
-
 def test_seeds_on_barred_cells_and_outside_the_map_count_for_nothing() -> None:
     mask = mask_of("xx", ".x")
     assert not flood(mask, [Cell(0, 0), Cell(2, 0), Cell(-1, 1), Cell(0, -1), Cell(0, 2)]).any()
     assert not flood(mask, []).any()
-
-
-def test_groups_meet_at_corners_too() -> None:
-    mask = mask_of("x..x", ".x..", "...x")
-    found = groups(np.flatnonzero(mask), mask.shape)
-    assert [group.tolist() for group in found] == [[3], [5, 8], [11]]
-
-
-def test_the_two_ends_of_a_row_do_not_touch() -> None:
-    mask = mask_of("x..", "..x", "x..")
-    assert [group.tolist() for group in groups(np.flatnonzero(mask), mask.shape)] == [[0], [5], [6]]
-
-
-def test_no_cells_make_no_groups() -> None:
-    assert groups(np.zeros(0, dtype=np.int64), (3, 3)) == []
 
 
 def test_the_largest_reach_is_the_largest_room() -> None:

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from at_once import flood
@@ -78,10 +76,6 @@ def test_a_map_without_unknown_cells_has_no_target() -> None:
     assert targets_of(draw("r.", ".."), standing("r", Cell(0, 1), "rover")) == ()
 
 
-def test_a_map_of_which_nothing_is_known_has_no_target() -> None:
-    assert targets_of(draw("??", "??")) == ()
-
-
 def test_a_frontier_that_is_seen_from_its_middle_is_one_target() -> None:
     rows = (
         "???????",
@@ -155,23 +149,6 @@ def test_beside_a_frontier_for_both_one_for_rovers_alone_is_a_target_of_its_own(
     )
     found = targets_of(draw(*rows), standing("c", *where("c", *rows)), aboard("r", "c"), kinds=(CARRIER, ROVER))
     assert {tuple(sorted(target.viewpoints)) for target in found} == {("carrier", "rover"), ("rover",)}
-
-
-def test_every_explorer_of_a_target_has_a_viewpoint_it_can_reach() -> None:
-    rows = (
-        "?????????",
-        "?.......?",
-        "?..c....?",
-        "?.......?",
-        "?????????",
-    )
-    robots = (standing("c", *where("c", *rows)), aboard("r", "c"))
-    finder, reach = look(draw(*rows), *robots, kinds=(CARRIER, ROVER))
-    found = finder.find(finder.frontiers(reach))
-    assert found
-    for target in found:
-        for name, cell in target.viewpoints.items():
-            assert reach.by_type[name][cell.y, cell.x]
 
 
 def test_where_sight_ends_at_the_edge_of_the_unknown_the_robot_still_goes_there() -> None:
@@ -299,35 +276,6 @@ def test_targets_have_names_of_their_own_and_members_in_sight(cells: CellArray, 
         assert set(target.cells.tolist()) <= _hopefully_seen(grid, target)
         for name, cell in target.viewpoints.items():
             assert reach.by_type[name][cell.y, cell.x]
-
-
-@settings(deadline=None)
-@given(cells=MIXED, data=st.data())
-def test_the_same_map_gives_the_same_targets(cells: CellArray, data: st.DataObject) -> None:
-    grid = Grid(cells=cells, resolution_m=1.0)
-    robots = _team(grid, data)
-    finder, reach = look(grid, *robots, kinds=(CARRIER, ROVER))
-    first, second = finder.find(finder.frontiers(reach)), finder.find(finder.frontiers(reach))
-    third = targets_of(Grid(cells=cells.copy(), resolution_m=1.0), *robots, kinds=(CARRIER, ROVER))
-    for target, same, again in zip(first, second, third, strict=True):
-        assert target.on_map() == same.on_map() == again.on_map()
-        assert target.viewpoints == same.viewpoints == again.viewpoints
-        assert np.array_equal(target.cells, same.cells)
-        assert np.array_equal(target.cells, again.cells)
-
-
-@settings(deadline=None)
-@given(cells=MIXED, data=st.data())
-def test_where_there_is_no_target_nobody_can_stand_anywhere_new(cells: CellArray, data: st.DataObject) -> None:
-    grid = Grid(cells=cells, resolution_m=1.0)
-    robots = _team(grid, data)
-    territory = Territory(grid, (CARRIER, ROVER))
-    reach = reach_of(territory, robots)
-    finder = TargetFinder(territory)
-    if not finder.find(finder.frontiers(reach)):
-        for name, footprint in territory.footprints.items():
-            hoped = flood(footprint.possible, [Cell(x, y) for y, x in np.argwhere(reach.by_type[name])])
-            assert np.array_equal(hoped, reach.by_type[name])
 
 
 @settings(deadline=None, max_examples=150)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from at_once import grow
@@ -78,11 +76,6 @@ def test_a_rover_may_be_set_down_on_ground_that_the_carrier_cannot_drive_on() ->
     assert reach.by_type["rover"].all()
 
 
-def test_a_team_without_rovers_gives_rovers_no_reach() -> None:
-    reach = reach_of(Territory(draw(*ROOM), (CARRIER, ROVER)), [standing("c", *where("c", *ROOM))])
-    assert not reach.by_type["rover"].any()
-
-
 def test_a_carrier_with_no_places_docks_with_nobody() -> None:
     reach = reach_of(
         Territory(draw(*ROOM), (carrier(capacity=0), ROVER)),
@@ -90,19 +83,6 @@ def test_a_carrier_with_no_places_docks_with_nobody() -> None:
     )
     assert reach.docking == {}
     assert reach.by_type["rover"].sum() == 36
-
-
-def test_a_rover_on_the_ground_reaches_what_is_connected_to_it() -> None:
-    rows = ("r.#..", "..#..")
-    reach = reach_of(Territory(draw(*rows), (CARRIER, ROVER)), [standing("r", *where("r", *rows), "rover")])
-    assert picture(reach.by_type["rover"]) == ["xx...", "xx..."]
-
-
-def test_two_carriers_reach_both_sides_of_a_wall() -> None:
-    rows = ("...#...", ".c.#.d.", "...#...")
-    (c,), (d,) = where("c", *rows), where("d", *rows)
-    reach = reach_of(Territory(draw(*rows), (CARRIER, ROVER)), [standing("c", c), standing("d", d)])
-    assert picture(reach.by_type["carrier"]) == [".......", ".x...x.", "......."]
 
 
 def test_what_blocks_sight_is_not_seen_through() -> None:

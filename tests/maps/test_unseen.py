@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +9,7 @@ from hypothesis import strategies as st
 from marsupial.maps.growth import reach_of
 from marsupial.maps.territory import Territory
 from marsupial.maps.unseen import FIRST_GUESS, FIRST_GUESS_M2, UnseenPart
-from marsupial.model.grid import ROUGH, UNKNOWN, Cell, CellArray, Grid
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.strategy import Unseen
+from marsupial.model import ROUGH, UNKNOWN, Cell, CellArray, Grid, PlacedRobot, Unseen
 
 KINDS = (carrier(), rover())
 
@@ -45,10 +41,6 @@ def test_a_square_at_least_half_of_which_is_unknown_is_left() -> None:
 def test_a_square_at_the_edge_of_the_map_counts_only_what_is_on_it() -> None:
     assert squares_of(draw("..?", "..?", resolution_m=4.0)) == {"1_0": (8.0, 2.0, 0.5)}
     assert squares_of(draw("..?", "...", resolution_m=4.0)) == {}
-
-
-def test_a_known_map_has_nothing_unseen() -> None:
-    assert squares_of(draw("..", ".#", resolution_m=4.0)) == {}
 
 
 def test_the_share_of_ground_for_rovers_only_is_that_of_the_ground_seen_from_a_first_guess_on() -> None:

@@ -1,14 +1,9 @@
 """A simulated world in which commands fail."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from marsupial.model.grid import Cell, Grid
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType
-from marsupial.model.world import News
+from marsupial.model import Cell, Grid, News, PlacedRobot, RobotType
 from marsupial.sim.world import SimulatedWorld
 
 

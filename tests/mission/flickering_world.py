@@ -1,17 +1,12 @@
 """A simulated world whose map flickers: cells that are known become something else, again and again."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from marsupial.arrays import Ints
-from marsupial.model.grid import UNKNOWN, Cell, Grid
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType
-from marsupial.model.world import News
+from marsupial.model import UNKNOWN, Cell, Grid, News, PlacedRobot, RobotType
 from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
 
@@ -45,7 +40,6 @@ class FlickeringWorld(SimulatedWorld):
         self._said: dict[int, int] = {}
 
     def advance(self, until_ms: int) -> News:
-        """Go on to the next report."""
         news = super().advance(min(until_ms, (self._now_ms // REPORT_MS + 1) * REPORT_MS))
         due = self._now_ms // REPORT_MS
         if due == self._reports:

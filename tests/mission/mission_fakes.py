@@ -1,33 +1,15 @@
 """A world that only does what it is told, and strategies that do what a test wants."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from marsupial.mission.observer import Observer
 from marsupial.model.grid import FLOOR, Cell, Grid
-from marsupial.model.mission import MissionEvent
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.planning import Outcome
 from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
 from marsupial.model.world import Manoeuvres, News, RobotReport
-
-
-class Recorder(Observer):
-    """Keeps all events."""
-
-    def __init__(self) -> None:
-        self.events: list[MissionEvent] = []
-
-    def event(self, event: MissionEvent) -> None:
-        self.events.append(event)
-
-    def of(self, kind: type) -> list[MissionEvent]:
-        """Return the events of a kind."""
-        return [event for event in self.events if isinstance(event, kind)]
 
 
 class FakeWorld:
@@ -44,7 +26,6 @@ class FakeWorld:
         return self._grid
 
     def put(self, name: str, cell: Cell | None, carrier: str | None = None) -> None:
-        """Let a robot be there."""
         self._robots[name] = replace(self._robots[name], cell=cell, carrier=carrier)
 
     def robots(self) -> tuple[RobotReport, ...]:

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +9,7 @@ from marsupial.library.missions import simulate
 from marsupial.maps.territory import Territory
 from marsupial.mission.observer import Observer
 from marsupial.mission.state import MissionTracker
-from marsupial.model.mission import DriveStarted, MissionEvent, Status
-from marsupial.model.planning import Budget
-from marsupial.model.robots import EnergyModel, Routes
+from marsupial.model import Budget, DriveStarted, EnergyModel, MissionEvent, Routes, Status
 from marsupial.model.scenario import Scenario, with_routes
 from marsupial.paths.energy import EnergySearch, costs_of, route_energy
 from marsupial.paths.routes import route_of

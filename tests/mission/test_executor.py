@@ -1,10 +1,9 @@
-from __future__ import annotations
-
-from mission_fakes import FakeWorld, Recorder, drive, meet, plan_of
+from mission_fakes import FakeWorld, drive, meet, plan_of
+from small_missions import Recorder
 
 from marsupial.mission.executor import Executor
 from marsupial.model.grid import Cell
-from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded, DriveStarted
+from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.world import RobotReport
 from marsupial.paths.routes import Route
@@ -57,18 +56,6 @@ class Stage:
 
 def in_the_hall() -> Stage:
     return Stage(robot("c1", Cell(0, 1)), robot("r1", carrier="c1"))
-
-
-def test_actions_of_a_robot_follow_one_another() -> None:
-    stage = in_the_hall()
-    stage.follow(drive(EXPLORE, "c1", "t1", "s_c1"), drive(EXPLORE, "c1", "t2", "t1"))
-    assert stage.commands() == [("drive", "c1", Cell(5, 1))]
-    stage.executor.start_due()
-    assert stage.commands() == []
-    stage.world.put("c1", Cell(5, 1))
-    assert [action.place for action in stage.executor.finished(["c1"])] == ["t1"]
-    stage.executor.start_due()
-    assert stage.commands() == [("drive", "c1", Cell(15, 1))]
 
 
 def test_an_undock_waits_for_the_carrier_and_is_counted_when_done() -> None:
@@ -250,24 +237,3 @@ def test_a_robot_without_anything_to_do_is_unemployed() -> None:
     assert not stage.executor.unemployed(["c1"])
     assert stage.executor.unemployed(["c1", "c2"])
     assert not stage.executor.idle
-
-
-def test_the_remainder_is_what_runs_and_waits_once_each() -> None:
-    stage = Stage(robot("c1", DOOR), robot("r1", carrier="c1"))
-    plan = stage.follow(meet(UNDOCK, "r1", "c1", "m1"), drive(EXPLORE, "r1", "t2", "m1"))
-    assert stage.executor.remainder() == plan.actions
-    stage.executor.finished(["c1", "r1"])
-    assert stage.executor.remainder() == plan.actions[1:]
-
-
-def test_what_is_superseded_is_not_part_of_the_remainder() -> None:
-    stage = in_the_hall()
-    stage.follow(drive(EXPLORE, "c1", "t1", "s_c1"))
-    stage.follow()
-    assert stage.executor.remainder() == ()
-
-
-def test_a_drive_is_announced_with_its_steps() -> None:
-    stage = in_the_hall()
-    stage.follow(drive(EXPLORE, "c1", "t1", "s_c1"))
-    assert stage.seen.of(DriveStarted) == [DriveStarted(t_ms=0, robot="c1", cell=Cell(0, 1), steps="00000")]

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest
@@ -9,6 +7,7 @@ from small_missions import (
     ANNEX,
     TWO_ANNEXES,
     Watcher,
+    begun_on,
     carrier_at,
     drawn_grid,
     greedy_strategy,
@@ -21,7 +20,7 @@ from marsupial.formats.triggers import trigger_text
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observers
 from marsupial.mission.playback import Playback
-from marsupial.model.mission import ActionEnd, ActionEnded, MissionEnded, MissionStarted, PlacedRobot, Planned, Status
+from marsupial.model.mission import ActionEnd, ActionEnded, MissionEnded, PlacedRobot, Planned, Status
 from marsupial.model.plan import ActionName
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.strategy import Strategy
@@ -38,23 +37,8 @@ def fly(
 ) -> tuple[MissionEnded, Watcher, MissionWatch]:
     grid, kinds = drawn_grid(*lines), kinds_of()
     watcher, watch = Watcher(grid, kinds, team), MissionWatch()
-    started = MissionStarted(
-        t_ms=0,
-        scenario="drawn",
-        strategy="temporal",
-        planner="greedy",
-        seed=1,
-        width=grid.width,
-        height=grid.height,
-        resolution_m=1.0,
-        origin_m=(0.0, 0.0, 0.0),
-        terrains=grid.terrains,
-        types=tuple(kinds.values()),
-        robots=team,
-        goal=Goal(),
-    )
     both = Observers([watcher, watch])
-    both.event(started)
+    both.event(begun_on(grid, tuple(kinds.values()), team))
     order = MissionOrder(goal=Goal(), limits=MissionLimits(time_ms=600_000), planning_time=planning_time)
     world = ClumsyWorld(grid, kinds, team, fails)
     ended = MissionLoop(world, kinds, strategy or greedy_strategy(), order, both).run()

@@ -1,7 +1,5 @@
 """Missions whose map changes and grows beyond its frame: in the log, played back, and on the page."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
@@ -14,9 +12,8 @@ from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import MissionTracker
+from marsupial.model import Cell, Changed, FrameGrown
 from marsupial.model.frames import in_last_frame, moved_event
-from marsupial.model.grid import Cell
-from marsupial.model.mission import Changed, FrameGrown
 
 GROWN = growing_mission()
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import random
 from collections.abc import Mapping
 from dataclasses import replace
@@ -8,8 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from flickering_world import FlickeringWorld
-from mission_fakes import Recorder
-from small_missions import carrier_at, drawn_grid, greedy_strategy, kinds_of, rover_on
+from small_missions import Recorder, carrier_at, drawn_grid, greedy_strategy, kinds_of, rover_on
 
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate

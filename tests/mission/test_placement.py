@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,10 +8,7 @@ from small_missions import ANNEX, CORRIDOR, drawn_grid, kinds_of
 from marsupial.errors import ScenarioError
 from marsupial.maps.reach import largest_reach
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import Cell
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import TeamMember
-from marsupial.model.scenario import Scenario
+from marsupial.model import Cell, PlacedRobot, Scenario, TeamMember
 
 TWO_HALLS = ("############", "#..#.......#", "############")
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +7,7 @@ from hypothesis import strategies as st
 from synthetic_mission import DOCK, EXPLORE, EXPLORE_2, MOVE, RETURN, UNDOCK, mission_started, synthetic_mission, truth
 
 from marsupial.mission.playback import Playback
-from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell
-from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveStarted, RobotLost
+from marsupial.model import OBSTACLE, UNKNOWN, ActionEnd, ActionEnded, ActionStarted, Cell, DriveStarted, RobotLost
 
 EVENTS = synthetic_mission()
 
@@ -60,22 +57,6 @@ def test_a_diagonal_step_takes_the_root_of_two_as_long() -> None:
     playback = Playback([mission_started(), drive, replace(EVENTS[-1], t_ms=1_000)])
     assert where(playback, "carrier1", 354) == (7, 21)  # 0.25 sqrt 2 m at 1 m/s
     assert where(playback, "carrier1", 707) == (6, 22)
-
-
-COMPASS = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
-
-
-@pytest.mark.parametrize("digit", range(8))
-def test_the_digits_of_steps_go_round_from_east_by_north(digit: int) -> None:
-    drive = DriveStarted(t_ms=0, robot="carrier1", cell=Cell(6, 20), steps=str(digit))
-    playback = Playback([mission_started(), drive, replace(EVENTS[-1], t_ms=1_000)])
-    assert where(playback, "carrier1", 1_000) == (6 + COMPASS[digit][0], 20 + COMPASS[digit][1])
-
-
-def test_a_drive_without_steps_stands_still() -> None:
-    drive = DriveStarted(t_ms=0, robot="carrier1", cell=Cell(6, 20), steps="")
-    playback = Playback([mission_started(), drive, replace(EVENTS[-1], t_ms=1_000)])
-    assert where(playback, "carrier1", 500) == (6, 20)
 
 
 def test_a_moment_outside_the_mission_counts_as_its_start_or_end(playback: Playback) -> None:
@@ -191,10 +172,6 @@ def test_a_mission_of_one_event_can_be_played() -> None:
 
 
 # What is known.
-
-
-def test_nothing_is_known_before_the_first_reveal(playback: Playback) -> None:
-    assert np.all(playback.cells_at(-1) == UNKNOWN)
 
 
 @pytest.mark.parametrize("t_ms", [0, 2_000, 12_000, 26_005])

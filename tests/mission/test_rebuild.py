@@ -1,16 +1,14 @@
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from clumsy_world import ClumsyWorld
+from small_missions import Recorder, begun_on, drawn_grid
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.loop import MissionLoop, MissionOrder
-from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.mission.rebuild import moment_at
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell
@@ -19,7 +17,6 @@ from marsupial.model.mission import (
     DriveEnded,
     DriveStarted,
     MissionEvent,
-    MissionStarted,
     PlacedRobot,
     Planned,
     Revealed,
@@ -34,14 +31,6 @@ from marsupial.model.strategy import Briefing, Decision
 from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.temporal import Temporal
-
-
-class Recorder(Observer):
-    def __init__(self) -> None:
-        self.events: list[MissionEvent] = []
-
-    def event(self, event: MissionEvent) -> None:
-        self.events.append(event)
 
 
 class Listening:
@@ -59,38 +48,18 @@ class Listening:
 
 
 def fly(
-    scenario: Scenario,
-    failures: dict[str, int] | None = None,
-    fails: Callable[[int, str], bool] | None = None,
+    scenario: Scenario, failures: dict[str, int] | None = None, fails: Callable[[int, str], bool] | None = None
 ) -> tuple[list[MissionEvent], list[Situation]]:
     robots = place_team(scenario, 1)
     kinds = {kind.name: kind for kind in scenario.robot_types}
     recorder, strategy = Recorder(), Listening()
-    recorder.event(started(scenario, robots))
+    recorder.event(begun_on(scenario.grid, scenario.robot_types, robots, goal=scenario.goal))
     world = SimulatedWorld(scenario.grid, kinds, robots, failures)
     if fails is not None:
         world = ClumsyWorld(scenario.grid, kinds, robots, fails)
     order = MissionOrder(goal=scenario.goal, limits=scenario.limits)
     MissionLoop(world, kinds, strategy, order, recorder).run()
     return recorder.events, strategy.asked
-
-
-def started(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> MissionStarted:
-    return MissionStarted(
-        t_ms=0,
-        scenario=scenario.name,
-        strategy="temporal",
-        planner="greedy",
-        seed=1,
-        width=scenario.grid.width,
-        height=scenario.grid.height,
-        resolution_m=scenario.grid.resolution_m,
-        origin_m=scenario.grid.origin_m,
-        terrains=scenario.grid.terrains,
-        types=scenario.robot_types,
-        robots=robots,
-        goal=scenario.goal,
-    )
 
 
 def assert_rebuilt(events: list[MissionEvent], asked: list[Situation]) -> None:
@@ -129,23 +98,13 @@ def test_a_mission_in_which_commands_fail_is_rebuilt() -> None:
 
 
 CARRIER, ROVER = default_types(2)
-START = MissionStarted(
-    t_ms=0,
-    scenario="strip",
-    strategy="temporal",
-    planner="greedy",
-    seed=1,
-    width=8,
-    height=3,
-    resolution_m=1.0,
-    origin_m=(0.0, 0.0, 0.0),
-    terrains=builtin_scenario("lobby").grid.terrains,
-    types=(CARRIER, ROVER),
-    robots=(
+START = begun_on(
+    drawn_grid(*["........"] * 3),
+    (CARRIER, ROVER),
+    (
         PlacedRobot(name="carrier1", type="carrier", cell=Cell(1, 1)),
         PlacedRobot(name="rover1", type="rover", carrier="carrier1"),
     ),
-    goal=Goal(),
 )
 UNDOCK = Action(
     name=ActionName.UNDOCK, start_ms=5000, duration_ms=5000, robot="rover1", carrier="carrier1", place="m_here"
@@ -168,12 +127,6 @@ def test_a_robot_that_stands_faces_as_it_came_and_one_that_is_set_down_no_way() 
     ]
     carrier, rover = moment_at(events, 5000).robots
     assert (carrier.cell, carrier.heading, rover.heading) == (Cell(4, 1), 0, None)
-
-
-def test_a_robot_that_passes_a_cell_is_on_its_way_to_the_next() -> None:
-    events = [START, DriveStarted(t_ms=1000, robot="carrier1", cell=Cell(1, 1), steps="000"), end_at(9000)]
-    robot = moment_at(events, 2000).robots[0]
-    assert (robot.cell, robot.free_at_ms) == (Cell(3, 1), 3000)
 
 
 def test_a_rover_being_set_down_is_on_the_ground_and_busy_with_its_carrier() -> None:

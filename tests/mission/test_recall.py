@@ -1,19 +1,8 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
 from mission_fakes import Timed
-from small_missions import (
-    TWO_ANNEXES,
-    carrier_at,
-    drawn_grid,
-    fly,
-    greedy_strategy,
-    kinds_of,
-    rover_at,
-    rover_on,
-)
+from small_missions import TWO_ANNEXES, carrier_at, drawn_grid, fly, greedy_strategy, kinds_of, rover_at, rover_on
 
 from marsupial.formats.triggers import trigger_text
 from marsupial.mission.goals import unmet

@@ -1,9 +1,6 @@
-from __future__ import annotations
-
 import pytest
 
-from marsupial.model.mission import ActionEnd
-from marsupial.model.plan import Action, ActionName
+from marsupial.model import Action, ActionEnd, ActionName
 from marsupial.model.team import Deployments, Whereabouts, after
 
 GROUND: Whereabouts[str] = Whereabouts("door")

@@ -1,7 +1,5 @@
 """Runs stand for the cells they were made of."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

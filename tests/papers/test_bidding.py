@@ -1,29 +1,19 @@
-from __future__ import annotations
-
 from collections.abc import Sequence
-from dataclasses import replace
 from math import dist, hypot
 
 import numpy as np
 import pytest
-from drawn_maps import draw, standing
+from drawn_maps import draw
+from frontier_views import moment
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from small_missions import Recorder
 
-from marsupial.arrays import Floats, Ints
 from marsupial.library.missions import simulate
-from marsupial.maps.growth import reach_of
-from marsupial.maps.targets import TargetFinder, cell_at
-from marsupial.maps.territory import Territory
-from marsupial.mission.observer import Observer
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid
-from marsupial.model.mission import DriveStarted, MissionEvent, Status
-from marsupial.model.planning import Budget
-from marsupial.model.robots import RobotType
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Budget, Cell, DriveStarted, Grid, Status
 from marsupial.papers.alkhawaldah.experiment import HOPPER, cell_world
 from marsupial.papers.alkhawaldah.rule import Bidding
 from marsupial.papers.sheng2006.rule import Sheng
-from marsupial.paths.fields import PathSearch
 from marsupial.strategies.frontier.rule import counted
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
@@ -36,35 +26,6 @@ HALLWAY = draw(
     "???????????",
 )
 A, B = Cell(5, 2), Cell(7, 2)
-
-
-class Drives(Observer):
-    """Keeps what robots drove."""
-
-    def __init__(self) -> None:
-        self.seen: list[DriveStarted] = []
-
-    def event(self, event: MissionEvent) -> None:
-        if isinstance(event, DriveStarted):
-            self.seen.append(event)
-
-
-def view_of(grid: Grid, robots: Sequence[Explorer], kind: RobotType = HOPPER, seed: int = 1) -> FrontierView:
-    territory = Territory(grid, (kind,))
-    placed = [standing(robot.name, robot.cell, kind.name) for robot in robots]
-    search = PathSearch(territory.footprints[kind.name].standable, kind.diagonal)
-
-    def lengths(robot: Explorer, wanted: Ints) -> Floats:
-        return search.lengths(robot.cell, [cell_at(cell, grid.width) for cell in wanted.tolist()])
-
-    return FrontierView(
-        grid=grid,
-        robots=tuple(robots),
-        frontiers=TargetFinder(territory).frontiers(reach_of(territory, placed)),
-        standable={kind.name: territory.footprints[kind.name].standable},
-        lengths=lengths,
-        rng=np.random.default_rng(seed),
-    )
 
 
 def robot(name: str, cell: Cell, goal: int | None = None, trail: tuple[Cell, ...] = ()) -> Explorer:
@@ -94,7 +55,7 @@ def moments(draw_: st.DrawFn) -> FrontierView:
     cells[y, x] = cells[y, x + 1] = FLOOR
     goal = int(rng.integers(cells.size))
     robots = [robot("a", Cell(x, y)), robot("b", Cell(x + 1, y), goal)]
-    return view_of(Grid(cells=cells, resolution_m=1.0), robots)
+    return moment(Grid(cells=cells, resolution_m=1.0), robots)
 
 
 @settings(deadline=None, max_examples=60)
@@ -153,28 +114,19 @@ def test_cells_around_are_counted_one_by_one(seed: int, size: tuple[int, int], a
 
 
 def test_partners_are_kept_apart() -> None:
-    view = view_of(HALLWAY, [robot("a", A), robot("b", B)])
+    view = moment(HALLWAY, [robot("a", A), robot("b", B)])
     goals = chosen(view, Bidding())
     assert goals["a"].x == 3
-    alone = chosen(view_of(HALLWAY, [robot("b", B)]), Bidding())
+    alone = chosen(moment(HALLWAY, [robot("b", B)]), Bidding())
     assert alone["b"].x == 7
     assert chosen(view, Bidding(W_n=0.0, W_p=0.0))["a"] in {Cell(5, 1), Cell(5, 3), Cell(4, 1), Cell(4, 3), Cell(6, 1)}
 
 
-def test_who_sees_ten_thousand_kilometres_sees_as_much_as_the_map_has() -> None:
-    def bids(range_m: float) -> list[float]:
-        one = replace(robot("a", A), kind=replace(HOPPER, sensor_range_m=range_m))
-        view = view_of(HALLWAY, [one])
-        return Sheng(w_2=0.0).bids(view, one, view.ways(one), [], []).tolist()
-
-    assert bids(1e7) == bids(100.0) == [np.count_nonzero(HALLWAY.cells == UNKNOWN)] * len(bids(100.0))
-
-
 def test_what_another_robot_will_see_is_no_gain() -> None:
     robots = [robot("a", A), robot("b", B, goal=3 * HALLWAY.width + 3)]
-    goals = chosen(view_of(HALLWAY, robots), Sheng(w_2=0.0))
+    goals = chosen(moment(HALLWAY, robots), Sheng(w_2=0.0))
     assert hypot(goals["a"].x - 3, goals["a"].y - 3) > 1.5
-    first = chosen(view_of(HALLWAY, [robot("a", A), robot("b", A)]), Sheng(w_2=0.0))
+    first = chosen(moment(HALLWAY, [robot("a", A), robot("b", A)]), Sheng(w_2=0.0))
     assert first["a"] != first["b"]
 
 
@@ -184,17 +136,17 @@ def test_a_robot_that_goes_to_and_fro_steps_aside_by_lot() -> None:
     assert going.oscillates
     assert not robot("a", A, trail=(side, A, Cell(4, 2), A)).oscillates
     assert not robot("a", A, trail=(A, side, A)).oscillates
-    aside = {chosen(view_of(HALLWAY, [going, robot("b", B)], seed=seed), Bidding())["a"] for seed in range(60)}
+    aside = {chosen(moment(HALLWAY, [going, robot("b", B)], seed=seed), Bidding())["a"] for seed in range(60)}
     assert aside == {Cell(x, y) for x in (4, 5, 6) for y in (1, 2, 3)} - {A}
 
 
 def test_steps_aside_cut_no_corners_and_end_on_the_map() -> None:
     corner = draw("???", ".#?", "..?")
-    view = view_of(corner, [robot("a", Cell(0, 0))])
+    view = moment(corner, [robot("a", Cell(0, 0))])
     assert {view.cell(int(cell)) for cell in view.around(view.robots[0])} == {Cell(1, 0), Cell(0, 1)}
     boxed = draw("##?", ".#?")
     stuck = robot("a", Cell(0, 0), trail=(Cell(1, 0), Cell(0, 0)) * 2)
-    assert Bidding().choose(view_of(boxed, [stuck])) == {}
+    assert Bidding().choose(moment(boxed, [stuck])) == {}
 
 
 def test_of_several_shortest_ways_one_is_taken_by_lot() -> None:
@@ -202,7 +154,7 @@ def test_of_several_shortest_ways_one_is_taken_by_lot() -> None:
     robots = [robot("a", Cell(0, 2))]
 
     def steps(place: Cell) -> set[Cell]:
-        return {view_of(hall, robots, seed=seed).step_towards(robots[0], place) for seed in range(40)}
+        return {moment(hall, robots, seed=seed).step_towards(robots[0], place) for seed in range(40)}
 
     assert steps(Cell(4, 2)) == {Cell(1, 2), Cell(1, 3)}
     assert steps(Cell(1, 0)) == {Cell(0, 1)}
@@ -214,12 +166,13 @@ def test_of_several_shortest_ways_one_is_taken_by_lot() -> None:
 def test_worlds_of_cells_are_explored_at_one_step_a_second(strategy: str) -> None:
     logs = []
     for _ in range(2):
-        drives = Drives()
+        log = Recorder()
         world = cell_world("cells", 10, 9, 6, 2)
-        summary = simulate(world, strategy=strategy, planner="greedy", budget=Budget(steps=1), seed=4, observer=drives)
+        summary = simulate(world, strategy=strategy, planner="greedy", budget=Budget(steps=1), seed=4, observer=log)
         assert (summary.status, summary.coverage, summary.plans_invalid) == (Status.COMPLETE, 1.0, 0)
-        assert all(len(event.steps) == 1 and event.t_ms % 1000 == 0 for event in drives.seen)
-        logs.append((summary.exploration_time_s, tuple(drives.seen)))
+        drives = log.of(DriveStarted)
+        assert all(len(event.steps) == 1 and event.t_ms % 1000 == 0 for event in drives)
+        logs.append((summary.exploration_time_s, drives))
     assert logs[0] == logs[1]
 
 
@@ -233,10 +186,3 @@ def test_bidding_is_faster_than_the_function_of_sheng() -> None:
         return float(np.mean([mission.exploration_time_s for mission in missions]))
 
     assert steps("bidding") < steps("sheng")
-
-
-def test_three_robots_can_bid_too() -> None:
-    summary = simulate(
-        cell_world("cells", 10, 10, 4, 3), strategy="bidding", planner="greedy", budget=Budget(steps=1), seed=2
-    )
-    assert summary.status is Status.COMPLETE

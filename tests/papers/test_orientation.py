@@ -1,56 +1,35 @@
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from drawn_maps import carrier, draw, where
+from frontier_views import moment
 from hypothesis import given
 from hypothesis import strategies as st
 
 from marsupial.maps.targets import Frontier
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid
-from marsupial.model.robots import RobotType, Role
 from marsupial.papers.mei2006.rules import Orientation, WidestFrontier, clockwise
-from marsupial.paths.fields import PathSearch
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
-CODES = {"#": OBSTACLE, ".": FLOOR, "f": FLOOR, "R": FLOOR, "?": UNKNOWN}
 NORTH, EAST, SOUTH, WEST = 2, 0, 6, 4
 
 
-def view_of(*lines: str, heading: int | None = NORTH, range_m: float = 10.0, goal: int | None = None) -> FrontierView:
-    """Return the moment of a drawing, whose last line is row 0: `R` is the robot, `f` are the frontier cells."""
-    rows = list(reversed(lines))
-    grid = Grid(cells=np.array([[CODES[char] for char in row] for row in rows], dtype=np.uint8), resolution_m=1.0)
-    cells = np.flatnonzero(np.array([[char == "f" for char in row] for row in rows]))
-    (place,) = [Cell(x, y) for y, row in enumerate(rows) for x, char in enumerate(row) if char == "R"]
-    kind = RobotType(
-        name="robot",
-        role=Role.CARRIER,
-        speed_mps=1.0,
-        sensor_range_m=range_m,
-        radius_m=0.0,
-        terrains=frozenset({FLOOR}),
-    )
-    standable = grid.cells == FLOOR
-    search = PathSearch(standable)
-
-    def lengths(robot: Explorer, wanted: np.ndarray) -> np.ndarray:
-        return search.lengths(robot.cell, [Cell(int(i) % grid.width, int(i) // grid.width) for i in wanted])
-
-    return FrontierView(
-        grid=grid,
-        robots=(Explorer(name="r", kind=kind, cell=place, heading=heading, goal=goal),),
-        frontiers={"robot": Frontier(cells=cells, viewpoints=cells)},
-        standable={"robot": standable},
-        lengths=lengths,
-        rng=np.random.default_rng(0),
-    )
+def view_of(*rows: str, heading: int | None = NORTH, range_m: float = 10.0, goal: int | None = None) -> FrontierView:
+    """Return the moment of a drawing: `R` is the robot, `f` are the frontier cells."""
+    grid = draw(*rows)
+    cells = np.array(sorted(cell.y * grid.width + cell.x for cell in where("f", *rows)), dtype=np.int64)
+    kind = carrier("robot", radius_m=0.0, range_m=range_m)
+    robot = Explorer(name="r", kind=kind, cell=where("R", *rows)[0], heading=heading, goal=goal)
+    return moment(grid, [robot], {"robot": Frontier(cells=cells, viewpoints=cells)})
 
 
 def xy(view: FrontierView, cells: Sequence[int] | np.ndarray) -> list[tuple[int, int]]:
     return [tuple(view.cell(int(cell))) for cell in cells]
+
+
+def went(rule: Orientation | WidestFrontier, view: FrontierView) -> list[tuple[int, int]]:
+    return xy(view, list(rule.choose(view).values()))
 
 
 AREA = (
@@ -72,61 +51,48 @@ def test_the_list_goes_clockwise_from_the_left() -> None:
     assert xy(view, listed) == [(2, 5), (3, 5), (4, 5), (4, 1), (3, 1), (2, 1)]
 
 
-def test_the_robot_goes_along_the_list_up_to_a_jump() -> None:
-    view = view_of(*AREA)
-    assert xy(view, list(Orientation().choose(view).values())) == [(4, 5)]
-
-
-def test_facing_the_other_way_the_list_begins_on_the_other_side() -> None:
-    view = view_of(*AREA, heading=SOUTH)
-    assert xy(view, list(Orientation().choose(view).values())) == [(2, 1)]
+@pytest.mark.parametrize(("heading", "goal"), [(NORTH, (4, 5)), (SOUTH, (2, 1))])
+def test_the_robot_goes_along_the_list_from_its_left_up_to_a_jump(heading: int, goal: tuple[int, int]) -> None:
+    assert went(Orientation(), view_of(*AREA, heading=heading)) == [goal]
 
 
 def test_the_robot_goes_less_than_the_share_of_its_range_along_the_list() -> None:
     line = "f" * 21
     view = view_of("?" * 21, line, "." * 10 + "R" + "." * 10, "#" * 21, range_m=10.0)
-    assert xy(view, list(Orientation().choose(view).values())) == [(7, 2)]  # head at x = 1: the next one is 7 away
-    assert xy(view, list(Orientation(share=0.3).choose(view).values())) == [(3, 2)]
-    assert xy(view, list(Orientation(share=0.0).choose(view).values())) == [(1, 2)]
+    assert went(Orientation(), view) == [(7, 2)]  # head at x = 1: the next one is 7 away
+    assert went(Orientation(share=0.3), view) == [(3, 2)]
+    assert went(Orientation(share=0.0), view) == [(1, 2)]
 
 
-def test_a_frontier_out_of_sight_or_range_is_no_choice_while_there_is_another() -> None:
-    lines = (
-        "?f?????????",
-        "#.#########",
-        "#.........f",
-        "#.#########",
-        "#R#########",
-    )
-    for rule in (Orientation(), WidestFrontier()):
-        view = view_of(*lines)
-        assert xy(view, list(rule.choose(view).values())) == [(1, 4)]
+OUT_OF_SIGHT = (
+    "?f?????????",
+    "#.#########",
+    "#.........f",
+    "#.#########",
+    "#R#########",
+)
+NONE_IN_SIGHT = (
+    "#####f????",
+    "#....#####",
+    "#.##.....f",
+    "#R########",
+)
+CUT_OFF = (
+    "?fff?",
+    "##?##",
+    "#...#",
+    "#.R.f",
+    "#####",
+)
 
 
-def test_where_none_is_in_sight_the_closest_is_chosen() -> None:
-    lines = (
-        "#####f????",
-        "#....#####",
-        "#.##.....f",
-        "#R########",
-    )
-    for rule in (Orientation(), WidestFrontier()):
-        view = view_of(*lines)
-        assert xy(view, list(rule.choose(view).values())) == [(9, 1)]
-        assert list(rule.choose(view_of("#####", "#.R.#", "#####")).values()) == []
-
-
-def test_frontier_cells_that_can_not_be_reached_are_no_choice() -> None:
-    lines = (
-        "?fff?",
-        "##?##",
-        "#...#",
-        "#.R.f",
-        "#####",
-    )
-    for rule in (Orientation(), WidestFrontier()):
-        view = view_of(*lines)
-        assert xy(view, list(rule.choose(view).values())) == [(4, 1)]
+@pytest.mark.parametrize("rule", [Orientation(), WidestFrontier()])
+@pytest.mark.parametrize(("rows", "goal"), [(OUT_OF_SIGHT, (1, 4)), (NONE_IN_SIGHT, (9, 1)), (CUT_OFF, (4, 1))])
+def test_a_frontier_in_sight_is_chosen_and_of_those_out_of_sight_the_closest_that_can_be_reached(
+    rule: Orientation | WidestFrontier, rows: tuple[str, ...], goal: tuple[int, int]
+) -> None:
+    assert went(rule, view_of(*rows)) == [goal]
+    assert went(rule, view_of("#####", "#.R.#", "#####")) == []
 
 
 def test_a_robot_on_its_way_keeps_to_it() -> None:
@@ -143,7 +109,7 @@ def test_the_middle_of_the_widest_frontier_is_chosen() -> None:
         "#...R...#",
         "#########",
     )
-    assert xy(view, list(WidestFrontier().choose(view).values())) == [(6, 3)]
+    assert went(WidestFrontier(), view) == [(6, 3)]
 
 
 @given(heading=st.integers(0, 7), seed=st.integers(0, 10_000))

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,8 +12,7 @@ from marsupial.bench.compare.plan import Comparison, Trial
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import Curve
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, StatementVerdict
-from marsupial.model.grid import FLOOR
-from marsupial.model.planning import Budget
+from marsupial.model import FLOOR, Budget
 from marsupial.papers import PAPERS, PARTS, experiment
 from marsupial.papers.alkhawaldah import experiment as alkhawaldah
 from marsupial.papers.alkhawaldah import weights
@@ -199,7 +196,6 @@ def test_missions_from_the_corner_start_where_there_is_floor() -> None:
     assert len(list(comparison.trials())) == 9
     for scenario in comparison.scenarios.values():
         (robot,) = scenario.team
-        assert robot.start is not None
         assert scenario.grid.cells[robot.start.y, robot.start.x] == FLOOR
         assert robot.start.x + 99 - robot.start.y <= 6
 

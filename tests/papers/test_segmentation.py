@@ -1,11 +1,8 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from drawn_maps import random_cells
 from hypothesis import given, settings
 
-from marsupial.generators.builtin import builtin_scenario
 from marsupial.maps.reach import parts
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid
 from marsupial.papers.wurm2008.segmentation import Segmentation, segment
@@ -117,14 +114,6 @@ def test_every_drivable_cell_has_one_segment_of_what_it_is_connected_to(cells: C
         assert found.count == count
 
 
-@settings(deadline=None, max_examples=50)
-@given(cells=random_cells(codes=CODES, largest=30))
-def test_segments_are_always_the_same(cells: CellArray) -> None:
-    one, other = segments_of(cells), segments_of(cells)
-    assert (one.labels == other.labels).all()
-    assert one.critical.tolist() == other.critical.tolist()
-
-
 @pytest.mark.parametrize("turns", [1, 2, 3])
 def test_a_floor_plan_that_is_turned_has_the_same_segments(turns: int) -> None:
     for cells in (floor_plan(), with_unknown(floor_plan(), UPPER_LEFT, LOWER_RIGHT, CORRIDOR_END)):
@@ -133,12 +122,3 @@ def test_a_floor_plan_that_is_turned_has_the_same_segments(turns: int) -> None:
         turned = segments_of(np.ascontiguousarray(np.rot90(cells, turns)), explored=explored)
         assert turned.count == straight.count
         assert len(turned.critical) == len(straight.critical)
-
-
-@pytest.mark.parametrize("name", ["office"])
-def test_a_drawn_office_that_is_turned_has_nearly_as_many_segments(name: str) -> None:
-    cells = builtin_scenario(name).grid.cells
-    cells = np.where(cells == OBSTACLE, np.uint8(OBSTACLE), np.uint8(FLOOR))
-    counts = [segments_of(np.ascontiguousarray(np.rot90(cells, k)), 0.25, explored=True).count for k in range(4)]
-    assert min(counts) > 10
-    assert max(counts) - min(counts) <= 0.1 * max(counts)

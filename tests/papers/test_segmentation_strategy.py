@@ -1,22 +1,15 @@
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np
 import pytest
-from drawn_maps import carrier, standing
+from drawn_maps import carrier
+from frontier_views import moment
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from marsupial.arrays import Floats, Ints
-from marsupial.maps.growth import reach_of
-from marsupial.maps.targets import TargetFinder, cell_at
-from marsupial.maps.territory import Territory
-from marsupial.model.grid import FLOOR, UNKNOWN, Cell, CellArray, Grid
-from marsupial.model.robots import RobotType
+from marsupial.model import FLOOR, UNKNOWN, Cell, CellArray, Grid, RobotType
 from marsupial.papers.wurm2008.rules import Segments, assignment
 from marsupial.papers.wurm2008.segmentation import segment
-from marsupial.paths.fields import PathSearch
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 SLIM = carrier("slim", radius_m=0.15)
@@ -41,23 +34,8 @@ def view_of(robots: dict[str, tuple[RobotType, Cell]], *hidden: tuple[slice, sli
     cells = floor_plan()
     for box in hidden:
         cells[box] = UNKNOWN
-    grid = Grid(cells=cells, resolution_m=0.1)
-    kinds = {kind.name: kind for kind, _ in robots.values()}
-    territory = Territory(grid, tuple(kinds.values()))
-    placed = [standing(name, cell, kind.name) for name, (kind, cell) in robots.items()]
-    searches = {name: PathSearch(footprint.standable) for name, footprint in territory.footprints.items()}
-
-    def lengths(robot: Explorer, wanted: Ints) -> Floats:
-        return searches[robot.kind.name].lengths(robot.cell, [cell_at(cell, grid.width) for cell in wanted.tolist()])
-
-    return FrontierView(
-        grid=grid,
-        robots=tuple(Explorer(name=n, kind=k, cell=c, heading=0, goal=None) for n, (k, c) in robots.items()),
-        frontiers=TargetFinder(territory).frontiers(reach_of(territory, placed)),
-        standable={name: footprint.standable for name, footprint in territory.footprints.items()},
-        lengths=lengths,
-        rng=np.random.default_rng(1),
-    )
+    team = [Explorer(name=n, kind=k, cell=c, heading=0, goal=None) for n, (k, c) in robots.items()]
+    return moment(Grid(cells=cells, resolution_m=0.1), team)
 
 
 def places(view: FrontierView, rule: Segments | None = None) -> dict[str, str]:
@@ -80,12 +58,9 @@ def test_a_robot_finishes_the_segment_that_it_is_in() -> None:
     labels = segment(view.grid, frozenset({FLOOR}), view.frontiers["slim"].cells).labels
     inside = {"a": (SLIM, next(Cell(84, y) for y in range(18, 30) if labels[y, 84] == labels[40, 84]))}
     assert places(view_of(inside, RIGHT_ROOM, CORRIDOR_END)) == {"a": "right"}
-    assert places(view_of(inside, RIGHT_ROOM, (slice(0, 21), slice(90, None))), Segments(discount=1.0)) == {
-        "a": "corridor"
-    }
-    assert places(view_of(inside, RIGHT_ROOM, (slice(0, 21), slice(90, None))), Segments(discount=0.1)) == {
-        "a": "right"
-    }
+    nearer = view_of(inside, RIGHT_ROOM, (slice(0, 21), slice(90, None)))
+    assert places(nearer, Segments(discount=1.0)) == {"a": "corridor"}
+    assert places(nearer, Segments(discount=0.1)) == {"a": "right"}
 
 
 def test_a_robot_that_cannot_enter_a_segment_is_not_sent_there() -> None:

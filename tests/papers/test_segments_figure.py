@@ -1,11 +1,8 @@
-from __future__ import annotations
-
 import numpy as np
 from drawn_maps import carrier
 
 from marsupial.generators.builtin import explorers
-from marsupial.model.grid import FLOOR, Grid
-from marsupial.model.scenario import Scenario
+from marsupial.model import FLOOR, Grid, Scenario
 from marsupial.papers.wurm2008.figure import segments_figure
 
 

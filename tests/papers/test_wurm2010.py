@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -80,11 +78,3 @@ def test_the_paper_s_page_has_its_figures_and_the_checklist(paper: Comparison) -
     assert text.count('class="verdict ') == 7
     assert "Each cell has 5 missions, the paper&#x27;s 30. With so few" in text
     assert "Eq. 2 is printed the other way round" in text
-
-
-def test_the_paper_s_figure_7_has_the_maze_above_the_office_and_cuts_nothing_off(paper: Comparison) -> None:
-    outcome = paper_outcome(paper)
-    high = tuple(replace(row, exploration_time_s=5000.0) if row.trial.case.rovers == 3 else row for row in outcome.rows)
-    svg = dict(documents(replace(outcome, rows=high), wurm2010.EXPERIMENT))["figures/figure-7.svg"].decode()
-    assert svg.index(">maze: 1 rover per carrier<") < svg.index(">office: 1 rover per carrier<")
-    assert ">4000<" in svg

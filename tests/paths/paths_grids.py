@@ -1,7 +1,5 @@
 """Small drawn grids, random grids, and the sparse graph that scipy searches for comparison."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

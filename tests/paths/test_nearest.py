@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -9,8 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from paths_grids import drawn, masks
 
-from marsupial.model.grid import Mask
-from marsupial.model.robots import SQRT2
+from marsupial.model import SQRT2, Mask
 from marsupial.paths.nearest import Nearest
 
 EVERY = np.arange(100, dtype=np.int64)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 
@@ -7,13 +5,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from paths_grids import SQRT2, cells_of, drawn, is_legal, is_open, masks
+from paths_grids import SQRT2, cells_of, is_legal, is_open, masks
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from marsupial.errors import UsageError
-from marsupial.model.grid import FLOOR, Cell, Mask
-from marsupial.model.robots import EnergyModel, RobotType, Role
+from marsupial.model import FLOOR, Cell, EnergyModel, Mask, RobotType, Role
 from marsupial.paths.energy import EnergySearch, MotionCosts, costs_of, route_energy
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import STEPS, route_length
@@ -143,27 +140,6 @@ def test_where_stops_and_turns_take_nothing_ways_are_the_shortest(data: st.DataO
     source = data.draw(cells_of(passable))
     search = EnergySearch(passable, MotionCosts(distance=2.0, stop=0.0, turn=(0.0, 0.0, 0.0, 0.0)))
     assert search.field(source) == pytest.approx(2.0 * PathSearch(passable).field(source))
-
-
-def test_turning_once_takes_a_stop_and_the_turn() -> None:
-    search = EnergySearch(OPEN, PAPER)
-    assert search.costs(Cell(0, 0), [Cell(9, 0), Cell(9, 3)]) == pytest.approx([9.0, 6 + 3 * SQRT2 + 0.9])
-    assert search.costs(Cell(5, 5), [Cell(7, 5)], heading=4) == pytest.approx([2 + 0.5 + 1.0])
-    assert search.costs(Cell(5, 5), [Cell(7, 5)], heading=3) == pytest.approx([2 + 0.5 + 0.8])
-
-
-def test_a_straighter_way_is_taken_though_it_is_longer() -> None:
-    passable = drawn(
-        "..........",
-        ".#.#.#.#..",
-        "..........",
-    )
-    start, goal = Cell(0, 1), Cell(9, 1)
-    search = EnergySearch(passable, MotionCosts(stop=10.0))
-    route = search.route(start, goal)
-    assert route is not None
-    assert route_length(route) == pytest.approx(search.lengths(start, [goal])[0])
-    assert len({(b.x - a.x, b.y - a.y) for a, b in pairwise(route)}) == 3
 
 
 def test_of_ways_of_the_same_energy_the_shortest_is_taken() -> None:

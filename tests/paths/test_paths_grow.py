@@ -1,11 +1,9 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from at_once import grow
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from paths_grids import all_lengths, cells_of, drawn, masks
+from paths_grids import all_lengths, drawn, masks
 
 from marsupial.model.grid import Cell, Mask
 
@@ -23,28 +21,6 @@ def brute_force(passable: Mask, sources: Mask, limit: float) -> tuple[np.ndarray
         np.where(reached, nearest, np.inf).reshape(passable.shape),
         np.where(reached, origins, -1).reshape(passable.shape),
     )
-
-
-def test_cells_within_the_limit_name_their_nearest_source():
-    distances, origins = grow(drawn("......."), [Cell(0, 0), Cell(5, 0)], 2.0)
-    assert distances.tolist() == [[0, 1, 2, 2, 1, 0, 1]]
-    assert origins.tolist() == [[0, 0, 0, 5, 5, 5, 5]]
-
-
-def test_cells_beyond_the_limit_have_no_source():
-    distances, origins = grow(drawn("...."), [Cell(0, 0)], 1.0)
-    assert distances.tolist() == [[0, 1, np.inf, np.inf]]
-    assert origins.tolist() == [[0, 0, -1, -1]]
-
-
-def test_growth_goes_round_walls():
-    distances, _ = grow(drawn("...", ".#.", ".#."), [Cell(0, 0)], 10.0)
-    assert distances[0, 2] == pytest.approx(6.0)
-
-
-def test_among_equals_the_lowest_index_wins():
-    _, origins = grow(drawn("...", "...", "..."), [Cell(2, 2), Cell(0, 2), Cell(2, 0), Cell(0, 0)], 5.0)
-    assert origins.tolist() == [[0, 0, 2], [0, 0, 2], [6, 6, 8]]
 
 
 def test_sources_on_impassable_ground_or_outside_are_left_out():
@@ -71,15 +47,3 @@ def test_growth_is_that_of_brute_force(data: st.DataObject):
     expected_distances, expected_origins = brute_force(passable, sources, limit)
     assert distances == pytest.approx(expected_distances, abs=1e-9)
     assert np.array_equal(origins, expected_origins)
-
-
-@given(st.data())
-@settings(deadline=None, max_examples=40)
-def test_a_mask_and_a_list_of_sources_give_the_same(data: st.DataObject):
-    passable = data.draw(masks(12))
-    cells = data.draw(st.lists(cells_of(passable), max_size=6))
-    mask = np.zeros_like(passable)
-    for cell in cells:
-        mask[cell.y, cell.x] = True
-    for ours, theirs in zip(grow(passable, cells, 3.0), grow(passable, mask, 3.0), strict=True):
-        assert np.array_equal(ours, theirs)

@@ -1,7 +1,5 @@
 """Every problem of the MovingAI benchmark files: their lengths hold only without corner cutting."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

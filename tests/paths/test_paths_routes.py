@@ -1,20 +1,10 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from marsupial.model.grid import Cell
-from marsupial.model.situation import UNREACHABLE
-from marsupial.paths.routes import (
-    passing_times_ms,
-    route_length,
-    route_of,
-    steps_of,
-    travel_ms,
-    travel_table_ms,
-)
+from marsupial.model import UNREACHABLE, Cell
+from marsupial.paths.routes import passing_times_ms, route_length, route_of, steps_of, travel_ms, travel_table_ms
 
 STEP_TEXTS = st.text("01234567", max_size=60)
 

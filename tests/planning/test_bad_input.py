@@ -1,7 +1,5 @@
 """Situations that no mission should make but files can hold: every engine gives a clear result, none raises."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -24,9 +22,7 @@ from situations import (
     two_rooms,
 )
 
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
-from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
+from marsupial.model import UNREACHABLE, Budget, Engine, Finished, Improved, Outcome, Plan, Situation, SituationGoal
 from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES
 

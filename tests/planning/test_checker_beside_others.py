@@ -1,6 +1,4 @@
-"""The checker beside two that know nothing of it: a simulation written here, and unified-planning's validator."""
-
-from __future__ import annotations
+"""The checker beside one that knows nothing of it: unified-planning's validator."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -8,13 +6,10 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from situations import SOLVABLE, bring_them_home, one_room, situations
+from situations import SOLVABLE, situations
 from up_problem import up_validate
 
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.planning import Budget, Improved
-from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, Situation, SituationGoal
+from marsupial.model import Action, ActionName, Budget, Improved, Plan, Role, Situation
 from marsupial.planning.checker import ViolationKind, check
 from marsupial.planning.list_scheduling.greedy import Greedy, serve
 
@@ -61,7 +56,6 @@ def test_every_harmful_mutation_of_a_tight_plan_is_refused(name: str) -> None:
         for actions in mutations(situation, plan):
             mutant = Plan.of(actions)
             assert not check(situation, mutant).valid, [str(action) for action in mutant.actions]
-            assert not simulate(situation, mutant)
 
 
 @pytest.mark.parametrize("name", SOLVABLE)
@@ -69,18 +63,6 @@ def test_unified_planning_accepts_what_the_checker_accepts(name: str) -> None:
     situation = SOLVABLE[name]()
     for plan in solved(situation):
         assert up_validate(situation, plan).valid
-
-
-@settings(deadline=None)
-@given(situations(), st.data())
-def test_the_checker_agrees_with_a_simulation_on_changed_plans(situation: Situation, data: st.DataObject) -> None:
-    plan, _ = serve(situation)
-    targets = plan.explored
-    assert check(situation, plan, targets=targets).valid == simulate(situation, plan, targets)
-    if not plan.actions:
-        return
-    mutant = data.draw(mutants(situation, plan))
-    assert check(situation, mutant, targets=targets).valid == simulate(situation, mutant, targets)
 
 
 @settings(max_examples=60, deadline=None)
@@ -113,98 +95,3 @@ def mutants(draw: st.DrawFn, situation: Situation, plan: Plan) -> Plan:
         "name": st.sampled_from(ActionName),
     }
     return Plan.of(with_action(plan.actions, i, **{field: draw(values[field])}))
-
-
-def test_the_simulation_has_a_mind_of_its_own() -> None:
-    assert simulate(bring_them_home(), solved(bring_them_home())[0])
-    out_there = SituationGoal(recover_rovers=True)
-    assert not simulate(one_room(goal=out_there), solved(one_room())[0])
-
-
-def simulate(situation: Situation, plan: Plan, targets: frozenset[str] | None = None) -> bool:
-    """Carry a plan out moment by moment, as PDDL 2.1 would: conditions at start, over all and effects at both ends.
-
-    Written apart from the checker: facts are a set of tuples, every moment at which something starts or ends is
-    visited in turn, ends before starts; a dock takes its place at its start, an undock gives it back at its end.
-    """
-    facts: set[tuple[str, ...]] = set()
-    room_left: dict[str, int] = {}
-    kinds = {robot.name: situation.type_by_name[robot.type] for robot in situation.robots}
-    for robot in situation.robots:
-        facts.add(("at", robot.name, robot.place) if robot.place else ("on", robot.name, str(robot.carrier)))
-        if kinds[robot.name].role is Role.CARRIER:
-            room_left[robot.name] = kinds[robot.name].capacity - sum(r.carrier == robot.name for r in situation.robots)
-    idle_since = {
-        robot.name: situation.robot_by_name[robot.carrier].free_at_ms if robot.carrier else robot.free_at_ms
-        for robot in situation.robots
-    }
-    running: set[str] = set()
-    moments = sorted({a.start_ms for a in plan.actions} | {a.end_ms for a in plan.actions})
-    if any(action.duration_ms < 1 for action in plan.actions) or any(moment < 0 for moment in moments):
-        return False
-    for now in moments:
-        for action in (a for a in plan.actions if a.end_ms == now):
-            if action.name is ActionName.DOCK:
-                facts.add(("on", action.robot, str(action.carrier)))
-            else:
-                facts.add(("at", action.robot, action.place))
-            if action.name is ActionName.UNDOCK and action.carrier in room_left:
-                room_left[action.carrier] += 1
-            if action.name is ActionName.EXPLORE:
-                facts.add(("explored", action.place))
-            for robot in action.robots:
-                running.discard(robot)
-                idle_since[robot] = now + 1
-        for action in (a for a in plan.actions if a.start_ms == now):
-            if any(robot in running or now < idle_since.get(robot, 0) for robot in action.robots):
-                return False
-            if not _startable(situation, kinds, facts, room_left, action):
-                return False
-            running.update(action.robots)
-    wanted = {target.name for target in situation.targets} if targets is None else targets
-    if any(("explored", target) not in facts for target in wanted):
-        return False
-    if situation.goal.recover_rovers or situation.goal.return_home:
-        carried = {fact[1] for fact in facts if fact[0] == "on"}
-        if {robot for robot, kind in kinds.items() if kind.role is Role.ROVER} - carried:
-            return False
-    homeward = [robot for robot in situation.robots if kinds[robot.name].role is Role.CARRIER and robot.home]
-    return not situation.goal.return_home or all(("at", robot.name, robot.home) in facts for robot in homeward)
-
-
-def _startable(
-    situation: Situation,
-    kinds: dict[str, PlanningType],
-    facts: set[tuple[str, ...]],
-    room_left: dict[str, int],
-    action: Action,
-) -> bool:
-    """Say whether the conditions of an action hold, and take away what it takes at its start."""
-    kind = kinds[action.robot]
-    if action.name in (ActionName.MOVE, ActionName.EXPLORE):
-        here = ("at", action.robot, str(action.origin))
-        if here not in facts or action.carrier is not None or action.origin is None:
-            return False
-        goals = (
-            situation.meetings + situation.homes
-            if action.name is ActionName.MOVE
-            else tuple(target.name for target in situation.targets if kind.name in target.explorers)
-        )
-        if action.place not in goals:
-            return False
-        cost = situation.travel(kind.name, action.origin, action.place)
-        facts.discard(here)
-        return cost is not None and action.duration_ms == max(cost, 1)
-    meets = ("at", str(action.carrier), action.place) in facts and action.place in situation.meetings
-    if not meets or action.carrier not in room_left or kind.role is not Role.ROVER or action.origin is not None:
-        return False
-    if action.name is ActionName.UNDOCK:
-        aboard = ("on", action.robot, action.carrier)
-        held = aboard in facts and action.duration_ms == max(kind.undock_ms, 1)
-        facts.discard(aboard)
-        return held
-    there = ("at", action.robot, action.place)
-    held = there in facts and action.duration_ms == max(kind.dock_ms, 1) and room_left[action.carrier] > 0
-    facts.discard(there)
-    room_left[action.carrier] -= 1
-    return held

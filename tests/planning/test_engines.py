@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import suppress
 
@@ -8,7 +6,7 @@ import pytest
 import unruly_planners
 from launcher_tree import below_launcher, nothing_runs
 from patience import HANG_S, longer_and_longer, until
-from situations import SOLVABLE, in_flight, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
+from situations import SOLVABLE, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
 
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName, PricedArrival
@@ -47,7 +45,6 @@ def first_plan(solver: Engine, situation: Situation) -> Plan:
     close = getattr(events, "close", None)
     if close is not None:
         close()
-    assert isinstance(event, Improved), event
     return event.plan
 
 
@@ -113,7 +110,6 @@ def test_every_engine_takes_the_makespan_and_those_of_local_search_priced_arriva
 @pytest.mark.parametrize("name", ENGINES)
 def test_what_nobody_can_reach_is_proven_unsolvable(name: str) -> None:
     (end,) = available(name).solve(out_of_reach(), AMPLE)
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.UNSOLVABLE
     assert "t2" in end.detail
 
@@ -122,9 +118,7 @@ def test_what_nobody_can_reach_is_proven_unsolvable(name: str) -> None:
 def test_where_nothing_is_to_do_the_empty_plan_is_optimal(name: str) -> None:
     nothing = situation_of([], {}, {}, {})
     improved, end = available(name).solve(nothing, AMPLE)
-    assert isinstance(improved, Improved)
     assert improved.plan.actions == ()
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.OPTIMAL
 
 
@@ -134,10 +128,8 @@ def test_a_known_plan_comes_first(name: str) -> None:
     known = first_plan(engine("greedy"), one_room())
     events = iter(solver.solve(one_room(), Budget(seconds=0.3), start=known))
     event = next(events)
-    assert isinstance(event, Improved)
     assert event.plan == known
     *_, last = events
-    assert isinstance(last, Finished)
     assert last.outcome in (Outcome.SATISFICING, Outcome.OPTIMAL)
 
 
@@ -148,12 +140,6 @@ def test_aries_finds_ever_shorter_plans_and_none_shorter_than_is_possible(case: 
     found = [plan.makespan_ms for plan in plans]
     assert found == sorted(set(found), reverse=True)
     assert found[-1] >= makespan_ms
-
-
-def test_running_actions_are_waited_for() -> None:
-    plan = first_plan(available("tamer"), in_flight())
-    assert plan.of_robot("c1")[0].start_ms >= 7_000
-    assert plan.of_robot("r2")[0].start_ms >= 3_000
 
 
 @pytest.mark.parametrize("name", NEEDING_PROCESSES)
@@ -175,7 +161,6 @@ def test_an_engine_that_is_not_installed_says_what_to_install(make: object, dist
 
 def test_an_engine_without_time_says_so() -> None:
     (end,) = available("tamer").solve(many_rooms(6, 3, 20, 8), Budget(seconds=0.3))
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.TIMEOUT
 
 
@@ -192,7 +177,6 @@ def test_a_planner_killed_from_outside_is_told_apart(name: str) -> None:
         with suppress(psutil.NoSuchProcess):
             process.kill()
     *_, end = events
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.KILLED
 
 
@@ -201,7 +185,6 @@ def test_an_aries_server_killed_from_outside_is_told_apart() -> None:
     server, *_ = until(lambda: [process for process in planner_processes() if "serve" in process.cmdline()])
     server.kill()
     *_, end = events
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.KILLED
     assert "Aries server" in end.detail
 
@@ -226,14 +209,12 @@ def test_closing_early_ends_the_planner_at_once() -> None:
 def test_how_a_planner_ends_is_told_apart(search: str, outcome: Outcome) -> None:
     solver = ProcessEngine(INFO, getattr(unruly_planners, search), ())
     (end,) = solver.solve(one_room(), Budget(seconds=0.5) if outcome is Outcome.TIMEOUT else AMPLE)
-    assert isinstance(end, Finished)
     assert end.outcome is outcome
 
 
 def test_a_planner_that_eats_memory_is_told_apart() -> None:
     solver = ProcessEngine(INFO, unruly_planners.eat_memory, (), memory_bytes=GIB // 2)
     (end,) = solver.solve(one_room(), AMPLE)
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.MEMORY
 
 
@@ -241,20 +222,7 @@ def test_a_crash_after_a_plan_is_still_a_crash() -> None:
     solver = ProcessEngine(INFO, unruly_planners.crash_after_a_plan, ())
     improved, end = solver.solve(one_hall(), AMPLE)
     assert isinstance(improved, Improved)
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.CRASHED
-
-
-def test_an_unknown_engine_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(UsageError, match=", ".join(sorted(ENGINES))):
-        engine("oracle")
-
-
-def test_the_list_of_engines_tells_licence_and_name() -> None:
-    infos = {info.name: info for info in engine_infos()}
-    assert sorted(infos) == sorted(ENGINES)
-    assert infos["tamer"].licence == "free for educational use"
-    assert all(info.summary and info.licence for info in infos.values())
 
 
 @pytest.mark.parametrize("name", PART_SIZES)

@@ -1,11 +1,8 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 from situations import one_hall, one_room
 
-from marsupial.model.objective import MAKESPAN, PricedArrival
-from marsupial.model.plan import Plan
+from marsupial.model import MAKESPAN, Plan, PricedArrival
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.list_scheduling.timeline import retime

@@ -1,7 +1,5 @@
 """Assignments cost the least in sum, and are those of scipy where several do."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment

@@ -1,11 +1,6 @@
-from __future__ import annotations
-
 from situations import carrier, default_types, door, hall, one_room, room, rover, situation_of
 
-from marsupial.model.objective import PricedArrival
-from marsupial.model.plan import EPSILON_MS, Plan
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.situation import Situation
+from marsupial.model import EPSILON_MS, Budget, Improved, Outcome, Plan, PricedArrival, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.local_search.engine import Anytime
@@ -92,8 +87,6 @@ def test_a_budget_in_seconds_is_not_used_up_where_more_would_gain_next_to_nothin
 
     engine, by = Anytime(clock), priced(near=1.0, far=1.0)
     *_, ended = engine.solve(near_and_far(), Budget(seconds=100.0), objective=by)
-    assert isinstance(ended, Finished)
     assert ended.elapsed_s < 0.1
     *_, ended = engine.solve(near_and_far(), Budget(seconds=0.001), objective=by)
-    assert isinstance(ended, Finished)
     assert ended.elapsed_s < 0.002

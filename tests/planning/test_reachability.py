@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -32,16 +30,16 @@ def test_nothing_is_called_impossible_that_has_a_plan(name: str) -> None:
     assert impossible(SOLVABLE[name]()) is None
 
 
-def test_a_carrier_reaches_what_it_can_drive_to() -> None:
-    assert places_of("relay", "c1") == {"c1_start", "m1"}
-
-
-def test_a_rover_reaches_what_carriers_can_take_it_to_one_after_the_other() -> None:
-    assert places_of("relay", "r1") == {"m1", "m2", "m3", "t1"}
-
-
-def test_a_carrier_without_capacity_takes_nobody_anywhere() -> None:
-    assert places_of("no_capacity", "r1") == {"r1_start", "m1", "t2"}
+@pytest.mark.parametrize(
+    ("name", "robot", "places"),
+    [
+        ("relay", "c1", {"c1_start", "m1"}),  # what it can drive to
+        ("relay", "r1", {"m1", "m2", "m3", "t1"}),  # what carriers can take it to, one after the other
+        ("no_capacity", "r1", {"r1_start", "m1", "t2"}),  # nobody takes it anywhere
+    ],
+)
+def test_a_robot_reaches_what_it_can_drive_to_or_be_carried_to(name: str, robot: str, places: set[str]) -> None:
+    assert places_of(name, robot) == places
 
 
 def test_hopeless_targets_are_named_with_the_reason() -> None:
@@ -105,17 +103,14 @@ def test_a_carrier_has_to_come_home_from_its_targets() -> None:
     assert impossible(replace(situation, travel_ms=trap)) is not None
 
 
-def test_everybody_gets_the_preferred_place_where_there_are_enough() -> None:
-    assert matching([[0, 1], [1, 0], [0]], [2, 1]) == [0, 1, 0]
-
-
-def test_a_rover_that_has_a_choice_gives_way() -> None:
-    assert matching([[0, 1], [0]], [1, 1]) == [1, 0]
-
-
-def test_giving_way_goes_on_along_a_chain() -> None:
-    assert matching([[0, 1], [1, 2], [0]], [1, 1, 1]) == [1, 2, 0]
-
-
-def test_who_finds_no_place_is_left_out() -> None:
-    assert matching([[0], [0], [], [1]], [1, 1]) == [0, -1, -1, 1]
+@pytest.mark.parametrize(
+    ("wanted", "places", "given"),
+    [
+        ([[0, 1], [1, 0], [0]], [2, 1], [0, 1, 0]),  # everybody gets the preferred place where there are enough
+        ([[0, 1], [0]], [1, 1], [1, 0]),  # who has a choice gives way
+        ([[0, 1], [1, 2], [0]], [1, 1, 1], [1, 2, 0]),  # along a chain
+        ([[0], [0], [], [1]], [1, 1], [0, -1, -1, 1]),  # who finds no place is left out
+    ],
+)
+def test_rovers_are_matched_to_places(wanted: list[list[int]], places: list[int], given: list[int]) -> None:
+    assert matching(wanted, places) == given

@@ -1,13 +1,9 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 from hypothesis import given, settings
 from situations import in_flight, one_room, out_of_reach, situations
 
-from marsupial.model.plan import Action, ActionName
-from marsupial.model.planning import Budget, Improved
-from marsupial.model.situation import Situation
+from marsupial.model import Action, ActionName, Budget, Improved, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.list_scheduling.timeline import duration_ms, retime

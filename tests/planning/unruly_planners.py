@@ -1,7 +1,5 @@
 """Searches that misbehave, for the tests of engines in child processes: run in child processes only."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import signal

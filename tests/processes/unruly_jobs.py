@@ -1,7 +1,5 @@
 """Jobs that misbehave, for the tests of `marsupial.processes.launcher`: run in child processes only."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import resource
@@ -70,7 +68,6 @@ def escape(_: object) -> Iterator[int]:
         "print(os.getpid(), flush=True); time.sleep(3600)\n"
     )
     child = subprocess.Popen([sys.executable, "-S", "-c", code], stdout=subprocess.PIPE, text=True)
-    assert child.stdout is not None
     yield int(child.stdout.readline())
 
 
@@ -146,7 +143,6 @@ loaded: list[int] = []
 
 
 def load() -> None:
-    """Note the process this is loaded in."""
     loaded.append(os.getpid())
 
 

@@ -1,7 +1,5 @@
 """The page's own idea of a mission (`model.js`), asked in a JavaScript engine where there is one."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -8,12 +6,7 @@ import pytest
 from browser import DESK, PHONE, Browser, View
 from synthetic_mission import mission_started, synthetic_mission
 
-from marsupial.generators.builtin import builtin_scenario
-from marsupial.library.missions import simulate
-from marsupial.library.recording import Recorder
-from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Budget
-from marsupial.model.scenario import MissionLimits
+from marsupial.model import MissionEvent
 from marsupial.replay.page import replay_page
 from marsupial.replay.palette import DARK, LIGHT
 
@@ -201,20 +194,3 @@ def test_keys_play_and_step_and_every_control_has_a_name(browser: Browser, tmp_p
         "[...document.querySelectorAll('canvas')].filter((one) => one.ariaHidden !== 'true' && !one.ariaLabel).length"
     )
     assert browser.value(pictures) == 0
-
-
-def test_trails_of_more_carriers_than_hues_are_dashed(browser: Browser, tmp_path: Path) -> None:
-    dashes = []
-    for carriers in (len(LIGHT.families), len(LIGHT.families) + 1):
-        recorder = Recorder()
-        scenario = replace(builtin_scenario("lobby", carriers, 0), limits=MissionLimits(time_ms=8000))
-        simulate(scenario, strategy="assignment", planner="greedy", budget=Budget(steps=1), seed=1, observer=recorder)
-        browser.open(written(tmp_path, recorder.events) + "#t=6&play=0")
-        browser.run(
-            "const g = CanvasRenderingContext2D.prototype, set = g.setLineDash; window.dashes = [];"
-            " g.setLineDash = function (dash) { window.dashes.push(String(dash)); return set.call(this, dash); };"
-            " document.dispatchEvent(new KeyboardEvent('keydown', { key: 's', bubbles: true }))"
-        )
-        drawn(browser)
-        dashes.append("6,6" in browser.value("window.dashes"))
-    assert dashes == [False, True]

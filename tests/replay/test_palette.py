@@ -1,10 +1,10 @@
 import pytest
 from eyes import contrast, nearest, seen
 from skimage.color import deltaE_ciede2000
+from small_missions import begun_on, drawn_grid
 
-from marsupial.model.mission import MissionStarted, PlacedRobot
+from marsupial.model import MissionStarted, PlacedRobot
 from marsupial.model.robots import Role, default_types
-from marsupial.model.scenario import Goal
 from marsupial.replay.palette import DARK, LIGHT, REACH, Palette, robot_styles
 
 PALETTES = pytest.mark.parametrize("palette", [LIGHT, DARK], ids=["light", "dark"])
@@ -58,10 +58,7 @@ def test_reach_is_told_apart_by_every_reader() -> None:
 def team(*aboard: tuple[str, str | None]) -> MissionStarted:
     carrier, rover = default_types(4)
     robots = [PlacedRobot(name=n, type="rover" if n[0] == "r" else "carrier", carrier=c) for n, c in aboard]
-    return MissionStarted(
-        t_ms=0, scenario="", strategy="", planner="", seed=1, width=1, height=1, resolution_m=1.0,
-        origin_m=(0.0, 0.0, 0.0), terrains=(), types=(carrier, rover), robots=tuple(robots), goal=Goal(),
-    )  # fmt: skip
+    return begun_on(drawn_grid("."), (carrier, rover), robots)
 
 
 def test_rovers_have_shades_of_the_carrier_they_start_on_and_another_shape() -> None:

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import gzip
 import re
 import shutil
@@ -82,7 +80,6 @@ def test_the_page_needs_nothing_from_elsewhere(page: str) -> None:
 
 def test_the_page_forbids_the_browser_to_load_anything(page: str) -> None:
     policy = next(meta["content"] for meta in Outline(page).all("meta") if meta.get("http-equiv"))
-    assert policy is not None
     assert policy.startswith("default-src 'none';")
 
 
@@ -178,10 +175,6 @@ def test_a_reason_in_the_log_can_hold_anything() -> None:
 
 def test_a_log_without_an_end_makes_a_page() -> None:
     assert logged(replay_page(EVENTS[:7])) == [EVENTS[:7]]
-
-
-def test_the_page_without_its_log_takes_little_room() -> None:
-    assert len(replay_page(EVENTS[:1]).encode()) < 150_000
 
 
 def test_the_same_events_make_the_same_page(page: str) -> None:

@@ -1,13 +1,12 @@
 """One server for all tests that don't need one of their own, and places for stores."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 
 import httpx
 import pytest
 from databases import DATABASES, PostgresServer, postgres_server
+from mission_house import body
 from ray_nodes import Nodes
 from servers import Server
 from service_house import client
@@ -27,6 +26,15 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 def http(server: Server) -> Iterator[httpx.Client]:
     with client(server) as found:
         yield found
+
+
+@pytest.fixture
+def mission(server: Server) -> Iterator[str]:
+    """The path of a mission that waits for its first report."""
+    status, _, created = server.ask("POST", "/v1/missions", body())
+    assert status == 201
+    yield created["links"]["self"]
+    server.ask("POST", created["links"]["cancel"])
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,5 @@
 """Jobs or missions in a folder, for tests: opened, asked, closed."""
 
-from __future__ import annotations
-
 from collections.abc import AsyncGenerator, AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import fields

@@ -32,7 +32,6 @@ from marsupial_service.missions.values import (
     HasPlanned,
     MayPlan,
     MissionBatch,
-    MissionBatches,
     MissionBrief,
     MissionReport,
     PendingInput,
@@ -168,7 +167,6 @@ class Hosted:
         except (EOFError, OSError):
             self._thread.join(HANG_S)
             raise self._failure[0] from None
-        assert isinstance(told, MissionBatches)
         (batch,) = told.batches
         return batch
 

@@ -1,7 +1,5 @@
 """How tests ask a server, and what they expect of its answers."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import httpx

@@ -1,7 +1,5 @@
 """Analyses have turns by key, and count against the quota of planning time."""
 
-from __future__ import annotations
-
 import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator
@@ -59,74 +57,71 @@ async def serving(folder: Path, **limits: float) -> AsyncIterator[Asker]:
         state.leave()
 
 
-def test_a_key_that_floods_the_analyses_waits_behind_one_that_has_none(tmp_path: Path) -> None:
-    async def statuses() -> tuple[Counter[int], list[int]]:
-        async with serving(tmp_path, wait_s=600.0) as asker:
-            flood = [asyncio.create_task(asker.analysis("ann")) for _ in range(16)]
+async def test_a_key_that_floods_the_analyses_waits_behind_one_that_has_none(tmp_path: Path) -> None:
+    async with serving(tmp_path, wait_s=600.0) as asker:
+        flood = [asyncio.create_task(asker.analysis("ann")) for _ in range(16)]
 
-            async def refused() -> bool:
-                return sum(task.done() for task in flood) == 12 and asker.held.begun == 2
+        async def refused() -> bool:
+            return sum(task.done() for task in flood) == 12 and asker.held.begun == 2
 
-            await awaited(refused)
-            other = asyncio.create_task(asker.analysis("bob"))
+        await awaited(refused)
+        other = asyncio.create_task(asker.analysis("bob"))
 
-            async def waits() -> bool:
-                return asker.state.analyses.slots.waiting("bob") == 1
+        async def waits() -> bool:
+            return asker.state.analyses.slots.waiting("bob") == 1
 
-            await awaited(waits)
-            asker.held.go_on.release()  # one of ann's ends, and two of hers wait
+        await awaited(waits)
+        asker.held.go_on.release()  # one of ann's ends, and two of hers wait
 
-            async def begins() -> bool:
-                return asker.held.begun == 3
+        async def begins() -> bool:
+            return asker.held.begun == 3
 
-            await awaited(begins)
-            assert (asker.state.analyses.slots.waiting("bob"), asker.state.analyses.slots.waiting("ann")) == (0, 2)
-            for _ in range(4):
-                asker.held.go_on.release()
-            return Counter([(await task).status_code for task in flood]), [(await other).status_code]
-
-    assert asyncio.run(statuses()) == (Counter({429: 12, 200: 4}), [200])
-
-
-def test_who_waits_too_long_for_a_turn_is_refused(tmp_path: Path) -> None:
-    async def refused() -> httpx.Response:
-        async with serving(tmp_path, wait_s=0.0) as asker:
-            running = [asyncio.create_task(asker.analysis("ann")) for _ in range(2)]
-
-            async def begun() -> bool:
-                return asker.held.begun == 2
-
-            await awaited(begun)
-            answer = await asker.analysis("bob")
-            for _ in running:
-                asker.held.go_on.release()
-            await asyncio.gather(*running)
-            assert asker.state.analyses.slots.in_use == 0
-            return answer
-
-    assert problem(asyncio.run(refused()), 429, "too-many")["detail"].startswith("at most 2 at a time")
-
-
-def test_analyses_count_against_the_quota(tmp_path: Path) -> None:
-    async def left() -> tuple[int, float, httpx.Response, int]:
-        async with serving(tmp_path, key_planning_s=3600.0) as asker:
+        await awaited(begins)
+        assert (asker.state.analyses.slots.waiting("bob"), asker.state.analyses.slots.waiting("ann")) == (0, 2)
+        for _ in range(4):
             asker.held.go_on.release()
-            first = await asker.analysis("ann")
-            jobs = asker.state.jobs
+        found = Counter([(await task).status_code for task in flood]), [(await other).status_code]
+    assert found == (Counter({429: 12, 200: 4}), [200])
 
-            async def charged() -> bool:
-                return "ann" in await jobs.left_s()
 
-            await awaited(charged)
-            jobs.charge("ann", 7200.0)
+async def test_who_waits_too_long_for_a_turn_is_refused(tmp_path: Path) -> None:
+    async with serving(tmp_path, wait_s=0.0) as asker:
+        running = [asyncio.create_task(asker.analysis("ann")) for _ in range(2)]
 
-            async def used_up() -> bool:
-                return (await jobs.left_s())["ann"] < 0
+        async def begun() -> bool:
+            return asker.held.begun == 2
 
-            await awaited(used_up)
-            return first.status_code, (await jobs.left_s())["ann"], await asker.analysis("ann"), asker.held.begun
+        await awaited(begun)
+        answer = await asker.analysis("bob")
+        for _ in running:
+            asker.held.go_on.release()
+        await asyncio.gather(*running)
+        assert asker.state.analyses.slots.in_use == 0
+    assert problem(answer, 429, "too-many")["detail"].startswith("at most 2 at a time")
 
-    status, left_s, refused, begun = asyncio.run(left())
+
+async def test_analyses_count_against_the_quota(tmp_path: Path) -> None:
+    async with serving(tmp_path, key_planning_s=3600.0) as asker:
+        asker.held.go_on.release()
+        first = await asker.analysis("ann")
+        jobs = asker.state.jobs
+
+        async def charged() -> bool:
+            return "ann" in await jobs.left_s()
+
+        await awaited(charged)
+        jobs.charge("ann", 7200.0)
+
+        async def used_up() -> bool:
+            return (await jobs.left_s())["ann"] < 0
+
+        await awaited(used_up)
+        status, left_s, refused, begun = (
+            first.status_code,
+            (await jobs.left_s())["ann"],
+            await asker.analysis("ann"),
+            asker.held.begun,
+        )
     assert (status, begun) == (200, 1)
     assert left_s < 0
     assert "key_planning_s" in problem(refused, 429, "too-many")["detail"]

@@ -1,7 +1,5 @@
 """A database that is killed and comes back: what servers do meanwhile, and that they miss nothing."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import time
@@ -92,7 +90,7 @@ def test_nobody_is_dead_because_the_database_was(database: PostgresServer) -> No
         store.close()
 
 
-def test_a_stream_that_can_not_be_read_on_ends_and_says_so() -> None:
+async def test_a_stream_that_can_not_be_read_on_ends_and_says_so() -> None:
     class Broken:
         stopping = False
 
@@ -100,10 +98,8 @@ def test_a_stream_that_can_not_be_read_on_ends_and_says_so() -> None:
             yield (EventRecord(seq=after + 1, type=JobEventType.STATE, data="{}"),)
             raise StoreError("away")
 
-    async def told() -> list[bytes]:
-        return [part async for part in _frames(cast("Jobs", Broken()), "job", 4, lambda: True)]
-
-    assert run(told())[1:] == [b"id: 5\nevent: state\ndata: {}\n\n", NO_STORE]
+    found = [part async for part in _frames(cast("Jobs", Broken()), "job", 4, lambda: True)]
+    assert found[1:] == [b"id: 5\nevent: state\ndata: {}\n\n", NO_STORE]
 
 
 def test_while_the_database_is_away_requests_are_put_off_and_streams_end_and_then_all_goes_on(

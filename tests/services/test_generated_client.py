@@ -1,7 +1,5 @@
 """A client that is generated from the OpenAPI document kept with the code can be worked with."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import subprocess
@@ -53,7 +51,6 @@ def test_a_job_is_sent_followed_to_its_end_and_its_plan_is_read(client: Any, gen
     jobs, models = "api.jobs", generated("models")
     demo = generated("api.catalogue.get_demo").sync("yard", client=client)
     job = generated(f"{jobs}.submit_job").sync(client=client, body=models.MapStateJobBody.from_dict(demo.to_dict()))
-    assert isinstance(job, models.Job)
     told = generated(f"{jobs}.follow_job").sync(job.id, client=client)
     assert told.rstrip().splitlines()[-2] == "event: end"
     found = generated(f"{jobs}.get_job").sync(job.id, client=client)
@@ -82,23 +79,4 @@ def test_an_error_is_a_problem(client: Any, generated: Callable[[str], Any]) -> 
     models = generated("models")
     body = models.SituationJobBody.from_dict({**EXAMPLES["/v1/jobs"](), "planner": "none"})
     found = generated("api.jobs.submit_job").sync(client=client, body=body)
-    assert isinstance(found, models.Problem)
     assert (found.status, found.errors[0].pointer) == (422, "/planner")
-
-
-@pytest.mark.parametrize(
-    ("path", "model"),
-    [
-        ("/v1/jobs", "SituationJobBody"),
-        ("/v1/analysis", "AnalysisBody"),
-        ("/v1/validations", "ValidationBody"),
-        ("/v1/missions", "MissionBody"),
-        ("/v1/missions/{mission}/reports", "ReportBody"),
-    ],
-)
-def test_the_examples_pass_through_the_generated_classes(
-    path: str, model: str, generated: Callable[[str], Any]
-) -> None:
-    example = EXAMPLES[path]()
-    passed = getattr(generated("models"), model).from_dict(example).to_dict()
-    assert example.items() <= passed.items()

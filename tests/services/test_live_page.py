@@ -1,7 +1,5 @@
 """The page of the service in a browser: missions begun, followed, compared, steered; jobs watched; keys asked for."""
 
-from __future__ import annotations
-
 import base64
 import io
 import time
@@ -15,7 +13,6 @@ from PIL import Image
 from servers import Server
 from undisturbed import STEPS, undisturbed
 
-from marsupial.replay.palette import LIGHT
 from marsupial_service.keys import KeyFile
 
 LOBBY = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}}
@@ -50,8 +47,16 @@ def start(browser: Browser, server: Server, **values: Any) -> list[str]:
     return str(browser.value("location.hash")).rpartition("/")[2].split(",")
 
 
+def upload(browser: Browser, server: Server, *files: Path) -> None:
+    """Fill yaml and image of an own map in, and ask for its mission."""
+    browser.open(f"{server.url}/")
+    choose(browser, scenario="")
+    for name, file in zip(("yaml", "image"), files, strict=True):
+        browser.find(f"#start-{name}").send_keys(str(file))
+    browser.click("form.start button.first")
+
+
 def begun(server: Server, **more: Any) -> str:
-    """Start a simulation as a program does."""
     reply = server.ask("POST", "/v1/simulations", {**LOBBY, **more})
     assert reply.status == 201, reply.document
     return str(reply.document["id"])
@@ -170,28 +175,10 @@ def test_what_is_odd_about_a_map_without_room_is_a_warning_and_no_fault_of_the_y
     yaml, image = tmp_path / "room.yaml", tmp_path / "room.png"
     yaml.write_text(YAML)
     Image.new("L", (48, 36), 0).save(image)
-    browser.open(f"{house.url}/")
-    choose(browser, scenario="")
-    browser.find("#start-yaml").send_keys(str(yaml))
-    browser.find("#start-image").send_keys(str(image))
-    browser.click("form.start button.first")
+    upload(browser, house, yaml, image)
     browser.wait("document.querySelector('form.start > [role=alert]').textContent.includes('warning: ')")
     assert browser.text("form.start > [role=alert]").startswith("no room")
     assert not browser.value("document.querySelector('#start-yaml').hasAttribute('aria-invalid')")
-
-
-def test_an_image_that_the_yaml_does_not_name_is_refused_beside_its_field(
-    browser: Browser, house: Server, tmp_path: Path
-) -> None:
-    yaml, image = tmp_path / "room.yaml", tmp_path / "mended.png"
-    yaml.write_text(YAML)
-    Image.new("L", (48, 36), 254).save(image)
-    browser.open(f"{house.url}/")
-    choose(browser, scenario="")
-    browser.find("#start-yaml").send_keys(str(yaml))
-    browser.find("#start-image").send_keys(str(image))
-    browser.click("form.start button.first")
-    browser.wait("document.querySelector('#start-image-problem').textContent.includes('yaml names room.png')")
 
 
 def test_all_that_is_odd_about_a_map_stands_above_its_mission(browser: Browser, house: Server) -> None:
@@ -271,19 +258,6 @@ def test_a_job_is_shown_with_its_map_its_best_plan_and_its_falling_makespan(brow
         browser.wait(f"document.querySelector('{picture}').width > 100")
         assert len(browser.colours(picture)) > 4
     assert browser.errors() == []
-
-
-def test_rovers_of_a_job_have_shades_of_their_carriers_colour_also_on_the_ground(
-    browser: Browser, house: Server
-) -> None:
-    demo = house.ask("GET", "/v1/demo-data/office-2x2").document
-    job = house.ask("POST", "/v1/jobs", {**demo, "planner": "greedy"}).document
-    browser.open(f"{house.url}/#/jobs/{job['id']}")
-    browser.wait("document.querySelector('.makespan').dataset.revision && document.querySelector('.job-lanes canvas')")
-    browser.wait("document.querySelector('.job-lanes canvas').height > 60")
-    shown = browser.colours(".job-lanes canvas")
-    assert {f"{colour}ff" for family in LIGHT.families[:2] for colour in family[:3]} <= set(shown)
-    assert not {f"{family[0]}ff" for family in LIGHT.families[2:]} & set(shown)
 
 
 def test_missions_and_jobs_are_listed_whoever_has_begun_them(browser: Browser, house: Server) -> None:

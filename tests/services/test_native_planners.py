@@ -1,7 +1,5 @@
 """Planners in processes of their own, in jobs and in missions: they answer, and leave nothing behind."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
@@ -19,9 +17,7 @@ from marsupial.errors import UsageError
 from marsupial.formats.situation import situation_from_fields
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.observer import Observer
-from marsupial.model.mission import Status
-from marsupial.model.planning import Budget, Outcome
-from marsupial.model.strategy import PlanningReport
+from marsupial.model import Budget, Outcome, PlanningReport, Status
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial_client import Client

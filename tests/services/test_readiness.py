@@ -1,7 +1,5 @@
 """`/readyz` says whether the store takes writes, within seconds, and tells strangers nothing about the machine."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
 from pathlib import Path

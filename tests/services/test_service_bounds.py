@@ -1,7 +1,5 @@
 """Numbers lie within the same bounds wherever they come from."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

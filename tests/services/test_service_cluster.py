@@ -1,7 +1,5 @@
 """`marsupial serve --ray`: what it says of its cluster, and what it leaves there."""
 
-from __future__ import annotations
-
 import subprocess
 import time
 from collections.abc import Iterator

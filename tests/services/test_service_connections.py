@@ -1,7 +1,5 @@
 """Connections that say nothing, too little, too slowly or two things at once."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import logging

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 import re
 from typing import Any
@@ -56,16 +54,6 @@ def test_demo_data_are_planned_for(http: httpx.Client, demo: str) -> None:
     if demo == "yard":
         assert set(situation.places) == set(found["places"])
         assert found["places"]["s_mother"]["carrier"] == {"cell": [3, 2], "point_m": [11.75, 6.25]}
-
-
-def test_plans_only_get_better_and_the_last_is_the_best(http: httpx.Client) -> None:
-    body = {**http.get("/v1/demo-data/office-6x3").json(), "planner": "anytime", "budget": {"seconds": 1}}
-    job = http.post("/v1/jobs", json=body, headers=WAIT).json()
-    plans = http.get(job["links"]["plans"]).json()["plans"]
-    assert [plan["revision"] for plan in plans] == list(range(1, job["plans"] + 1))
-    makespans = [plan["makespan_ms"] for plan in plans]
-    assert makespans == sorted(makespans, reverse=True)
-    assert plans[-1] == job["best"]
 
 
 def test_a_resumed_stream_is_the_rest_of_an_uninterrupted_one(http: httpx.Client, server: Server) -> None:

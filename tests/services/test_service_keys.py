@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace
@@ -32,7 +30,6 @@ def test_a_key_is_kept_as_a_hash_and_good_until_it_expires(tmp_path: Path) -> No
     assert secret not in text
     assert (tmp_path / FILE).stat().st_mode & 0o77 == 0
     found = KeyFile(tmp_path).find(secret, 1000.0)
-    assert found is not None
     assert (found.name, found.scopes) == ("fleet", ("plan",))
     assert keys.find(secret, 1000.0 + 86400) is None
     assert keys.find(secret + "x", 1000.0) is None

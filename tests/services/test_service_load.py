@@ -1,12 +1,10 @@
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path
 
 import httpx
 import pytest
 from servers import Server
-from service_house import client, problem, serve
+from service_house import client, problem
 
 from marsupial_service.app import create_app
 from marsupial_service.settings import ServiceSettings
@@ -25,15 +23,6 @@ def test_a_full_queue_takes_no_more_and_says_when_to_come_back(tmp_path: Path) -
         assert int(full.headers["retry-after"]) >= 1
         assert http.post(waiting.json()["links"]["cancel"]).json()["state"] == "cancelled"
         assert http.post("/v1/jobs", json=body).status_code == 202
-
-
-def test_a_second_server_on_the_same_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with Server(tmp_path):
-        code, _, error = serve(capsys, "--port", "0", "--data", str(tmp_path))
-    assert code == 2
-    assert error.startswith("error: ")
-    assert "another server" in error
-    assert error.count("\n") == 1
 
 
 def test_a_bug_is_answered_without_its_traceback(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

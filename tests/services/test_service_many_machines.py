@@ -1,7 +1,5 @@
 """What docker/cluster.yaml sets up, as processes: proxy, two servers, a database, two Ray nodes."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

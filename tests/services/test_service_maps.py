@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import base64
 import io
 import json
@@ -37,29 +35,12 @@ def picture(rows: list[str], kind: str = "PNG", greys: dict[str, int] | None = N
 
 
 def map_state(**changes: Any) -> dict[str, Any]:
+    sizes = {"speed_mps": 1, "sensor_range_m": 5, "radius_m": 0.1}
+    carrier = {"name": "carrier", "role": "carrier", **sizes, "terrains": ["floor"], "capacity": 2}
+    rover = {"name": "rover", "role": "rover", **sizes, "terrains": ["floor", "rough"], "dock_s": 4, "undock_s": 2}
     found = {
         "map": {"rows": ROWS, "resolution_m": 0.5, "origin_m": [10, 5, 0]},
-        "robot_types": [
-            {
-                "name": "carrier",
-                "role": "carrier",
-                "speed_mps": 1,
-                "sensor_range_m": 5,
-                "radius_m": 0.1,
-                "terrains": ["floor"],
-                "capacity": 2,
-            },
-            {
-                "name": "rover",
-                "role": "rover",
-                "speed_mps": 1,
-                "sensor_range_m": 5,
-                "radius_m": 0.1,
-                "terrains": ["floor", "rough"],
-                "dock_s": 4,
-                "undock_s": 2,
-            },
-        ],
+        "robot_types": [carrier, rover],
         "robots": [
             {"name": "c", "type": "carrier", "cell": [1, 1]},
             {"name": "r", "type": "rover", "carrier": "c"},

@@ -1,7 +1,5 @@
 """JSON has one kind of number: 1.0 is 1, wherever a whole number is asked."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any

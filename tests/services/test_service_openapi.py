@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import httpx
@@ -35,3 +33,16 @@ def test_every_error_of_every_route_is_a_problem(tmp_path: Path) -> None:
             errors = {s: r for s, r in operation["responses"].items() if int(s) >= 400}
             assert {"406", "422", "500"} <= set(errors), (method, path)
             assert all(list(r["content"]) == ["application/problem+json"] for r in errors.values()), (method, path)
+
+
+def test_the_document_says_which_events_there_are(http: httpx.Client) -> None:
+    paths = http.get("/openapi.json").json()["paths"]
+    found = {
+        tag: {one["properties"]["event"]["const"] for one in schema["oneOf"]}
+        for tag, path in (("jobs", "/v1/jobs/{job}/events"), ("missions", "/v1/missions/{mission}/events"))
+        for schema in [paths[path]["get"]["responses"]["200"]["content"]["text/event-stream"]["itemSchema"]]
+    }
+    assert found == {
+        "jobs": {"state", "plan", "end"},
+        "missions": {"state", "commands", "decision", "log", "frame", "quota", "end"},
+    }

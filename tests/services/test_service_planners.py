@@ -1,7 +1,5 @@
 """Planners that the operator offers under names of their own: listed, asked, unknown to everybody else."""
 
-from __future__ import annotations
-
 import json
 import shlex
 import sys

@@ -1,7 +1,5 @@
 """Backups, restoring, and removing, of stores that are being used."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import shutil
@@ -10,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from databases import PostgresServer
-from mission_house import Driver, open_missions, run, started, team
+from mission_house import Driver, open_missions, started, team
 from patience import HANG_S
 from servers import Server
 from service_house import client, problem
@@ -23,30 +21,22 @@ from marsupial_service.store import StoreError, StoreInUse, open_store, tables
 from marsupial_service.store.sqlite import FILE
 
 
-def test_a_mission_goes_on_in_a_folder_that_was_restored_from_a_backup_made_meanwhile(tmp_path: Path) -> None:
+async def test_a_mission_goes_on_in_a_folder_that_was_restored_from_a_backup_made_meanwhile(tmp_path: Path) -> None:
     folder, again, file = tmp_path / "data", tmp_path / "again", tmp_path / "backup"
     driver = Driver(team())
-
-    async def begin() -> str:
-        async with open_missions(folder) as missions:
-            record = await started(missions)
-            assert not await driver.drive(missions, record, 5)
-            KeyFile(folder).add("fleet", ["mission"], 1, now_s=0.0)
-            upkeep.backup(folder, file)
-            return record.id
-
-    async def go_on(mission: str) -> None:
-        async with open_missions(again) as missions:
-            record = await missions.get(mission, "me")
-            assert record is not None
-            assert record.n == 5
-            assert await driver.drive(missions, record)
-
-    mission = run(begin())
+    async with open_missions(folder) as missions:
+        record = await started(missions)
+        assert not await driver.drive(missions, record, 5)
+        KeyFile(folder).add("fleet", ["mission"], 1, now_s=0.0)
+        upkeep.backup(folder, file)
+        mission = record.id
     assert upkeep.restore(file, again) == tables.VERSION
     assert (again / "keys.json").read_text() == (folder / "keys.json").read_text()
     assert [path.stat().st_mode & 0o77 for path in (file, again / FILE, again / "keys.json")] == [0, 0, 0]
-    run(go_on(mission))
+    async with open_missions(again) as missions:
+        record = await missions.get(mission, "me")
+        assert record.n == 5
+        assert await driver.drive(missions, record)
 
 
 @pytest.fixture
@@ -103,20 +93,17 @@ def test_shared_databases_are_backed_up_with_their_own_tools(postgres: PostgresS
         upkeep.backup(postgres.database(), tmp_path / "backup")
 
 
-def test_what_ended_is_removed_at_once_and_what_is_open_stays(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            for _ in range(2):
-                assert await Driver(team()).drive(missions, await started(missions))
-            await started(missions)
-            assert upkeep.info(place).open == {"jobs": 0, "missions": 1}
-            now_ms = missions.now_ms()
-            assert upkeep.retain(place, days=1, kept=2, now_ms=now_ms) == {"jobs": 0, "missions": 0}
-            assert upkeep.retain(place, days=None, kept=1, now_ms=now_ms) == {"jobs": 0, "missions": 1}
-            assert upkeep.retain(place, days=0, kept=None, now_ms=now_ms + 1) == {"jobs": 0, "missions": 1}
-            assert len(await missions.list("me")) == upkeep.info(place).rows["missions"] == 1
-
-    run(fly())
+async def test_what_ended_is_removed_at_once_and_what_is_open_stays(place: str) -> None:
+    async with open_missions(place) as missions:
+        for _ in range(2):
+            assert await Driver(team()).drive(missions, await started(missions))
+        await started(missions)
+        assert upkeep.info(place).open == {"jobs": 0, "missions": 1}
+        now_ms = missions.now_ms()
+        assert upkeep.retain(place, days=1, kept=2, now_ms=now_ms) == {"jobs": 0, "missions": 0}
+        assert upkeep.retain(place, days=None, kept=1, now_ms=now_ms) == {"jobs": 0, "missions": 1}
+        assert upkeep.retain(place, days=0, kept=None, now_ms=now_ms + 1) == {"jobs": 0, "missions": 1}
+        assert len(await missions.list("me")) == upkeep.info(place).rows["missions"] == 1
 
 
 def test_the_commands_work_beside_a_server_which_says_when_it_is_full(

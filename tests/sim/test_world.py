@@ -1,26 +1,13 @@
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 import pytest
-from small_missions import (
-    ANNEX,
-    CORRIDOR,
-    carrier_at,
-    drawn_grid,
-    kinds_of,
-    rover_at,
-    rover_on,
-)
+from small_missions import ANNEX, CORRIDOR, carrier_at, drawn_grid, kinds_of, rover_at, rover_on
 
 from marsupial.errors import InternalError
-from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, Grid
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType
-from marsupial.model.world import News
+from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, News, PlacedRobot, RobotType
 from marsupial.paths.routes import passing_times_ms
 from marsupial.sim.sensors import FieldOfView
 from marsupial.sim.world import SimulatedWorld
@@ -117,11 +104,6 @@ def test_time_passes_no_further_than_asked() -> None:
     assert report_of(world, "c1").free_at_ms == 1000
 
 
-def test_without_anything_to_do_time_just_passes() -> None:
-    news = world_of(carrier_at(1, 1)).advance(5000)
-    assert (news.t_ms, news.revealed, news.finished, news.lost) == (5000, (), (), ())
-
-
 def test_a_robot_told_to_stop_between_cells_stands_at_the_next_one() -> None:
     world = world_of(carrier_at(1, 1))
     world.drive("c1", EAST)
@@ -132,20 +114,6 @@ def test_a_robot_told_to_stop_between_cells_stands_at_the_next_one() -> None:
     assert world.now_ms == 2000
     assert report_of(world, "c1").cell == Cell(3, 1)
     assert world.distance_m("c1") == pytest.approx(2.0)
-
-
-def test_stopping_twice_is_stopping_once() -> None:
-    world = world_of(carrier_at(1, 1))
-    world.drive("c1", EAST)
-    world.stop("c1")
-    world.stop("c1")
-    assert until_finished(world).t_ms == 1000
-
-
-def test_stopping_a_robot_that_stands_does_nothing() -> None:
-    world = world_of(carrier_at(1, 1))
-    world.stop("c1")
-    assert not world.advance(LATER).finished
 
 
 def test_a_stopped_robot_can_be_sent_on_from_where_it_stands() -> None:

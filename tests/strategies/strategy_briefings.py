@@ -1,7 +1,5 @@
 """Briefings for the tests of strategies that ask no planner, and what they decide."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -9,9 +7,7 @@ import numpy as np
 from hypothesis import strategies as st
 from situations import situations
 
-from marsupial.model.plan import Plan
-from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
-from marsupial.model.strategy import Briefing, Strategy
+from marsupial.model import UNREACHABLE, Briefing, Plan, Situation, SituationGoal, Strategy
 from marsupial.planning.checker import check
 
 Direct = Mapping[str, Mapping[str, int]]

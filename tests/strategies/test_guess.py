@@ -1,13 +1,9 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
 from situations import carrier, door, hall, one_hall, one_room, room, rover, situation_of
 
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
-from marsupial.model.strategy import Briefing, Square, Unseen
+from marsupial.model import Briefing, Plan, Situation, Square, Unseen
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.list_scheduling.timeline import Timeline

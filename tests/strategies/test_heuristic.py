@@ -1,32 +1,15 @@
 """The baseline, sentence by sentence of section IV-B; quotes are the paper's."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import permutations
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from situations import (
-    Spot,
-    bring_them_home,
-    carrier,
-    default_types,
-    door,
-    hall,
-    room,
-    rover,
-    situation_of,
-)
+from situations import Spot, carrier, default_types, door, hall, room, rover, situation_of
 from strategy_briefings import assert_possible, brief, briefings, robot_by_robot
 
-from marsupial.model.plan import ActionName, Plan
-from marsupial.model.planning import Outcome
-from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, Situation
-from marsupial.model.strategy import Briefing, Decision
-from marsupial.planning.checker import check
+from marsupial.model import ActionName, Briefing, Decision, Outcome, Plan, PlanningType, Role, Situation
 from marsupial.strategies.heuristic import Heuristic
 
 
@@ -51,10 +34,7 @@ def test_targets_are_assigned_at_the_least_total_cost_not_one_after_the_other() 
 def test_carriers_are_assigned_whether_they_can_get_to_the_target_or_not() -> None:
     # "independent of whether they are accessible to them or not ... solely based on the estimated travel cost"
     situation = situation_of(
-        [carrier(), rover(on="c1")],
-        {"near": room(12), "far": hall(30)},
-        {"m1": door(10)},
-        {"c1_start": hall(0)},
+        [carrier(), rover(on="c1")], {"near": room(12), "far": hall(30)}, {"m1": door(10)}, {"c1_start": hall(0)}
     )
     plan = decide(situation, {"c1": seconds(near=12, far=30)}, {"m1": frozenset({"near"})})
     assert plan == ["(move c1 c1_start m1)", "(undock r1 c1 m1)", "(explore r1 m1 near)", "(move r1 near m1)"]
@@ -201,12 +181,6 @@ def test_the_rover_set_down_is_of_a_type_that_gets_from_there_to_the_target() ->
         types=types,
     )
     assert "(undock r2 c1 m1)" in decide(situation, {"c1": seconds(t1=22)}, {"m1": frozenset({"t1"})})
-
-
-def test_without_targets_rovers_are_recovered_and_carriers_go_home() -> None:
-    situation = bring_them_home()
-    decision = Heuristic().decide(brief(situation, {}))
-    assert check(situation, decision.plan).valid
 
 
 def test_with_nothing_to_do_the_plan_is_empty_and_the_outcome_says_so() -> None:

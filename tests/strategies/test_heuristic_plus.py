@@ -1,7 +1,5 @@
 """What the improved baseline does otherwise; positions are in seconds at the carriers' speed, rovers take twice."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import pytest
@@ -9,10 +7,7 @@ from hypothesis import given
 from situations import carrier, default_types, door, hall, room, rover, rover_left_behind, situation_of
 from strategy_briefings import brief, briefings, robot_by_robot
 
-from marsupial.model.plan import ActionName, Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import Situation
-from marsupial.model.strategy import Briefing
+from marsupial.model import ActionName, Briefing, Plan, Role, Situation
 from marsupial.strategies.heuristic_plus import HeuristicPlus
 
 

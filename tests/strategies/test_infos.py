@@ -1,15 +1,12 @@
 """What is told of strategies is what they are: the table stands apart from their code."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import fields
 
 import pytest
 
 from marsupial.errors import ScenarioError
-from marsupial.model.planning import Budget
-from marsupial.model.robots import Role
+from marsupial.model import Budget, Role
 from marsupial.strategies.infos import ONE_ROBOT, OWN, WITHOUT_ROVERS
 from marsupial.strategies.registry import RULES, STRATEGIES, check_suits, frontier_rule, strategy
 from marsupial.strategies.temporal import TemporalParts

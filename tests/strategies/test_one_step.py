@@ -1,7 +1,5 @@
 """The one-step assignment; positions are in seconds at the carriers' speed, rovers take twice as long."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -20,8 +18,7 @@ from situations import (
 )
 from strategy_briefings import brief, robot_by_robot
 
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Plan, Situation
 from marsupial.strategies.one_step import OneStep
 
 

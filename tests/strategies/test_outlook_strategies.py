@@ -3,8 +3,6 @@
 Positions are in seconds at the carriers' speed; rovers take twice as long.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -15,11 +13,7 @@ from strategy_briefings import assert_possible, brief, briefings, robot_by_robot
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
-from marsupial.model.mission import Status
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget
-from marsupial.model.situation import Situation
-from marsupial.model.strategy import Briefing, Strategy
+from marsupial.model import Briefing, Budget, Plan, Situation, Status, Strategy
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.list_scheduling.timeline import retime
 from marsupial.strategies.heuristic_plus import HeuristicPlus

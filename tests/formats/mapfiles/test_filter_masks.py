@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -76,21 +74,6 @@ def test_the_warehouse_keeps_robots_out_where_its_mask_says_so(shared_maps: Path
     area = np.count_nonzero(painted.cells == KEEPOUT) * grid.cell_area_m2
     assert area == pytest.approx(30.62, abs=0.01)
     assert np.array_equal(painted.cells == KEEPOUT, (painted.cells != grid.cells))
-
-
-def test_the_aisles_of_the_warehouse_are_slow_by_a_fifth(shared_maps: Path) -> None:
-    grid = read_nav2(shared_maps / "warehouse_nav2.yaml").grid
-    occupancy = read_occupancy(shared_maps / "warehouse_nav2_speed.yaml")
-    slow = FilterMasks(speed=SpeedMask(occupancy=occupancy, percents={SLOW: 80})).painted(grid)
-    slower = FilterMasks(speed=SpeedMask(occupancy=occupancy, percents={SLOW: 79})).painted(grid)
-    assert np.count_nonzero(slow.cells == SLOW) > 60_000
-    assert np.count_nonzero(slower.cells == SLOW) < 100
-
-
-def test_the_no_go_areas_of_the_office_take_floor_away(shared_maps: Path) -> None:
-    grid = read_nav2(shared_maps / "tsc_office.yaml").grid
-    painted = keepout(read_occupancy(shared_maps / "tsc_office_nogo.yaml")).painted(grid)
-    assert 100 < np.count_nonzero(painted.cells == KEEPOUT) * grid.cell_area_m2 < 400
 
 
 def scenario_file(folder: Path, masks: str) -> Path:

@@ -1,15 +1,11 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
-from movingai_problems import ScenProblem, read_scen
 
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.movingai import read_movingai
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell
-from marsupial.model.mapreading import LegendEntry
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, LegendEntry
 
 F, O, R = FLOOR, OBSTACLE, ROUGH  # noqa: E741
 
@@ -25,12 +21,6 @@ def write(folder: Path, text: str | bytes, name: str = "small.map") -> Path:
 def map_problems(path: Path) -> list[str]:
     with pytest.raises(MapError) as caught:
         read_movingai(path)
-    return [str(problem) for problem in caught.value.problems]
-
-
-def scen_problems(path: Path) -> list[str]:
-    with pytest.raises(MapError) as caught:
-        read_scen(path)
     return [str(problem) for problem in caught.value.problems]
 
 
@@ -125,72 +115,12 @@ def test_a_file_full_of_faults_names_only_the_first_ten(tmp_path: Path) -> None:
     assert problems[-1] == "and 40 more faults like these"
 
 
-def test_a_missing_file_and_a_directory_are_named(tmp_path: Path) -> None:
-    assert map_problems(tmp_path / "gone.map") == ["no such file"]
-    assert map_problems(tmp_path) == ["is a directory, not a file"]
-
-
-# Problems
-
-
-def test_problems_are_turned_to_our_rows(tmp_path: Path) -> None:
-    path = write(tmp_path, "version 1\n2\tmaps/a b.map\t4\t10\t0\t0\t3\t9\t12.5\n", "a.scen")
-    assert read_scen(path) == (
-        ScenProblem(
-            bucket=2,
-            map_name="maps/a b.map",
-            width=4,
-            height=10,
-            start=Cell(0, 9),
-            goal=Cell(3, 0),
-            optimal_length=12.5,
-        ),
-    )
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["version 1.0\r\n0\tm\t2\t2\t0\t0\t1\t1\t1.4\r\n\r\n", "version 1\n0 m 2 2 0 0 1 1 1.4"],
-    ids=["crlf", "spaces, no final newline"],
-)
-def test_other_ways_to_write_the_same_problem_do_no_harm(tmp_path: Path, text: str) -> None:
-    (problem,) = read_scen(write(tmp_path, text, "a.scen"))
-    assert (problem.start, problem.goal, problem.optimal_length) == (Cell(0, 1), Cell(1, 0), 1.4)
-
-
-def test_faulty_problems_are_named_by_line_all_at_once(tmp_path: Path) -> None:
-    rows = [
-        "version 2",
-        "0\tm\t2\t2\t0\t0\t1\t1",
-        "0\tm\t2\t2\t0\t0\tx\t1\t1.4",
-        "0\tm\t2\t2\t0\t2\t1\t1\t1.4",
-        "0\tm\t2\t2\t0\t0\t-1\t1\t1.4",
-        "0\tm\t2\t2\t0\t0\t1\t1\tnan",
-    ]
-    problems = scen_problems(write(tmp_path, "\n".join(rows), "a.scen"))
-    assert [problem.split(":")[0] for problem in problems] == [f"line {i}" for i in range(1, 7)]
-    assert problems[1] == "line 2: must have 9 fields, got 8"
-    assert problems[3] == "line 4: start (0, 2) lies outside 2 x 2 cells"
-    assert problems[4] == "line 5: goal (-1, 1) lies outside 2 x 2 cells"
-
-
-def test_a_problem_that_is_no_text_is_named(tmp_path: Path) -> None:
-    assert len(scen_problems(write(tmp_path, b"version 1\n\xff\xfe\t1\n", "a.scen"))) == 1
-
-
 # Real maps
 
 PASSABLE = {
     "room-32-32-4": (32, 32, 682), "room-64-64-16": (64, 64, 3646), "maze-32-32-2": (32, 32, 666),
     "random-32-32-20": (32, 32, 819), "Boston_0_256": (256, 256, 47768), "warehouse-10-20-10-2-1": (161, 63, 5699),
     "arena": (49, 49, 2054), "den312d": (65, 81, 2445),
-}  # fmt: skip
-
-PROBLEMS = {
-    "arena.map.scen": ("arena", 160), "den312d.map.scen": ("den312d", 320),
-    "room-32-32-4-even-1.scen": ("room-32-32-4", 130), "maze-32-32-2-even-1.scen": ("maze-32-32-2", 230),
-    "random-32-32-20-even-1.scen": ("random-32-32-20", 100),
-    "warehouse-10-20-10-2-1-even-1.scen": ("warehouse-10-20-10-2-1", 450),
 }  # fmt: skip
 
 
@@ -201,15 +131,3 @@ def test_real_maps_have_their_size_and_number_of_passable_cells(shared_maps: Pat
     assert (grid.width, grid.height, np.count_nonzero(grid.cells)) == PASSABLE[name]
     rows = path.read_text().split("map\n", 1)[1].split()
     assert [[c == "." for c in row] for row in reversed(rows)] == (grid.cells == FLOOR).tolist()
-
-
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_real_problems_start_and_end_on_free_cells(shared_maps: Path, name: str) -> None:
-    of_map, count = PROBLEMS[name]
-    grid = read_movingai(shared_maps / "movingai" / f"{of_map}.map").grid
-    problems = read_scen(shared_maps / "movingai" / name)
-    assert len(problems) == count
-    for problem in problems:
-        assert (problem.width, problem.height) == (grid.width, grid.height)
-        for cell in (problem.start, problem.goal):
-            assert grid.cells[cell.y, cell.x] == FLOOR

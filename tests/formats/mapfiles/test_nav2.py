@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,8 +12,7 @@ from marsupial.errors import MapError
 from marsupial.formats.mapfiles.images import read_grey
 from marsupial.formats.mapfiles.nav2 import occupancy_table, read_nav2
 from marsupial.formats.mapfiles.nav2_header import Mode, read_header
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Grid
-from marsupial.model.mapreading import LegendEntry
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Grid, LegendEntry
 
 HEADER = {
     "image": "map.pgm",
@@ -84,7 +81,6 @@ def test_the_bottom_row_of_the_image_is_row_0(tmp_path: Path) -> None:
 
 def test_negate_turns_black_into_free(tmp_path: Path) -> None:
     assert grid_of(write_map(tmp_path, [[255, 0, 100]], negate=1)).cells.tolist() == [[O, F, U]]
-    assert grid_of(write_map(tmp_path, [[255, 0, 100]], negate=True)).cells.tolist() == [[O, F, U]]
 
 
 def test_the_thresholds_themselves_belong_to_obstacle_and_free(tmp_path: Path) -> None:
@@ -211,12 +207,6 @@ def test_a_jpeg_is_read_with_a_warning(tmp_path: Path) -> None:
     assert any("JPEG" in warning for warning in reading.warnings)
 
 
-def test_text_printed_inside_the_map_is_an_obstacle_where_it_is_dark(tmp_path: Path) -> None:
-    reading = read_nav2(write_map(tmp_path, [[254, 254, 254], [254, 40, 254], [254, 254, 254]]))
-    assert reading.grid.cells[1].tolist() == [F, O, F]
-    assert LegendEntry(symbol="grey 40", code=OBSTACLE, cells=1) in reading.legend
-
-
 # Maps that mean something else
 
 
@@ -227,13 +217,6 @@ def test_a_free_threshold_that_makes_unknown_free_is_named(tmp_path: Path) -> No
         "grey 205 became free in 2 cells (0.5 m2, 50.0%), yet map savers write grey 205 for unknown: "
         "check free_thresh (0.25); 0.196 would leave them unknown",
     )
-
-
-def test_grey_206_is_free_even_under_the_usual_threshold_and_is_named(tmp_path: Path) -> None:
-    (warning,) = read_nav2(write_map(tmp_path, [[254, 206, 0]])).warnings
-    assert warning.startswith("grey 206 became free in 1 cell ")
-    assert warning.endswith("0.192 would leave them unknown")
-    assert grid_of(write_map(tmp_path, [[254, 206, 0]], free_thresh=0.192)).cells.tolist() == [[F, U, O]]
 
 
 @pytest.mark.parametrize("grey", range(200, 211))
@@ -423,44 +406,20 @@ def test_a_yaml_that_is_no_mapping_is_refused(tmp_path: Path, text: str) -> None
 
 
 @pytest.mark.parametrize(
-    "text",
+    ("data", "told"),
     [
-        "image: [",
-        "image: 'x",
-        "a: b: c",
-        "\tx: 1",
-        "image: \x00",
-        "image: !!python/object/apply:os.getcwd []",
-        "image: !!timestamp x",
-        "image: !!bool x",
-        "image: 2024-13-45",
-        pytest.param("image: " + "9" * 5000, id="5000 digits"),
-        pytest.param("[" * 5000, id="5000 brackets"),
+        (b"a: b: c", ""),
+        (b"image: \x00", ""),
+        (b"image: \xff\xfe\xc3(", ""),
+        (b"image: !!python/object/apply:os.getcwd []", ""),
+        pytest.param(b"[" * 5000, "", id="5000 brackets"),
+        (b"image: a.pgm\n\tresolution: 1", ": line 2, column 1: a tab can't stand here: YAML is indented"),
+        (b"image: [a.pgm\n", ": line 2, column 1: did not find expected ',' or ']'"),
     ],
 )
-def test_broken_yaml_is_refused(tmp_path: Path, text: str) -> None:
-    (tmp_path / "map.yaml").write_text(text)
-    assert problems_of(tmp_path / "map.yaml")[""].startswith("is not valid YAML")
-
-
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        (
-            "image: a.pgm\n\tresolution: 1",
-            "is not valid YAML: line 2, column 1: a tab can't stand here: YAML is indented",
-        ),
-        ("image: [a.pgm\n", "is not valid YAML: line 2, column 1: did not find expected ',' or ']'"),
-    ],
-)
-def test_broken_yaml_is_told_with_its_place(tmp_path: Path, text: str, told: str) -> None:
-    (tmp_path / "map.yaml").write_text(text)
-    assert problems_of(tmp_path / "map.yaml")[""].startswith(told)
-
-
-def test_bytes_that_are_no_text_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "map.yaml").write_bytes(b"image: \xff\xfe\xc3(")
-    assert problems_of(tmp_path / "map.yaml")[""].startswith("is not valid YAML")
+def test_broken_yaml_is_refused_with_its_place(tmp_path: Path, data: bytes, told: str) -> None:
+    (tmp_path / "map.yaml").write_bytes(data)
+    assert problems_of(tmp_path / "map.yaml")[""].startswith(f"is not valid YAML{told}")
 
 
 def test_a_yaml_bomb_is_refused(tmp_path: Path) -> None:
@@ -529,35 +488,10 @@ def test_real_maps_have_the_cells_that_the_rule_says(shared_maps: Path, name: st
         assert np.count_nonzero(free) * grid.cell_area_m2 == pytest.approx(FREE_M2[name], abs=0.5)
 
 
-def test_the_real_keepout_mask_holds_more_obstacles_than_its_map(shared_maps: Path) -> None:
-    plain = occupancy_of(shared_maps / "warehouse_nav2.yaml")
-    mask = occupancy_of(shared_maps / "warehouse_nav2_keepout.yaml")
-    header = read_header(shared_maps / "warehouse_nav2_keepout.yaml")
-    assert mask.dtype == np.int8
-    assert (header.resolution_m, header.origin_m) == (0.03, (-15.1, -25.0, 0.0))
-    assert np.count_nonzero(mask == 100) == 66742
-    assert np.count_nonzero(plain == 100) == 30951
-
-
-def test_the_real_speed_mask_holds_percentages(shared_maps: Path) -> None:
-    data = occupancy_of(shared_maps / "warehouse_nav2_speed.yaml")
-    values, counts = np.unique(data, return_counts=True)
-    assert dict(zip(values.tolist(), counts.tolist(), strict=True))[20] == 72195 + 227585
-    assert values.min() == 0
-    assert values.max() == 100
-
-
 def test_the_real_depot_map_warns_of_its_threshold_and_its_repaired_twin_does_not(shared_maps: Path) -> None:
     (warning,) = read_nav2(shared_maps / "depot_nav2.yaml").warnings
     assert warning.startswith("grey 205 became free in 8894 cells (22.24 m2")
     assert read_nav2(shared_maps / "depot_nav2_fixed.yaml").warnings == ()
-
-
-def test_the_real_cartesium_map_warns_under_the_usual_thresholds(shared_maps: Path, tmp_path: Path) -> None:
-    path = write_yaml(tmp_path, HEADER | {"image": str(shared_maps / "cartesium.png")})
-    assert any(
-        warning.startswith("greys 230 (74.3%) and 255 (21.8%) both became free") for warning in read_nav2(path).warnings
-    )
 
 
 def test_of_a_scale_map_s_greys_no_threshold_makes_unknown(tmp_path: Path) -> None:

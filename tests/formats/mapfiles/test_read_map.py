@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
@@ -49,15 +47,12 @@ def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
     assert "unknown kind of map '.txt': must be a nav2 map" in error_of(tmp_path / "a.txt")
 
 
-def test_an_image_alone_is_told_that_it_needs_its_yaml(tmp_path: Path) -> None:
-    (tmp_path / "a.pgm").touch()
-    assert error_of(tmp_path / "a.pgm").endswith("(an image needs its map.yaml: give that)")
-
-
-def test_an_image_is_told_the_yaml_beside_it(tmp_path: Path) -> None:
-    (tmp_path / "a.pgm").touch()
-    (tmp_path / "a.yaml").touch()
-    assert error_of(tmp_path / "a.pgm").endswith(f"(an image needs its map.yaml: give {tmp_path / 'a.yaml'})")
+def test_an_image_is_told_that_it_needs_its_yaml_and_which_stands_beside_it(tmp_path: Path) -> None:
+    image = tmp_path / "a.pgm"
+    image.touch()
+    assert error_of(image).endswith("(an image needs its map.yaml: give that)")
+    image.with_suffix(".yaml").touch()
+    assert error_of(image).endswith(f"(an image needs its map.yaml: give {tmp_path / 'a.yaml'})")
 
 
 PROBLEMS = "version 1\n0\tmaps/yard.map\t49\t49\t1\t11\t1\t12\t1\n"

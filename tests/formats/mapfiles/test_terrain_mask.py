@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -86,8 +84,3 @@ def test_codes_the_map_does_not_have_are_named(tmp_path: Path) -> None:
         "grey 0: terrain code 9 is none of the map's classes [0, 1, 2, 3]",
         "grey 1: terrain code 255 is none of the map's classes [0, 1, 2, 3]",
     ]
-
-
-def test_a_missing_mask_is_named(tmp_path: Path) -> None:
-    path = tmp_path / "gone.png"
-    assert problems_of(grid_of([[FLOOR]]), path, {0: FLOOR}) == [f"mask: no such file: {path}"]

@@ -1,7 +1,5 @@
 """PDDL of other domains is told in three lines."""
 
-from __future__ import annotations
-
 import pytest
 from situations import in_flight, one_room
 

@@ -1,7 +1,5 @@
 """The canonical domain and problems as text."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,15 +1,12 @@
 """The examples in the folder pddl: each valid plan is valid and each invalid one is not, whoever checks."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import Any
 
 import pytest
-from up_problem import up_problem, up_validate
+from up_problem import up_validate
 
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
-from marsupial.formats.pddl.text import domain_text, pddl_folder, problem_text, read_problem
+from marsupial.formats.pddl.text import pddl_folder, problem_text, read_problem
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 
@@ -34,15 +31,6 @@ def test_a_problem_is_what_would_be_written_today(name: str) -> None:
     text = (EXAMPLES / name / "problem.pddl").read_text(encoding="utf-8")
     body = text[text.index("(define") :]
     assert problem_text(_situation(name), name=name) == body
-
-
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_unified_planning_reads_the_same_problem(name: str) -> None:
-    from unified_planning.io import PDDLReader
-
-    text = (EXAMPLES / name / "problem.pddl").read_text(encoding="utf-8")
-    read: Any = PDDLReader().parse_problem_string(domain_text(), text)
-    assert read == up_problem(_situation(name), name=name)
 
 
 @pytest.mark.parametrize("name", PLANS)

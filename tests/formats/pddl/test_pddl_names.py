@@ -1,7 +1,5 @@
 """Names in PDDL and back."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Plans as text in IPC format."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -13,8 +11,7 @@ from marsupial.errors import InvalidPlanError, PlanTextError
 from marsupial.formats.pddl.facts import seconds
 from marsupial.formats.pddl.plansteps import Step, steps_of
 from marsupial.formats.pddl.plantext import read_plan, read_plan_text, write_plan_text
-from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Action, ActionName, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
 
@@ -165,20 +162,6 @@ def odd_drives() -> Situation:
     table = situation.travel_ms["carrier"].copy()
     table[table == 3_000] = 3_005
     return replace(situation, travel_ms={**situation.travel_ms, "carrier": table})
-
-
-def test_a_bracket_too_much_at_the_end_of_a_line_is_passed_over() -> None:
-    text = """; Version LPG-td-1.4
-; MakeSpan 19.00
-
-0.0002:   (MOVE C1 CARRIER_TYPE C1_START M1) [10.0000])
-15.0007:   (EXPLORE R1 ROVER_TYPE M1 T1) [4.0000])
-10.0005:   (UNDOCK R1 C1 M1) [5.0000])
-
-
-"""
-    reading = read_plan(text, one_room())
-    assert (reading.plan, reading.mended) == (PLAN, ())
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """S-expressions with line numbers."""
 
-from __future__ import annotations
-
 import pytest
 
 from marsupial.errors import SituationError

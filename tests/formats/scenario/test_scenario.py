@@ -1,7 +1,5 @@
 """Scenario files: what is read, that writing loses nothing, and other teams for a scenario."""
 
-from __future__ import annotations
-
 import json
 import os
 from dataclasses import replace
@@ -111,10 +109,6 @@ def test_a_team_by_numbers_can_name_its_types(tmp_path: Path) -> None:
     assert [member.type for member in scenario.team] == ["truck", "rover", "rover", "rover"]
 
 
-def test_a_start_may_be_drawn(tmp_path: Path) -> None:
-    assert read_scenario(stored(tmp_path, changed(team__0__start="drawn"))).team[0].start is None
-
-
 def test_a_generated_map_is_that_of_the_generator(tmp_path: Path) -> None:
     size = {"width_m": 20, "height_m": 12.5, "resolution_m": 0.5, "seed": 4}
     data = changed(map={"generator": "random", "share": 0.3, **size}, team={"carriers": 1, "rovers_per_carrier": 0})
@@ -210,11 +204,6 @@ def test_a_failed_write_leaves_what_was_there(tmp_path: Path, monkeypatch: pytes
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_folder_that_is_missing_is_told_when_writing(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match="can't be written"):
-        write_scenario(builtin_scenario("lobby"), tmp_path / "gone" / "a.yaml")
-
-
 def test_a_terrain_without_a_name_can_not_be_written() -> None:
     grid = Grid(cells=np.full((2, 2), 9, dtype=np.uint8), resolution_m=1.0)
     with pytest.raises(ScenarioError, match="terrain code 9 of the map has no name"):
@@ -238,11 +227,6 @@ def test_a_terrain_without_a_name_can_not_be_written() -> None:
 def test_scenario_files_are_told_from_maps(name: str, text: str, is_one: bool, tmp_path: Path) -> None:
     (tmp_path / name).write_text(text, encoding="utf-8")
     assert is_scenario_file(tmp_path / name) is is_one
-
-
-def test_no_other_team_asked_for_changes_nothing(tmp_path: Path) -> None:
-    scenario = read_scenario(stored(tmp_path, GOOD))
-    assert with_team(scenario, None, None) is scenario
 
 
 @pytest.mark.parametrize(

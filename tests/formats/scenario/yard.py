@@ -1,7 +1,5 @@
 """A small scenario file that is right, and ways to make it wrong."""
 
-from __future__ import annotations
-
 import copy
 from dataclasses import replace
 from pathlib import Path

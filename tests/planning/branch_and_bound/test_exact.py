@@ -1,7 +1,5 @@
 """The exact engine beside a search that knows nothing of it: every action of every robot is tried, in any order."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -20,7 +18,6 @@ from situations import (
     many_rooms,
     one_hall,
     one_room,
-    out_of_reach,
     room,
     rover,
     rover_left_behind,
@@ -30,10 +27,7 @@ from situations import (
 )
 
 from marsupial.bench.suite.floors import Floor
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Finished, Improved, Outcome
-from marsupial.model.robots import Role
-from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
+from marsupial.model import UNREACHABLE, Budget, Finished, Improved, Outcome, Plan, Role, Situation, SituationGoal
 from marsupial.planning.branch_and_bound.engine import Exact
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
@@ -122,7 +116,6 @@ class Everything:
         )
 
     def has_plan(self) -> bool:
-        """Say whether there is any plan."""
         seen: set[tuple[object, ...]] = set()
         pending = [self.beginning()]
         while pending:
@@ -250,25 +243,14 @@ def test_steps_decide_what_is_found() -> None:
     assert 0 < (one[1].lower_bound_ms or 0) < one[0][-1].makespan_ms
 
 
-def test_more_targets_than_fit_are_refused() -> None:
-    plans, finished = solve(many_rooms(2, 2, 13, 4))
-    assert not plans
-    assert finished.outcome is Outcome.UNSUPPORTED
-    assert "13 targets" in finished.detail
-
-
-def test_tables_that_take_too_much_memory_are_refused() -> None:
-    plans, finished = solve(many_rooms(4, 2, 12, 40))
-    assert not plans
-    assert finished.outcome is Outcome.UNSUPPORTED
-    assert "too many together" in finished.detail
-
-
-def test_what_nobody_can_reach_is_proven_unsolvable() -> None:
-    plans, finished = solve(out_of_reach())
-    assert not plans
-    assert finished.outcome is Outcome.UNSOLVABLE
-    assert "t2" in finished.detail
+@pytest.mark.parametrize(
+    ("situation", "reason"),
+    [(many_rooms(2, 2, 13, 4), "13 targets"), (many_rooms(4, 2, 12, 40), "too many together")],
+)
+def test_what_does_not_fit_into_tables_is_refused(situation: Situation, reason: str) -> None:
+    plans, finished = solve(situation)
+    assert (plans, finished.outcome) == ([], Outcome.UNSUPPORTED)
+    assert reason in finished.detail
 
 
 def test_a_start_that_is_best_is_proven_so() -> None:

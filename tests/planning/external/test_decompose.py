@@ -10,7 +10,6 @@ from patience import HANG_S
 from situations import (
     bring_them_home,
     carrier,
-    default_types,
     door,
     hall,
     in_flight,
@@ -24,7 +23,6 @@ from situations import (
     situations,
 )
 
-from marsupial.errors import UsageError
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
@@ -90,7 +88,6 @@ def test_targets_above_the_limit_are_left_for_later() -> None:
 
 def test_a_rover_on_the_ground_goes_on_by_itself() -> None:
     parts = decompose(in_flight(), ONE_CARRIER_ONE_TARGET)
-    assert {"r2"} in [names(part) for part in parts]
     alone = next(part for part in parts if names(part) == {"r2"})
     assert (targets(alone), alone.meetings) == ({"t2"}, ())
 
@@ -103,9 +100,8 @@ def test_a_rover_with_nothing_in_reach_joins_the_carrier_that_can_fetch_it() -> 
         {"c1_start": hall(0), "c2_start": hall(60), "r1_start": room(-11, 1)},
     )
     parts = decompose(situation, SMALL)
-    assert {"c1", "r1"} in [names(part) for part in parts]
     fetching = next(part for part in parts if "r1" in names(part))
-    assert targets(fetching) == {"t1"}
+    assert (names(fetching), targets(fetching)) == ({"c1", "r1"}, {"t1"})
     assert set(fetching.meetings) == {"m1", "m2"}
 
 
@@ -135,7 +131,6 @@ def test_merged_plans_have_the_actions_of_all_in_order() -> None:
 
 def serve(situation: Situation) -> Plan:
     event, *_ = Greedy().solve(situation, Budget(steps=1))
-    assert isinstance(event, Improved)
     return event.plan
 
 
@@ -163,16 +158,13 @@ def test_plans_of_parts_are_valid_together(situation: Situation) -> None:
     *plans, end = engine.solve(situation, Budget(seconds=5))
     assert isinstance(end, Finished)
     for event in plans:
-        assert isinstance(event, Improved)
         assert check(situation, event.plan, targets=event.plan.explored).valid
 
 
 class Fake:
     """An engine with a script: what happens for a part with that carrier or rover first."""
 
-    info = EngineInfo(
-        name="fake", summary="fake", licence="none", anytime=True, proves_optimality=True, deterministic_steps=False
-    )
+    info = EngineInfo(name="fake", anytime=True, proves_optimality=True)
 
     def __init__(self, script: dict[str, str]) -> None:
         self.script = script
@@ -226,23 +218,19 @@ def test_all_parts_together_make_the_plan_and_nothing_is_proven() -> None:
     *improved, end = solve(Fake({"c1": "plan", "c2": "plan"}), two_halls())
     assert isinstance(improved[-1], Improved)
     assert improved[-1].plan.explored == {"t1", "t2", "t3"}
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.SATISFICING
     assert end.detail == "2 of 2 parts planned, 3 targets in them"
 
 
 def test_if_a_part_fails_the_others_still_count() -> None:
     improved, end = solve(Fake({"c1": "fail", "c2": "plan"}), two_halls())
-    assert isinstance(improved, Improved)
     assert improved.plan.explored == {"t2"}
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.SATISFICING
     assert end.detail.endswith("part 1: crashed")
 
 
 def test_if_all_parts_fail_the_first_one_says_how() -> None:
     (end,) = solve(Fake({"c1": "fail", "c2": "fail"}), two_halls())
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.CRASHED
     assert "fell over" in end.detail
 
@@ -287,7 +275,6 @@ def test_parts_get_at_least_what_the_smallest_size_needs_and_the_last_ones_nothi
     engine = Slow({f"c{i}": "plan" for i in range(6)})
     limit = PartSize(rovers=2, targets=2, seconds=0.3)
     *_, end = Decomposed(engine, limit).solve(many_rooms(6, 2, 12, 6), Budget(seconds=0.3))
-    assert isinstance(end, Finished)
     assert end.detail.startswith("2 of 6 parts planned")
 
 
@@ -297,7 +284,6 @@ def test_bigger_parts_are_made_when_there_is_time_for_them() -> None:
     for seconds in (20.0, 1.0):
         engine = Fake({"c0": "plan", "c1": "plan"})
         *_, last, _end = Decomposed(engine, *sizes).solve(many_rooms(2, 2, 8, 4), Budget(seconds=seconds))
-        assert isinstance(last, Improved)
         explored.append(len(last.plan.explored))
     assert explored == [6, 2]
 
@@ -305,30 +291,10 @@ def test_bigger_parts_are_made_when_there_is_time_for_them() -> None:
 def test_what_fits_is_solved_as_a_whole() -> None:
     engine = Fake({"c1": "plan"})
     _, end = Decomposed(engine, SMALL).solve(one_room(), Budget(seconds=7))
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.OPTIMAL
     assert engine.asked == [Budget(seconds=7)]
 
 
-def test_steps_can_not_be_shared() -> None:
-    with pytest.raises(UsageError, match="seconds"):
-        Decomposed(Greedy(), SMALL).solve(two_halls(), Budget(steps=3))
-
-
 def test_where_only_carriers_together_could_do_it_there_is_no_part() -> None:
     (end,) = solve(Fake({}), relay())
-    assert isinstance(end, Finished)
     assert end.outcome is Outcome.NO_PLAN
-
-
-def test_what_nobody_can_do_is_proven_unsolvable() -> None:
-    situation = situation_of(
-        [carrier(1), carrier(2)],
-        {"t1": room(5)},
-        {},
-        {"c1_start": hall(0), "c2_start": hall(1)},
-        types=default_types(),
-    )
-    (end,) = solve(Fake({}), situation)
-    assert isinstance(end, Finished)
-    assert end.outcome is Outcome.UNSOLVABLE

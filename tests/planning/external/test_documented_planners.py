@@ -1,7 +1,5 @@
 """Runs the planners of docs/external-planners.md that are installed, with the commands that stand there."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -12,8 +10,7 @@ from pathlib import Path
 import pytest
 from situations import bring_them_home, carrier, hall, in_flight, many_rooms, one_room, relay, situation_of, two_rooms
 
-from marsupial.model.planning import Budget, Finished, Improved
-from marsupial.model.situation import Situation
+from marsupial.model import Budget, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.external.commands import External
 
@@ -57,11 +54,9 @@ def test_every_plan_of_a_documented_command_is_accepted(planner: str, situation:
     command = COMMANDS[planner]
     _skip_if_absent(command)
     *improved, end = External(command).solve(situation, Budget(seconds=6))
-    assert isinstance(end, Finished)
     assert improved, end.detail
     assert "refused" not in end.detail
     for event in improved:
-        assert isinstance(event, Improved)
         assert check(situation, event.plan).valid
 
 

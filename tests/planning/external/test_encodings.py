@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from hypothesis import given, settings
 from situations import (
@@ -19,9 +17,7 @@ from situations import (
     situations,
 )
 
-from marsupial.model.plan import ActionName
-from marsupial.model.planning import Budget, Improved
-from marsupial.model.situation import Situation, SituationGoal
+from marsupial.model import ActionName, Budget, Improved, Situation, SituationGoal
 from marsupial.planning.external import aries, tamer
 from marsupial.planning.external.encodings import Vocabulary
 from marsupial.planning.list_scheduling.greedy import Greedy
@@ -67,10 +63,7 @@ def test_the_first_drive_takes_as_much_longer_as_the_robot_is_busy() -> None:
 def test_a_rover_drives_from_door_to_door_only_where_it_may_change_carriers() -> None:
     assert "(move r1 m1 m2)" in words(relay())
     one_carrier = situation_of(
-        [carrier(), rover(on="c1")],
-        {"t1": room(5)},
-        {"m1": door(1), "m2": door(9)},
-        {"c1_start": hall(0)},
+        [carrier(), rover(on="c1")], {"t1": room(5)}, {"m1": door(1), "m2": door(9)}, {"c1_start": hall(0)}
     )
     assert "(move r1 m1 m2)" not in words(one_carrier)
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from situations import in_flight, one_room, relay
 

@@ -1,9 +1,10 @@
-from __future__ import annotations
+from collections.abc import Callable
 
 import pytest
 from situations import full_carrier, in_flight, one_room, relay, two_rooms
 
 from marsupial.errors import InternalError
+from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.timeline import Timeline
 
@@ -62,26 +63,17 @@ def test_a_copy_goes_its_own_way() -> None:
     assert timeline.at["c1"] == "c1_start"
 
 
-def test_a_full_carrier_takes_nobody() -> None:
-    timeline = Timeline.of(full_carrier())
-    with pytest.raises(InternalError, match="c1 has no place for k1"):
-        timeline.dock("k1", "c1", "m1")
-
-
-def test_nobody_drives_without_a_path() -> None:
-    timeline = Timeline.of(relay())
-    assert not timeline.can_drive("c1", "m2")
-    with pytest.raises(InternalError, match="c1 can't drive from c1_start to m2"):
-        timeline.move("c1", "m2")
-
-
-def test_a_rover_aboard_does_not_drive() -> None:
-    timeline = Timeline.of(one_room())
-    assert not timeline.can_drive("r1", "t1")
-    with pytest.raises(InternalError, match="r1 can't drive"):
-        timeline.explore("r1", "t1")
-
-
-def test_a_rover_on_the_ground_is_not_set_down() -> None:
-    with pytest.raises(InternalError, match="r2 is not aboard a carrier"):
-        Timeline.of(in_flight()).undock("r2", "m1")
+@pytest.mark.parametrize(
+    ("situation", "act", "message"),
+    [
+        (full_carrier(), lambda timeline: timeline.dock("k1", "c1", "m1"), "c1 has no place for k1"),
+        (relay(), lambda timeline: timeline.move("c1", "m2"), "c1 can't drive from c1_start to m2"),
+        (one_room(), lambda timeline: timeline.explore("r1", "t1"), "r1 can't drive"),
+        (in_flight(), lambda timeline: timeline.undock("r2", "m1"), "r2 is not aboard a carrier"),
+    ],
+)
+def test_what_a_robot_can_not_do_is_an_error(
+    situation: Situation, act: Callable[[Timeline], object], message: str
+) -> None:
+    with pytest.raises(InternalError, match=message):
+        act(Timeline.of(situation))

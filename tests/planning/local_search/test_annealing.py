@@ -1,15 +1,10 @@
-from __future__ import annotations
-
 import threading
 from contextlib import closing
 
 from hypothesis import given, settings
 from situations import SOLVABLE, many_rooms, one_room, situations
 
-from marsupial.model.objective import MAKESPAN
-from marsupial.model.plan import EPSILON_MS, Plan
-from marsupial.model.planning import Budget, Improved
-from marsupial.model.situation import Situation
+from marsupial.model import MAKESPAN, Budget, Improved, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.local_search.encoding import ProblemData, encode, events_of, plan_of
@@ -86,10 +81,3 @@ def test_no_thread_outlives_the_iterator() -> None:
             if set(threading.enumerate()) > before:
                 break
     assert set(threading.enumerate()) == before
-
-
-def test_a_makespan_counts_the_gap_after_the_last_action() -> None:
-    situation = one_room()
-    (plan,) = listed(situation)
-    search = Annealing(encode(situation), [events_of(situation, plan)], 0)
-    assert search.score[0] == plan.makespan_ms + EPSILON_MS

@@ -1,12 +1,6 @@
-from __future__ import annotations
-
 from situations import DOCK_MS, UNDOCK_MS, Spot, carrier, door, hall, room, rover, situation_of
 
-from marsupial.model.objective import MAKESPAN
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Improved
-from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, RobotState, Situation
+from marsupial.model import MAKESPAN, Budget, Improved, Plan, PlanningType, RobotState, Role, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.local_search.columns import UNDOCK

@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterator
 
 import pytest
 from patience import HANG_S, until
-from situations import many_rooms, one_hall, one_room, out_of_reach, situation_of
+from situations import one_hall
 
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.portfolio.engine import GIVEN, Latest, Portfolio, PortfolioMember
 from marsupial.planning.race import Clock
 
@@ -134,10 +133,6 @@ def solve(
     *improved, finished = asked
     assert isinstance(finished, Finished)
     return [event.plan for event in improved if isinstance(event, Improved)], finished
-
-
-def greedy(clock: Clock, latest: Latest) -> Greedy:
-    return Greedy(clock)
 
 
 def threads() -> list[str]:
@@ -353,15 +348,3 @@ def test_closing_early_stops_every_engine(quiet: PortfolioMember) -> None:
     assert len(threads()) == 2
     events.close()  # type: ignore[attr-defined]
     until(lambda: threads() == [])
-
-
-def test_engines_with_a_clock_of_their_own_kind_take_part() -> None:
-    situation = many_rooms(2, 2, 8, 4)
-    plans, finished = solve(PortfolioMember(name="greedy", make=greedy), budget=AMPLE, situation=situation)
-    assert plans
-    assert finished.outcome is Outcome.SATISFICING
-    _, finished = solve(PortfolioMember(name="greedy", make=greedy), budget=AMPLE, situation=out_of_reach())
-    assert finished.outcome is Outcome.UNSOLVABLE
-    plans, _ = solve(PortfolioMember(name="greedy", make=greedy), situation=situation_of([], {}, {}, {}))
-    assert plans == [Plan(actions=())]
-    assert solve(PortfolioMember(name="greedy", make=greedy), situation=one_room())[0]

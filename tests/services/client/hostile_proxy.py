@@ -1,7 +1,5 @@
 """A proxy between client and server that cuts connections at random bytes, delays, answers 503 and sends twice."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 import random
@@ -87,7 +85,6 @@ class HostileProxy:
             await self._relay(first, (reader, writer))
 
     async def _send_once_more(self, request: bytes) -> None:
-        """Send a request whose answer nobody gets."""
         reader, writer = await asyncio.open_connection(HOST, self._port)
         with _aborted(writer):
             writer.write(request)
@@ -131,7 +128,6 @@ def _aborted(writer: asyncio.StreamWriter) -> Iterator[None]:
 
 
 async def _request(reader: asyncio.StreamReader) -> bytes:
-    """Return one whole request."""
     head = await reader.readuntil(b"\r\n\r\n")
     lengths = [line.partition(b":")[2] for line in head.splitlines() if line.lower().startswith(b"content-length:")]
     return head + await reader.readexactly(int(lengths[0]) if lengths else 0)

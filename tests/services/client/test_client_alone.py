@@ -1,7 +1,5 @@
 """The client needs nothing but httpx2 and what that needs."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

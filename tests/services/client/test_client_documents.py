@@ -1,7 +1,5 @@
 """The generated files of the client are current, and its events are those of the service."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Behind a proxy that does all that proxies and networks do, everything comes through exactly once and in order."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 import uuid
@@ -78,27 +76,6 @@ def test_reports_and_events_come_through_exactly_once(server: Server, proxy: Hos
     check(server, mission.id, seen)
 
 
-def test_they_do_for_async_tasks_too(server: Server, proxy: HostileProxy) -> None:
-    seen: list[tuple[int, str]] = []
-
-    async def run() -> str:
-        async with AsyncClient(proxy.url) as client, asyncio.timeout(HANG_S):
-            mission = await client.begin(brief(proxy))
-
-            async def follow() -> None:
-                async for event in mission.events():
-                    seen.append((event.id, event.type))
-
-            async with asyncio.TaskGroup() as tasks:
-                tasks.create_task(follow())
-                taken = [await mission.report(one) for one in news()]
-                await mission.cancel()
-            assert [one["n"] for one in taken if one is not None] == list(range(1, REPORTS + 1))
-            return mission.id
-
-    check(server, asyncio.run(run()), seen)
-
-
 def many(count: int = 60) -> Iterator[list[News]]:
     """Yield batches of the same reports, with those of two robots by their own counts in between."""
     told = list(news())
@@ -128,23 +105,20 @@ def test_batches_and_reports_of_robots_come_through_exactly_once(server: Server,
     counted(server, mission.id)
 
 
-def test_batches_of_async_tasks_do_too(server: Server, proxy: HostileProxy) -> None:
-    async def run() -> str:
-        async with AsyncClient(proxy.url) as client, asyncio.timeout(HANG_S):
-            mission = await client.begin(brief(proxy))
-            for batch in many():
-                last = mission.n + len(batch) // 2
-                task = asyncio.create_task(mission.reports(batch))
-                await asyncio.sleep(0.003)
-                task.cancel()  # before it was begun, in its midst, or after it was done
-                await asyncio.wait([task])
-                await mission.reports(())
-                if mission.n < last:
-                    await mission.reports(batch)
-            await mission.cancel()
-            return mission.id
-
-    counted(server, asyncio.run(run()))
+async def test_batches_of_async_tasks_do_too(server: Server, proxy: HostileProxy) -> None:
+    async with AsyncClient(proxy.url) as client, asyncio.timeout(HANG_S):
+        mission = await client.begin(brief(proxy))
+        for batch in many():
+            last = mission.n + len(batch) // 2
+            task = asyncio.create_task(mission.reports(batch))
+            await asyncio.sleep(0.003)
+            task.cancel()  # before it was begun, in its midst, or after it was done
+            await asyncio.wait([task])
+            await mission.reports(())
+            if mission.n < last:
+                await mission.reports(batch)
+        await mission.cancel()
+    counted(server, mission.id)
 
 
 def test_a_mission_is_the_one_in_process_byte_for_byte(proxy: HostileProxy) -> None:

@@ -1,11 +1,8 @@
 """What breaks is tried again, in a time that passes by itself; what is refused is told."""
 
-from __future__ import annotations
-
-import asyncio
 import itertools
 import json
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Iterator
 from contextlib import aclosing
 from typing import Any
 
@@ -32,6 +29,7 @@ from marsupial_service.problems import KINDS
 URL = "http://robots.example/plans"
 OK = httpx2.Response(200, json={"well": True})
 LINKS = {name: f"/v1/missions/m/{name}" for name in ("reports", "events", "cancel")} | {"self": "/v1/missions/m"}
+EVENTS = {"Content-Type": "text/event-stream"}
 MISSION = {"id": "m", "n": 4, "state": "running", "links": LINKS}
 
 Answer = httpx2.Response | Exception
@@ -209,7 +207,7 @@ def test_an_address_that_is_none_is_told(url: str) -> None:
 
 def stream(*events: tuple[int, str], rest: str = "") -> httpx2.Response:
     text = ": events\n\n" + "".join(f'id: {n}\nevent: {kind}\ndata: {{"n":{n}}}\n\n' for n, kind in events) + rest
-    return httpx2.Response(200, text=text, headers={"Content-Type": "text/event-stream"})
+    return httpx2.Response(200, text=text, headers=EVENTS)
 
 
 def followed(transport: Scripted, after: int = 0, missed: list[str] | None = None) -> list[tuple[int, str]]:
@@ -250,22 +248,21 @@ def test_a_stream_that_lasted_is_a_sound_one_however_long_nothing_came() -> None
             PAUSES.append(3600.0)
             yield b": still there\n\n"
 
-    kind = {"Content-Type": "text/event-stream"}
-    transport = Scripted(*[httpx2.Response(200, stream=Silent(), headers=kind) for _ in range(3)], stream((1, "end")))
+    transport = Scripted(*[httpx2.Response(200, stream=Silent(), headers=EVENTS) for _ in range(3)], stream((1, "end")))
     assert followed(transport) == [(1, "end")]
 
 
 @pytest.mark.parametrize("number", ["", "one", "-1", "²", "9" * 5000])
 def test_a_stream_whose_events_have_no_numbers_is_taken_up_again(number: str) -> None:
     text = f"id: {number}\nevent: state\ndata: {{}}\n\n"
-    broken_one = httpx2.Response(200, text=text, headers={"Content-Type": "text/event-stream"})
+    broken_one = httpx2.Response(200, text=text, headers=EVENTS)
     assert followed(Scripted(broken_one, stream((1, "end")))) == [(1, "end")]
 
 
 def test_event_data_that_is_no_json_is_told() -> None:
     text = "id: 1\nevent: state\ndata: {broken\n\n"
     with pytest.raises(ClientError, match=r"event 1 \(state\) is not JSON"):
-        followed(Scripted(httpx2.Response(200, text=text, headers={"Content-Type": "text/event-stream"})))
+        followed(Scripted(httpx2.Response(200, text=text, headers=EVENTS)))
 
 
 def test_an_answer_that_drips_is_given_up_when_patience_ends() -> None:
@@ -385,40 +382,7 @@ def test_no_reports_are_sent_as_nothing() -> None:
     assert (mission_of(transport).reports([]), transport.requests) == ([], [])
 
 
-def in_loop(handler: Callable[[httpx2.Request], Any], work: Callable[[AsyncClient], Any]) -> Any:
-    async def run() -> Any:
-        async with AsyncClient(URL, http=httpx2.AsyncClient(transport=httpx2.MockTransport(handler))) as client:
-            return await work(client)
-
-    return asyncio.run(run())
-
-
-def test_a_report_whose_task_is_cancelled_is_sent_again_before_the_next_one() -> None:
-    seen: list[tuple[int, int]] = []
-
-    async def answer(request: httpx2.Request) -> httpx2.Response:
-        if request.method == "GET":
-            return httpx2.Response(200, json=MISSION)
-        body = json.loads(request.content)
-        seen.append((body["n"], body["t_ms"]))
-        if len(seen) == 1:
-            await asyncio.sleep(3600)
-        return taken(body["n"])
-
-    async def work(client: AsyncClient) -> None:
-        mission = await client.mission("m")
-        task = asyncio.create_task(mission.report({"t_ms": 10}))
-        while not seen:
-            await asyncio.sleep(0)
-        task.cancel()
-        await asyncio.wait([task])
-        await asyncio.gather(*(mission.report({"t_ms": t_ms}) for t_ms in (20, 30)))
-
-    in_loop(answer, work)
-    assert seen == [(5, 10), (5, 10), (6, 20), (7, 30)]
-
-
-def test_a_loop_over_plans_that_is_left_lets_go_of_its_stream() -> None:
+async def test_a_loop_over_plans_that_is_left_lets_go_of_its_stream() -> None:
     closed: list[bool] = []
 
     class Endless(httpx2.AsyncByteStream):
@@ -431,16 +395,15 @@ def test_a_loop_over_plans_that_is_left_lets_go_of_its_stream() -> None:
 
     async def answer(request: httpx2.Request) -> httpx2.Response:
         if request.url.path.endswith("/events"):
-            return httpx2.Response(200, stream=Endless(), headers={"Content-Type": "text/event-stream"})
+            return httpx2.Response(200, stream=Endless(), headers=EVENTS)
         return httpx2.Response(200, json={"id": "j", "links": {"events": "/v1/jobs/j/events"}})
 
-    async def work(client: AsyncClient) -> list[int]:
-        found = []
-        async with aclosing((await client.job("j")).plans()) as plans:
+    found = []
+    async with AsyncClient(URL, http=httpx2.AsyncClient(transport=httpx2.MockTransport(answer))) as asked:
+        plans = (await asked.job("j")).plans()
+        async with aclosing(plans):
             async for plan in plans:
                 found.append(plan["revision"])
                 if len(found) == 3:
                     break
-        return found
-
-    assert (in_loop(answer, work), closed) == ([1, 2, 3], [True])
+    assert (found, closed) == ([1, 2, 3], [True])

@@ -1,7 +1,5 @@
 """Background tasks go on after failures, which are logged and counted."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 from collections import Counter
@@ -9,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from entry_house import opened, settings_of
-from mission_house import Driver, open_missions, run, started, team
+from mission_house import Driver, open_missions, started, team
 from patience import HANG_S
 from situations import job_source, one_room
 from undisturbed import undisturbed
@@ -68,28 +66,22 @@ def test_a_task_that_fails_starts_again_and_is_logged_once_in_a_while(caplog: py
     assert all(record.exc_info for record in caplog.records)
 
 
-def test_a_slot_that_meets_something_unforeseen_goes_on(tmp_path: Path) -> None:
+async def test_a_slot_that_meets_something_unforeseen_goes_on(tmp_path: Path) -> None:
     failed: list[str] = []
     wanted = PackedRequest.of(planner="greedy", budget=Budget(steps=1), digest=b"", source=job_source(one_room()))
     settings = settings_of(JobSettings, slots=1, failed=failed.append)
-
-    async def plan() -> bool:
-        async with opened(tmp_path, lambda store: Jobs(store, settings, runner=FailingRunner(2))) as jobs:  # type: ignore[arg-type]
-            job = (await jobs.submit(wanted, owner="me")).record.id
-            return (await jobs.wait(job, HANG_S)).finished_at_ms is not None
-
-    assert run(plan())
+    async with opened(tmp_path, lambda store: Jobs(store, settings, runner=FailingRunner(2))) as jobs:  # type: ignore[arg-type]
+        job = (await jobs.submit(wanted, owner="me")).record.id
+        found = (await jobs.wait(job, HANG_S)).finished_at_ms is not None
+    assert found
     assert failed == ["job slot"] * 2
 
 
-def test_a_mission_that_meets_something_unforeseen_goes_on(tmp_path: Path) -> None:
+async def test_a_mission_that_meets_something_unforeseen_goes_on(tmp_path: Path) -> None:
     failed: list[str] = []
-
-    async def fly() -> str:
-        async with open_missions(tmp_path, FailingRunner(2), failed=failed.append) as missions:  # type: ignore[arg-type]
-            record = await started(missions)
-            assert await Driver(team()).drive(missions, record)
-            return await missions.log(await missions.of("me", record.id))
-
-    assert run(fly()) == undisturbed("lobby")
+    async with open_missions(tmp_path, FailingRunner(2), failed=failed.append) as missions:  # type: ignore[arg-type]
+        record = await started(missions)
+        assert await Driver(team()).drive(missions, record)
+        log = await missions.log(await missions.of("me", record.id))
+    assert log == undisturbed("lobby")
     assert failed == ["mission process"] * 2

@@ -1,7 +1,5 @@
 """How much a key may plan in an hour, over all servers of a store."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -9,7 +7,7 @@ from typing import Any, TypeVar
 
 import pytest
 from entry_house import followed, opened, settings_of
-from mission_house import Driver, open_missions, run, started, team
+from mission_house import Driver, open_missions, started, team
 from patience import HANG_S
 from situations import job_source, one_room
 from undisturbed import undisturbed
@@ -20,7 +18,6 @@ from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
 from marsupial_service.jobs.records import Closed, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
-from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.values import Control
 from marsupial_service.schemas.events import QuotaData
@@ -145,7 +142,7 @@ def test_a_small_budget_reserves_what_preparing_for_it_takes(house: QuotaHouse) 
         house.add("one_too_many", 0, seconds=0.001)
 
 
-def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) -> None:
+async def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) -> None:
     used_s: list[float] = []
 
     def jobs_of(store: Store) -> Jobs:
@@ -154,29 +151,23 @@ def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) ->
         )
         return Jobs(store, settings, now_ms=lambda: 0)  # nothing comes back meanwhile
 
-    async def left_s() -> float:
-        async with opened(place, jobs_of) as jobs:
-            budget = Budget(seconds=0.001)
-            asked = PackedRequest.of(planner="greedy", budget=budget, digest=b"", source=job_source(one_room()))
-            for job in [(await jobs.submit(asked, owner="me")).record.id for _ in range(5)]:
-                await jobs.wait(job, 60)
-            return (await jobs.left_s())["me"]
-
-    left = run(left_s())
+    async with opened(place, jobs_of) as jobs:
+        budget = Budget(seconds=0.001)
+        asked = PackedRequest.of(planner="greedy", budget=budget, digest=b"", source=job_source(one_room()))
+        for job in [(await jobs.submit(asked, owner="me")).record.id for _ in range(5)]:
+            await jobs.wait(job, 60)
+        left = (await jobs.left_s())["me"]
     assert len(used_s) == 5
     assert 60.0 - left == pytest.approx(sum(used_s), abs=0.005)
     assert sum(used_s) > 5 * 0.002
 
 
-def test_a_mission_is_charged_for_its_analyses_besides_its_plannings(place: str) -> None:
-    async def used() -> tuple[int, int]:
-        charged_s: list[float] = []
-        driver = Driver(team())
-        async with open_missions(place, planned=lambda owner, seconds: charged_s.append(seconds)) as missions:
-            assert await driver.drive(missions, await started(missions))
-        return len(charged_s), sum(kind == "decision" for _, kind, _ in driver.events)
-
-    charges, plannings = run(used())
+async def test_a_mission_is_charged_for_its_analyses_besides_its_plannings(place: str) -> None:
+    charged_s: list[float] = []
+    driver = Driver(team())
+    async with open_missions(place, planned=lambda owner, seconds: charged_s.append(seconds)) as missions:
+        assert await driver.drive(missions, await started(missions))
+    charges, plannings = len(charged_s), sum(kind == "decision" for _, kind, _ in driver.events)
     assert charges > plannings
 
 
@@ -206,7 +197,7 @@ def test_without_a_quota_nothing_is_kept_and_nobody_waits(house: QuotaHouse) -> 
     assert house.do(lambda tx: NO_QUOTA.wait_s(tx, "me", 1e9, 0)) == 0.0
 
 
-def test_it_holds_after_a_restart(place: str) -> None:
+async def test_it_holds_after_a_restart(place: str) -> None:
     def jobs_of(store: Store) -> Jobs:
         return Jobs(store, settings_of(JobSettings, slots=1, key_planning_s=30.0))
 
@@ -215,16 +206,13 @@ def test_it_holds_after_a_restart(place: str) -> None:
             planner="greedy", budget=Budget(seconds=seconds), digest=b"", source=job_source(one_room())
         )
 
-    async def work() -> None:
-        async with opened(place, jobs_of) as jobs:
-            job = (await jobs.submit(wanted(20.0), owner="me")).record.id
-            assert (await jobs.wait(job, HANG_S)).finished_at_ms is not None
-            assert 0 < 30.0 - (await jobs.left_s())["me"] < 20.0
-        async with opened(place, jobs_of) as jobs:
-            with pytest.raises(TooMany, match="planning time"):
-                await jobs.submit(wanted(30.0), owner="me")
-
-    run(work())
+    async with opened(place, jobs_of) as jobs:
+        job = (await jobs.submit(wanted(20.0), owner="me")).record.id
+        assert (await jobs.wait(job, HANG_S)).finished_at_ms is not None
+        assert 0 < 30.0 - (await jobs.left_s())["me"] < 20.0
+    async with opened(place, jobs_of) as jobs:
+        with pytest.raises(TooMany, match="planning time"):
+            await jobs.submit(wanted(30.0), owner="me")
 
 
 async def use_up(missions: Missions, seconds: float) -> None:
@@ -235,30 +223,29 @@ def quota_events(driver: Driver) -> list[str]:
     return [data for _, kind, data in driver.events if kind == "quota"]
 
 
+async def until_told(driver: Driver) -> None:
+    while not quota_events(driver):
+        await asyncio.sleep(0.02)
+
+
 @pytest.mark.parametrize("killed", [False, True])
-def test_a_mission_beyond_the_quota_waits_and_tells_so_and_goes_on_as_if_nothing_had_been(
+async def test_a_mission_beyond_the_quota_waits_and_tells_so_and_goes_on_as_if_nothing_had_been(
     place: str, killed: bool
 ) -> None:
-    async def fly() -> tuple[Driver, str]:
-        driver = Driver(team())
-        async with open_missions(place, key_planning_s=3600.0) as missions:
-            record = await started(missions)
-            assert not await driver.drive(missions, record, 5)
-            await use_up(missions, 3601.0)
-            ending = asyncio.create_task(driver.drive(missions, record))
-            async with asyncio.timeout(HANG_S):
-                while not quota_events(driver):
-                    await asyncio.sleep(0.02)
-            if not killed:
-                assert await ending
-                return driver, await missions.log(await missions.of("me", record.id))
+    driver = Driver(team())
+    async with open_missions(place, key_planning_s=3600.0) as missions:
+        record = await started(missions)
+        assert not await driver.drive(missions, record, 5)
+        await use_up(missions, 3601.0)
+        ending = asyncio.create_task(driver.drive(missions, record))
+        await until_told(driver)
+        if killed:
             ending.cancel()
-            await asyncio.wait([ending])
-        async with open_missions(place, key_planning_s=3600.0) as missions:
-            assert await driver.drive(missions, record)
-            return driver, await missions.log(await missions.of("me", record.id))
-
-    driver, log = run(fly())
+        await asyncio.wait([ending])
+        assert killed or ending.result()
+    async with open_missions(place, key_planning_s=3600.0) as missions:
+        assert not killed or await driver.drive(missions, record)
+        log = await missions.log(await missions.of("me", record.id))
     first, last = [QuotaData.model_validate_json(data) for data in quota_events(driver)]
     assert (first.state, last.state) == ("waiting", "running")
     assert "planning time is used up" in (first.reason or "")
@@ -266,25 +253,20 @@ def test_a_mission_beyond_the_quota_waits_and_tells_so_and_goes_on_as_if_nothing
     assert log == undisturbed("lobby")
 
 
-def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: str) -> None:
-    async def fly() -> MissionRecord:
-        async with open_missions(place, key_planning_s=3600.0) as missions:
-            record = await started(missions)
-            driver = Driver(team())
-            assert not await driver.drive(missions, record, 5)
-            await use_up(missions, 7000.0)
-            ending = asyncio.create_task(driver.drive(missions, record))
-            async with asyncio.timeout(HANG_S):
-                while not quota_events(driver):
-                    await asyncio.sleep(0.02)
-            with pytest.raises(TooMany, match=r"key_planning_s"):
-                await started(missions)
-            ending.cancel()  # its next report could cross with the end
-            await asyncio.wait([ending])
-            await missions.control(record, Control.CANCEL)
-            told = [event.type async for event in followed(missions, record.id, driver.after)]
-            assert told[-1] == "end"
-            return await missions.of("me", record.id)
-
-    ended = run(fly())
+async def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: str) -> None:
+    async with open_missions(place, key_planning_s=3600.0) as missions:
+        record = await started(missions)
+        driver = Driver(team())
+        assert not await driver.drive(missions, record, 5)
+        await use_up(missions, 7000.0)
+        ending = asyncio.create_task(driver.drive(missions, record))
+        await until_told(driver)
+        with pytest.raises(TooMany, match=r"key_planning_s"):
+            await started(missions)
+        ending.cancel()  # its next report could cross with the end
+        await asyncio.wait([ending])
+        await missions.control(record, Control.CANCEL)
+        told = [event.type async for event in followed(missions, record.id, driver.after)]
+        assert told[-1] == "end"
+        ended = await missions.of("me", record.id)
     assert (ended.status, ended.reason) == ("cancelled", "cancelled")

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import asyncio
 
 import pytest
@@ -8,86 +6,74 @@ from patience import HANG_S
 from marsupial_service.entries.slots import Slot, Slots
 
 
-def test_missions_come_before_jobs_and_owners_in_turn() -> None:
-    async def plan() -> list[str]:
-        slots, order = Slots(1), list[str]()
-        first = await slots.for_job()
+async def test_missions_come_before_jobs_and_owners_in_turn() -> None:
+    slots, order = Slots(1), list[str]()
+    first = await slots.for_job()
 
-        async def take(name: str, owner: str | None) -> None:
-            waiting = slots.for_job() if owner is None else slots.for_owner(owner)
-            with slots.taken(await waiting):
-                order.append(name)
+    async def take(name: str, owner: str | None) -> None:
+        waiting = slots.for_job() if owner is None else slots.for_owner(owner)
+        with slots.taken(await waiting):
+            order.append(name)
 
-        wanted = (("job", None), ("a1", "a"), ("a2", "a"), ("a3", "a"), ("b1", "b"))
-        tasks = [asyncio.create_task(take(*one)) for one in wanted]
-        await asyncio.sleep(0)
-        slots.free(first)
-        await asyncio.gather(*tasks)
-        assert slots.in_use == 0
-        return order
-
-    assert asyncio.run(plan()) == ["a1", "b1", "a2", "a3", "job"]
+    wanted = (("job", None), ("a1", "a"), ("a2", "a"), ("a3", "a"), ("b1", "b"))
+    tasks = [asyncio.create_task(take(*one)) for one in wanted]
+    await asyncio.sleep(0)
+    slots.free(first)
+    await asyncio.gather(*tasks)
+    assert slots.in_use == 0
+    assert order == ["a1", "b1", "a2", "a3", "job"]
 
 
-def test_an_owner_who_has_no_slot_goes_before_those_who_have_some() -> None:
-    async def plan() -> list[str]:
-        slots, order = Slots(3), list[str]()
-        held = [await slots.for_owner("a") for _ in range(3)]
+async def test_an_owner_who_has_no_slot_goes_before_those_who_have_some() -> None:
+    slots, order = Slots(3), list[str]()
+    held = [await slots.for_owner("a") for _ in range(3)]
 
-        async def take(owner: str) -> None:
-            await slots.for_owner(owner)
-            order.append(owner)
+    async def take(owner: str) -> None:
+        await slots.for_owner(owner)
+        order.append(owner)
 
-        waiting = [asyncio.create_task(take(owner)) for owner in ("a", "a", "b", "c")]
-        await asyncio.sleep(0)
-        assert (slots.waiting("a"), slots.waiting("b"), slots.waiting("d")) == (2, 1, 0)
-        for place in held[:2]:
+    waiting = [asyncio.create_task(take(owner)) for owner in ("a", "a", "b", "c")]
+    await asyncio.sleep(0)
+    assert (slots.waiting("a"), slots.waiting("b"), slots.waiting("d")) == (2, 1, 0)
+    for place in held[:2]:
+        slots.free(place)
+    await asyncio.sleep(0)
+    for task in waiting:
+        task.cancel()
+    assert order == ["b", "c"]
+
+
+async def test_the_newest_job_is_broken_off_for_a_mission_once() -> None:
+    slots, broken = Slots(2), list[str]()
+
+    def job(place: Slot, name: str) -> None:
+        def breaks() -> None:
+            broken.append(name)
             slots.free(place)
-        await asyncio.sleep(0)
-        for task in waiting:
-            task.cancel()
-        return order
 
-    assert asyncio.run(plan()) == ["b", "c"]
+        place.breaks = breaks
 
-
-def test_the_newest_job_is_broken_off_for_a_mission_once() -> None:
-    async def plan() -> list[str]:
-        slots, broken = Slots(2), list[str]()
-
-        def job(place: Slot, name: str) -> None:
-            def breaks() -> None:
-                broken.append(name)
-                slots.free(place)
-
-            place.breaks = breaks
-
-        for name in ("old", "new"):
-            job(await slots.for_job(), name)
-        mission = await slots.for_owner("a")
-        slots.free(mission)
-        await slots.for_owner("a")
-        assert broken == ["new"]
-        await slots.for_owner("a")
-        return broken
-
-    assert asyncio.run(plan()) == ["new", "old"]
+    for name in ("old", "new"):
+        job(await slots.for_job(), name)
+    mission = await slots.for_owner("a")
+    slots.free(mission)
+    await slots.for_owner("a")
+    assert broken == ["new"]
+    await slots.for_owner("a")
+    assert broken == ["new", "old"]
 
 
-def test_a_job_that_can_be_broken_off_only_later_makes_way_for_the_mission_that_waits_and_no_other_does() -> None:
-    async def plan() -> list[str]:
-        slots, broken = Slots(2), list[str]()
-        old, new = await slots.for_job(), await slots.for_job()
-        mission = asyncio.create_task(slots.for_owner("a"))
-        await asyncio.sleep(0)
-        slots.let_break(new, lambda: broken.append("new"))
-        slots.let_break(old, lambda: broken.append("old"))
-        slots.free(new)
-        async with asyncio.timeout(HANG_S):
-            await mission
-        return broken
-
-    assert asyncio.run(plan()) == ["new"]
+async def test_a_job_that_can_be_broken_off_only_later_makes_way_for_the_mission_that_waits_and_no_other_does() -> None:
+    slots, broken = Slots(2), list[str]()
+    old, new = await slots.for_job(), await slots.for_job()
+    mission = asyncio.create_task(slots.for_owner("a"))
+    await asyncio.sleep(0)
+    slots.let_break(new, lambda: broken.append("new"))
+    slots.let_break(old, lambda: broken.append("old"))
+    slots.free(new)
+    async with asyncio.timeout(HANG_S):
+        await mission
+    assert broken == ["new"]
 
 
 @pytest.mark.parametrize("moment", ["waiting", "given"])

@@ -1,7 +1,5 @@
 """Jobs in a folder, for tests: opened, asked, closed."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import sys
@@ -14,9 +12,7 @@ from patience import HANG_S, awaited
 from situations import one_room
 from strange_tasks import Ordinary, do_strange_tasks, source_of
 
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget
-from marsupial.model.situation import Situation
+from marsupial.model import Budget, Plan, Situation
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.entries.documents import plan_of
 from marsupial_service.entries.records import EventRecord
@@ -81,8 +77,6 @@ async def told(jobs: Jobs, job: str, after: int = 0) -> list[EventRecord]:
 
 
 async def planned(jobs: Jobs, job: str, revision: int = 1) -> None:
-    """Wait until a job has that revision."""
-
     async def is_there() -> bool:
         return (await jobs.of("me", job)).plans >= revision
 

@@ -4,8 +4,6 @@ Arguments: the folder, what to submit (`many`: small ones as fast as they are ta
 which waits for a file `go` in the folder), and the folders to import from.
 """
 
-from __future__ import annotations
-
 import asyncio
 import sys
 from pathlib import Path

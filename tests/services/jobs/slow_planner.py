@@ -3,8 +3,6 @@
 Between the two it waits for the file named by its last argument.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tasks that do in the worker what a test needs: wait, die, escape, allocate. Importable by workers, as a path is."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle

@@ -1,16 +1,16 @@
-from __future__ import annotations
-
 import asyncio
 import json
 import tracemalloc
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from job_house import SLOW, ended, open_jobs, planned, plans_of, request, submit, told
+from job_house import ended, open_jobs, plans_of, request, submit, told
 from launcher_tree import is_gone, nothing_runs
+from lost_answers import LostAnswers
 from patience import HANG_S
 from situations import many_rooms, one_hall, one_room, out_of_reach
 from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in, source_of
@@ -19,8 +19,10 @@ from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_json
 from marsupial.model.objective import MAKESPAN
 from marsupial.planning.checker import check
-from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
+from marsupial_service.entries.capacity import StoreCapacity, StoreFull, stored_bytes
+from marsupial_service.entries.records import TooMany, UnknownEntry
 from marsupial_service.jobs.records import FINAL, STATE_OF
+from marsupial_service.jobs.service import Jobs
 from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.store import StoreError, failpoints
 
@@ -33,362 +35,257 @@ def nothing_left() -> Iterator[None]:
     assert nothing_runs()
 
 
-def test_a_job_goes_from_queued_to_its_end_and_tells_every_step(place: str) -> None:
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            submitted = await jobs.submit(request(), owner="me")
-            assert (submitted.record.state, submitted.replayed) == (JobState.QUEUED, False)
-            events = await told(jobs, submitted.record.id)
-            job = await jobs.get(submitted.record.id, "me")
-            assert job is not None
-            assert (job.state, job.outcome) == (JobState.SUCCEEDED, JobOutcome.SATISFICING)
-            assert (job.attempts, job.plans) == (1, 1)
-            assert job.makespan_ms == 19_002
-            moments = (job.created_at_ms, job.started_at_ms, job.first_plan_at_ms, job.finished_at_ms)
-            assert sorted(moments) == list(moments)
-            assert [event.type for event in events] == ["state", "state", "plan", "end"]
-            assert [event.seq for event in events] == [1, 2, 3, 4]
-            told_plan = json.loads(events[2].data)
-            assert (told_plan["revision"], told_plan["makespan_ms"], len(told_plan["actions"])) == (1, 19_002, 3)
-            end = json.loads(events[3].data)
-            assert (end["state"], end["outcome"], end["plans"]) == ("succeeded", "satisficing", 1)
-
-    asyncio.run(run())
+async def test_a_job_goes_from_queued_to_its_end_and_tells_every_step(place: str) -> None:
+    async with open_jobs(place) as jobs:
+        submitted = await jobs.submit(request(), owner="me")
+        assert (submitted.record.state, submitted.replayed) == (JobState.QUEUED, False)
+        events = await told(jobs, submitted.record.id)
+        job = await jobs.get(submitted.record.id, "me")
+        assert (job.state, job.outcome) == (JobState.SUCCEEDED, JobOutcome.SATISFICING)
+        assert (job.attempts, job.plans) == (1, 1)
+        assert job.makespan_ms == 19_002
+        moments = (job.created_at_ms, job.started_at_ms, job.first_plan_at_ms, job.finished_at_ms)
+        assert sorted(moments) == list(moments)
+        assert [event.type for event in events] == ["state", "state", "plan", "end"]
+        assert [event.seq for event in events] == [1, 2, 3, 4]
+        told_plan = json.loads(events[2].data)
+        assert (told_plan["revision"], told_plan["makespan_ms"], len(told_plan["actions"])) == (1, 19_002, 3)
+        end = json.loads(events[3].data)
+        assert (end["state"], end["outcome"], end["plans"]) == ("succeeded", "satisficing", 1)
 
 
-def test_revisions_improve_strictly_are_valid_and_are_what_events_told(place: str) -> None:
+async def test_revisions_improve_strictly_are_valid_and_are_what_events_told(place: str) -> None:
     situation = many_rooms(2, 2, 12, 5)
-
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            job = await submit(jobs, request(situation, "anytime", seconds=None, steps=300))
-            events = await told(jobs, job)
-            plans = await plans_of(jobs, job)
-            assert len(plans) > 1
-            assert all(check(situation, record.plan).valid for record in plans)
-            scores = [MAKESPAN.value(situation, record.plan) for record in plans]
-            assert all(later < earlier for earlier, later in pairwise(scores))
-            assert [read_plan_text(record.ipc, situation) for record in plans] == [record.plan for record in plans]
-            in_events = [json.loads(event.data) for event in events if event.type is JobEventType.PLAN]
-            assert [(plan["revision"], plan["makespan_ms"]) for plan in in_events] == [
-                (record.revision, record.plan.makespan_ms) for record in plans
-            ]
-
-    asyncio.run(run())
+    async with open_jobs(place) as jobs:
+        job = await submit(jobs, request(situation, "anytime", seconds=None, steps=300))
+        events = await told(jobs, job)
+        plans = await plans_of(jobs, job)
+        assert len(plans) > 1
+        assert all(check(situation, record.plan).valid for record in plans)
+        scores = [MAKESPAN.value(situation, record.plan) for record in plans]
+        assert all(later < earlier for earlier, later in pairwise(scores))
+        assert [read_plan_text(record.ipc, situation) for record in plans] == [record.plan for record in plans]
+        in_events = [json.loads(event.data) for event in events if event.type is JobEventType.PLAN]
+        assert [(plan["revision"], plan["makespan_ms"]) for plan in in_events] == [
+            (record.revision, record.plan.makespan_ms) for record in plans
+        ]
 
 
-def test_a_stream_taken_up_anywhere_equals_one_never_interrupted(place: str) -> None:
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            job = await submit(jobs, request(many_rooms(2, 2, 12, 5), "anytime", seconds=None, steps=300))
-            live = [asyncio.create_task(told(jobs, job)) for _ in range(20)]
-            live += [asyncio.create_task(told(jobs, job, after)) for after in range(4)]
-            whole = await live[0]
-            assert len(whole) > 4
-            others = await asyncio.gather(*live)
-            assert others == [whole] * 20 + [whole[after:] for after in range(4)]
-            for after in range(len(whole) + 2):
-                assert await told(jobs, job, after) == whole[after:]
-
-    asyncio.run(run())
-
-
-def test_the_stream_of_a_job_there_is_not_ends_at_once(place: str) -> None:
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            assert await told(jobs, "nobody") == []
-
-    asyncio.run(run())
-
-
-def test_the_same_key_gives_the_same_job_and_another_request_is_refused(place: str) -> None:
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            together = [jobs.submit(request(), owner="me", idempotency_key="k") for _ in range(8)]
-            answers = await asyncio.gather(*together)
-            assert len({answer.record.id for answer in answers}) == 1
-            assert sorted(answer.replayed for answer in answers) == [False] + [True] * 7
-            with pytest.raises(KeyReused):
-                await jobs.submit(request(digest=b"other"), owner="me", idempotency_key="k")
-            others = await jobs.submit(request(digest=b"other"), owner="you", idempotency_key="k")
-            assert not others.replayed
-            await ended(jobs, answers[0].record.id)
-            again = await jobs.submit(request(), owner="me", idempotency_key="k")
-            assert (again.replayed, again.record.id) == (True, answers[0].record.id)
-            assert again.record.outcome is not None
-
-    asyncio.run(run())
-
-
-def test_ten_times_the_queue_is_refused_and_takes_no_memory(place: str, tmp_path: Path) -> None:
-    async def run() -> tuple[int, int]:
-        async with open_jobs(place, queue=4) as jobs:
-            wanted = request(Waits(tmp_path))
-            wanted = replace(wanted, source=wanted.source + bytes(MIB))
-            first = await submit(jobs, wanted)
-            await pid_in(tmp_path)
-            tracemalloc.start()
-            answers = await asyncio.gather(*(submit(jobs, wanted) for _ in range(40)), return_exceptions=True)
-            _, peak = tracemalloc.get_traced_memory()
-            tracemalloc.stop()
-            refused = [answer for answer in answers if isinstance(answer, TooMany)]
-            assert all(1 <= answer.retry_after_s <= 60 for answer in refused)
-            for _ in range(36):
-                with pytest.raises(TooMany):
-                    await submit(jobs, wanted)
-            counts = (await jobs.metrics()).states
-            assert (counts[JobState.RUNNING], counts[JobState.QUEUED]) == (1, 4)
-            for answer in [first, *(answer for answer in answers if isinstance(answer, str))]:
-                await jobs.cancel(answer)
-            return len(refused), peak
-
-    refused, peak = asyncio.run(run())
+async def test_ten_times_the_queue_is_refused_and_takes_no_memory(place: str, tmp_path: Path) -> None:
+    async with open_jobs(place, queue=4) as jobs:
+        wanted = request(Waits(tmp_path))
+        wanted = replace(wanted, source=wanted.source + bytes(MIB))
+        first = await submit(jobs, wanted)
+        await pid_in(tmp_path)
+        tracemalloc.start()
+        answers = await asyncio.gather(*(submit(jobs, wanted) for _ in range(40)), return_exceptions=True)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        refused = [answer for answer in answers if isinstance(answer, TooMany)]
+        assert all(1 <= answer.retry_after_s <= 60 for answer in refused)
+        for _ in range(36):
+            with pytest.raises(TooMany):
+                await submit(jobs, wanted)
+        counts = (await jobs.metrics()).states
+        assert (counts[JobState.RUNNING], counts[JobState.QUEUED]) == (1, 4)
+        for answer in [first, *(answer for answer in answers if isinstance(answer, str))]:
+            await jobs.cancel(answer)
+        refused, peak = len(refused), peak
     assert refused == 36
     assert peak < 20 * MIB
 
 
-def test_jobs_run_in_the_order_they_came_and_no_more_than_there_are_slots(place: str) -> None:
-    async def run() -> None:
-        async with open_jobs(place, slots=2) as jobs:
-            ids = [await submit(jobs, request(one_hall() if i % 2 else one_room())) for i in range(12)]
-            most = 0
-            async with asyncio.timeout(HANG_S):
-                while (metrics := await jobs.metrics()).states[JobState.SUCCEEDED] < 12:
-                    most = max(most, metrics.states[JobState.RUNNING])
-            assert most <= 2
-            done = [await ended(jobs, job) for job in ids]
-            assert sorted(done, key=lambda job: (job.started_at_ms, job.created_at_ms)) == done
-
-    asyncio.run(run())
+async def test_jobs_run_in_the_order_they_came_and_no_more_than_there_are_slots(place: str) -> None:
+    async with open_jobs(place, slots=2) as jobs:
+        ids = [await submit(jobs, request(one_hall() if i % 2 else one_room())) for i in range(12)]
+        most = 0
+        async with asyncio.timeout(HANG_S):
+            while (metrics := await jobs.metrics()).states[JobState.SUCCEEDED] < 12:
+                most = max(most, metrics.states[JobState.RUNNING])
+        assert most <= 2
+        done = [await ended(jobs, job) for job in ids]
+        assert sorted(done, key=lambda job: (job.started_at_ms, job.created_at_ms)) == done
 
 
-def test_a_job_makes_way_for_another_owners_and_goes_on_after_it(place: str, tmp_path: Path) -> None:
-    async def run() -> None:
-        async with open_jobs(place, slots=2) as jobs:
-            long = [await submit(jobs, request(Waits(tmp_path))) for _ in range(3)]
-            await pid_in(tmp_path)
-            other = (await jobs.submit(request(), owner="you")).record.id
-            assert (await jobs.wait(other, HANG_S)).state is JobState.SUCCEEDED
-            (tmp_path / "go").touch()
-            assert [(await ended(jobs, job)).attempts for job in long] == [1, 1, 1]
-            assert [event.type for event in await told(jobs, long[0])].count("state") == 2
-            states = [json.loads(event.data)["state"] for event in await told(jobs, long[1]) if event.type == "state"]
-            assert states == ["queued", "running", "queued", "running"]
-
-    asyncio.run(run())
+async def test_a_job_makes_way_for_another_owners_and_goes_on_after_it(place: str, tmp_path: Path) -> None:
+    async with open_jobs(place, slots=2) as jobs:
+        long = [await submit(jobs, request(Waits(tmp_path))) for _ in range(3)]
+        await pid_in(tmp_path)
+        other = (await jobs.submit(request(), owner="you")).record.id
+        assert (await jobs.wait(other, HANG_S)).state is JobState.SUCCEEDED
+        (tmp_path / "go").touch()
+        assert [(await ended(jobs, job)).attempts for job in long] == [1, 1, 1]
+        assert [event.type for event in await told(jobs, long[0])].count("state") == 2
+        states = [json.loads(event.data)["state"] for event in await told(jobs, long[1]) if event.type == "state"]
+        assert states == ["queued", "running", "queued", "running"]
 
 
-def test_a_queued_job_is_cancelled_without_ever_running(place: str, tmp_path: Path) -> None:
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            first, second = await submit(jobs, request(Waits(tmp_path))), await submit(jobs)
-            job = await jobs.cancel(second)
-            assert (job.state, job.outcome, job.attempts) == (JobState.CANCELLED, JobOutcome.CANCELLED, 0)
-            assert [event.type for event in await told(jobs, second)] == ["state", "end"]
-            await jobs.cancel(first)
-
-    asyncio.run(run())
+async def test_a_queued_job_is_cancelled_without_ever_running(place: str, tmp_path: Path) -> None:
+    async with open_jobs(place) as jobs:
+        first, second = await submit(jobs, request(Waits(tmp_path))), await submit(jobs)
+        job = await jobs.cancel(second)
+        assert (job.state, job.outcome, job.attempts) == (JobState.CANCELLED, JobOutcome.CANCELLED, 0)
+        assert [event.type for event in await told(jobs, second)] == ["state", "end"]
+        await jobs.cancel(first)
 
 
 @pytest.mark.parametrize("task", [Escapes, Paralyses])
-def test_a_running_job_is_cancelled_with_all_it_started_and_the_next_one_runs(
+async def test_a_running_job_is_cancelled_with_all_it_started_and_the_next_one_runs(
     place: str, tmp_path: Path, task: type[Escapes] | type[Paralyses]
 ) -> None:
-    async def run() -> int:
-        async with open_jobs(place) as jobs:
-            first, second = await submit(jobs, request(task(tmp_path))), await submit(jobs)
-            grandchild = await pid_in(tmp_path)
-            job = await jobs.cancel(first)
-            assert (job.state, job.outcome) == (JobState.CANCELLED, JobOutcome.CANCELLED)
-            assert await asyncio.to_thread(is_gone, grandchild)
-            assert await jobs.cancel(first) == job
-            assert (await ended(jobs, second)).state is JobState.SUCCEEDED
-            return grandchild
-
-    asyncio.run(run())
+    async with open_jobs(place) as jobs:
+        first, second = await submit(jobs, request(task(tmp_path))), await submit(jobs)
+        grandchild = await pid_in(tmp_path)
+        job = await jobs.cancel(first)
+        assert (job.state, job.outcome) == (JobState.CANCELLED, JobOutcome.CANCELLED)
+        assert await asyncio.to_thread(is_gone, grandchild)
+        assert await jobs.cancel(first) == job
+        assert (await ended(jobs, second)).state is JobState.SUCCEEDED
+        return grandchild
 
 
-def test_a_cancelled_job_keeps_its_best_plan(place: str, tmp_path: Path) -> None:
-    async def run() -> None:
-        async with open_jobs(place, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
-            job = await submit(jobs, request(planner="slow"))
-            await planned(jobs, job)
-            cancelled = await jobs.cancel(job)
-            assert cancelled.outcome is JobOutcome.CANCELLED
-            best = (await plans_of(jobs, job))[-1]
-            assert best.makespan_ms == cancelled.makespan_ms
-            assert check(one_room(), best.plan).valid
-            assert (await told(jobs, job))[-1].type is JobEventType.END
-
-    asyncio.run(run())
-
-
-def test_cancelling_at_any_moment_leads_to_one_end(place: str) -> None:
-    async def run() -> None:
-        async with open_jobs(place, slots=2) as jobs:
-            for turn in range(30):
-                job = await submit(jobs, request(one_hall()))
-                follower = asyncio.create_task(told(jobs, job))
-                await asyncio.sleep(turn * 0.003)
-                answers = await asyncio.gather(*(jobs.cancel(job) for _ in range(3)))
-                final = await ended(jobs, job)
-                assert all(answer == final for answer in answers)
-                events = await follower
-                assert [event.type for event in events].count(JobEventType.END) == 1
-                end = json.loads(events[-1].data)
-                assert (end["state"], end["outcome"]) == (final.state, final.outcome)
-                assert events == await told(jobs, job)
-
-    asyncio.run(run())
+async def test_cancelling_at_any_moment_leads_to_one_end(place: str) -> None:
+    async with open_jobs(place, slots=2) as jobs:
+        for turn in range(30):
+            job = await submit(jobs, request(one_hall()))
+            follower = asyncio.create_task(told(jobs, job))
+            await asyncio.sleep(turn * 0.003)
+            answers = await asyncio.gather(*(jobs.cancel(job) for _ in range(3)))
+            final = await ended(jobs, job)
+            assert all(answer == final for answer in answers)
+            events = await follower
+            assert [event.type for event in events].count(JobEventType.END) == 1
+            end = json.loads(events[-1].data)
+            assert (end["state"], end["outcome"]) == (final.state, final.outcome)
+            assert events == await told(jobs, job)
 
 
-def test_who_cancels_or_waits_for_a_job_there_is_not_is_told(place: str) -> None:
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            with pytest.raises(UnknownEntry):
-                await jobs.cancel("nobody")
-            with pytest.raises(UnknownEntry):
-                await jobs.wait("nobody", 1)
-
-    asyncio.run(run())
+async def test_who_cancels_or_waits_for_a_job_there_is_not_is_told(place: str) -> None:
+    async with open_jobs(place) as jobs:
+        with pytest.raises(UnknownEntry):
+            await jobs.cancel("nobody")
+        with pytest.raises(UnknownEntry):
+            await jobs.wait("nobody", 1)
 
 
 @pytest.mark.parametrize("planner", ["greedy", "tamer"])
-def test_at_its_limit_a_job_is_ended_with_all_it_started(tmp_path: Path, planner: str) -> None:
-    async def run() -> None:
-        async with open_jobs(tmp_path / "store") as jobs:
-            seconds = 1.5
-            while not (tmp_path / "pid").exists():  # a loaded machine may need longer to get that far
-                seconds *= 2
-                job = await submit(jobs, request(Escapes(tmp_path), planner, seconds=seconds))
-                done = await ended(jobs, job)
-                assert (done.state, done.outcome) == (JobState.FAILED, JobOutcome.TIMEOUT)
-            assert is_gone(int((tmp_path / "pid").read_text()))
-
-    asyncio.run(run())
+async def test_at_its_limit_a_job_is_ended_with_all_it_started(tmp_path: Path, planner: str) -> None:
+    async with open_jobs(tmp_path / "store") as jobs:
+        seconds = 1.5
+        while not (tmp_path / "pid").exists():  # a loaded machine may need longer to get that far
+            seconds *= 2
+            job = await submit(jobs, request(Escapes(tmp_path), planner, seconds=seconds))
+            done = await ended(jobs, job)
+            assert (done.state, done.outcome) == (JobState.FAILED, JobOutcome.TIMEOUT)
+        assert is_gone(int((tmp_path / "pid").read_text()))
 
 
-def test_a_map_is_analysed_by_the_worker_and_what_it_found_is_kept(place: str) -> None:
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            job = await submit(jobs, request(Ordinary()))
-            assert (await ended(jobs, job)).outcome is JobOutcome.SATISFICING
-            analysis = await jobs.analysis(job)
-            assert analysis is not None
-            assert situation_from_json(analysis.situation) == one_room()
-            assert json.loads(analysis.places) == {"t1": {"rover": [3, 4]}}
-            ready = await submit(jobs)
-            await ended(jobs, ready)
-            assert await jobs.analysis(ready) is None
-            assert json.loads(await jobs.source(ready) or "") == source_of(one_room())
-
-    asyncio.run(run())
+async def test_a_map_is_analysed_by_the_worker_and_what_it_found_is_kept(place: str) -> None:
+    async with open_jobs(place) as jobs:
+        job = await submit(jobs, request(Ordinary()))
+        assert (await ended(jobs, job)).outcome is JobOutcome.SATISFICING
+        analysis = await jobs.analysis(job)
+        assert situation_from_json(analysis.situation) == one_room()
+        assert json.loads(analysis.places) == {"t1": {"rover": [3, 4]}}
+        ready = await submit(jobs)
+        await ended(jobs, ready)
+        assert await jobs.analysis(ready) is None
+        assert json.loads(await jobs.source(ready) or "") == source_of(one_room())
 
 
-def test_each_way_to_end_has_its_outcome(place: str) -> None:
-    async def run() -> None:
-        async with open_jobs(
-            place, memory_bytes=400 * MIB, commands={"gone": "cmd:./nowhere {domain} {problem}"}
-        ) as jobs:
-            cases = {
-                await submit(jobs, request(out_of_reach())): (JobOutcome.UNSOLVABLE, "t2"),
-                await submit(jobs, request(Wrong())): (
-                    JobOutcome.INVALID_INPUT,
-                    "robots[0].place: is on an obstacle\nrobots[1].type: unknown",
-                ),
-                await submit(jobs, request(Crashes())): (JobOutcome.ENGINE_FAILED, "ValueError: boiler pressure"),
-                await submit(jobs, request(Hungry())): (JobOutcome.OUT_OF_MEMORY, "400 MiB are allowed"),
-                await submit(jobs, request(planner="exact")): (JobOutcome.OPTIMAL, ""),
-                await submit(jobs, request(planner="tamer")): (JobOutcome.SATISFICING, ""),
-                await submit(jobs, request(planner="tamer", seconds=None, steps=3)): (
-                    JobOutcome.UNSUPPORTED,
-                    "can't count steps",
-                ),
-                await submit(jobs, request(planner="gone")): (JobOutcome.ENGINE_FAILED, "nowhere"),
-            }
-            for job, (outcome, detail) in cases.items():
-                done = await ended(jobs, job)
-                assert (done.outcome, done.state) == (outcome, STATE_OF[outcome]), done
-                assert detail in done.detail
-
-    asyncio.run(run())
+async def test_each_way_to_end_has_its_outcome(place: str) -> None:
+    async with open_jobs(place, memory_bytes=400 * MIB, commands={"gone": "cmd:./nowhere {domain} {problem}"}) as jobs:
+        cases = {
+            await submit(jobs, request(out_of_reach())): (JobOutcome.UNSOLVABLE, "t2"),
+            await submit(jobs, request(Wrong())): (
+                JobOutcome.INVALID_INPUT,
+                "robots[0].place: is on an obstacle\nrobots[1].type: unknown",
+            ),
+            await submit(jobs, request(Crashes())): (JobOutcome.ENGINE_FAILED, "ValueError: boiler pressure"),
+            await submit(jobs, request(Hungry())): (JobOutcome.OUT_OF_MEMORY, "400 MiB are allowed"),
+            await submit(jobs, request(planner="exact")): (JobOutcome.OPTIMAL, ""),
+            await submit(jobs, request(planner="tamer")): (JobOutcome.SATISFICING, ""),
+            await submit(jobs, request(planner="tamer", seconds=None, steps=3)): (
+                JobOutcome.UNSUPPORTED,
+                "can't count steps",
+            ),
+            await submit(jobs, request(planner="gone")): (JobOutcome.ENGINE_FAILED, "nowhere"),
+        }
+        for job, (outcome, detail) in cases.items():
+            done = await ended(jobs, job)
+            assert (done.outcome, done.state) == (outcome, STATE_OF[outcome]), done
+            assert detail in done.detail
 
 
-def test_an_owner_sees_only_their_own_jobs_the_newest_first(place: str) -> None:
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            mine = [await submit(jobs) for _ in range(3)]
-            other = (await jobs.submit(request(), owner="you")).record.id
-            assert await jobs.get(other, "me") is None
-            assert [job.id for job in await jobs.list("you")] == [other]
-            assert [job.id for job in await jobs.list("me")] == mine[::-1]
-            assert [job.id for job in await jobs.list("me", limit=1, before=mine[2])] == [mine[1]]
-            for job in (*mine, other):
-                await ended(jobs, job)
-            assert await jobs.list("me", state=JobState.QUEUED) == ()
-            assert len(await jobs.list("me", state=JobState.SUCCEEDED)) == 3
-
-    asyncio.run(run())
+async def test_waiting_returns_at_the_end_or_after_the_time_given(place: str, tmp_path: Path) -> None:
+    async with open_jobs(place) as jobs:
+        job = await submit(jobs, request(Waits(tmp_path)))
+        assert (await jobs.wait(job, 0.05)).outcome is None
+        (tmp_path / "go").touch()
+        assert (await jobs.wait(job, HANG_S)).state in FINAL
 
 
-def test_waiting_returns_at_the_end_or_after_the_time_given(place: str, tmp_path: Path) -> None:
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            job = await submit(jobs, request(Waits(tmp_path)))
-            assert (await jobs.wait(job, 0.05)).outcome is None
-            (tmp_path / "go").touch()
-            assert (await jobs.wait(job, HANG_S)).state in FINAL
-
-    asyncio.run(run())
-
-
-def test_finished_jobs_are_removed_when_too_old_or_too_many(place: str) -> None:
-    async def run(**settings: object) -> list[str]:
-        async with open_jobs(place, **settings) as jobs:
-            ids = [await submit(jobs) for _ in range(3)]
-            for job in ids:
-                await ended(jobs, job)
-        async with open_jobs(place, **settings) as jobs:
-            async with asyncio.timeout(HANG_S):
-                while sum((await jobs.metrics()).states.values()) > 2:
-                    await asyncio.sleep(0.01)
-            return [job.id for job in await jobs.list("me")] + ids
-
-    kept, *rest = asyncio.run(run(kept_jobs=1))
-    assert kept == rest[-1]
-    assert len(asyncio.run(run(retention_s=0.0))) == 3
-
-
-def test_a_job_that_can_not_be_stored_is_refused_and_leaves_nothing(place: str, tmp_path: Path) -> None:
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            job = await submit(jobs, request(Waits(tmp_path)))
-            await pid_in(tmp_path)  # the only slot is taken: nobody else writes
-            jobs._store._writer._points = failpoints.failpoints({failpoints.VARIABLE: "before_commit=disk_full@1"})
-            with pytest.raises(StoreError, match="disk is full"):
-                await submit(jobs)
-            assert len(await jobs.list("me")) == 1
-            (tmp_path / "go").touch()
-            await ended(jobs, job)
-            await ended(jobs, await submit(jobs))
-
-    asyncio.run(run())
+async def test_a_job_that_can_not_be_stored_is_refused_and_leaves_nothing(place: str, tmp_path: Path) -> None:
+    async with open_jobs(place) as jobs:
+        job = await submit(jobs, request(Waits(tmp_path)))
+        await pid_in(tmp_path)  # the only slot is taken: nobody else writes
+        jobs._store._writer._points = failpoints.failpoints({failpoints.VARIABLE: "before_commit=disk_full@1"})
+        with pytest.raises(StoreError, match="disk is full"):
+            await submit(jobs)
+        assert len(await jobs.list("me")) == 1
+        (tmp_path / "go").touch()
+        await ended(jobs, job)
+        await ended(jobs, await submit(jobs))
 
 
 @pytest.mark.parametrize("write", range(1, 5))
-def test_a_disk_that_is_full_for_a_moment_costs_an_attempt_at_most(place: str, tmp_path: Path, write: int) -> None:
-    async def run() -> None:
-        async with open_jobs(place) as jobs:
-            job = await submit(jobs, request(Waits(tmp_path)))
-            await pid_in(tmp_path)
-            armed = {failpoints.VARIABLE: f"before_commit=disk_full@{write}"}
-            jobs._store._writer._points = failpoints.failpoints(armed)
-            (tmp_path / "go").touch()
-            done = await ended(jobs, job)
-            assert done.outcome is JobOutcome.SATISFICING
-            assert done.attempts <= 2
-            events = await told(jobs, job)
-            assert [event.seq for event in events] == list(range(1, len(events) + 1))
-            assert [event.type for event in events].count(JobEventType.END) == 1
+async def test_a_disk_that_is_full_for_a_moment_costs_an_attempt_at_most(
+    place: str, tmp_path: Path, write: int
+) -> None:
+    async with open_jobs(place) as jobs:
+        job = await submit(jobs, request(Waits(tmp_path)))
+        await pid_in(tmp_path)
+        armed = {failpoints.VARIABLE: f"before_commit=disk_full@{write}"}
+        jobs._store._writer._points = failpoints.failpoints(armed)
+        (tmp_path / "go").touch()
+        done = await ended(jobs, job)
+        assert done.outcome is JobOutcome.SATISFICING
+        assert done.attempts <= 2
+        events = await told(jobs, job)
+        assert [event.seq for event in events] == list(range(1, len(events) + 1))
+        assert [event.type for event in events].count(JobEventType.END) == 1
 
-    asyncio.run(run())
+
+async def test_a_full_store_takes_no_job_but_knows_those_it_has(place: str) -> None:
+    async with open_jobs(place) as jobs:
+        first = await jobs.submit(request(), owner="me", idempotency_key="k")
+        await jobs.wait(first.record.id, HANG_S)
+        (mine, other) = [await jobs.read(lambda c, o=owner: stored_bytes(c, o)) for owner in ("me", "you")]
+        assert other == 0
+        assert 1000 < mine == await jobs.read(stored_bytes) < 20_000
+    async with open_jobs(place, store_bytes=mine) as jobs:
+        with pytest.raises(StoreFull, match=rf"take {mine} bytes, {mine} are allowed"):
+            await jobs.submit(request(), owner="you")
+        assert (await jobs.submit(request(), owner="me", idempotency_key="k")).replayed
+    async with open_jobs(place, store_bytes=mine, kept_jobs=0) as jobs:
+        while await jobs.read(stored_bytes):
+            pass
+        jobs._capacity = StoreCapacity(mine)
+        assert not (await jobs.submit(request(), owner="you")).replayed
+
+
+async def surely_submitted(jobs: Jobs, key: str) -> str:
+    while True:
+        with suppress(StoreError):  # what was committed with a claim is lost with its answer
+            return (await jobs.submit(request(), owner="me", idempotency_key=key)).record.id
+
+
+async def test_jobs_that_a_server_has_got_without_being_told_so_are_run_all_the_same(place: str) -> None:
+    async with open_jobs(place) as jobs:
+        answers = LostAnswers(jobs._store, "claimed_ms = ?")
+        made = [await surely_submitted(jobs, str(number)) for number in range(3)]
+        while answers.left or jobs._is_claiming:
+            await asyncio.sleep(0.02)
+        await jobs._take_up()
+        ends = [await jobs.wait(job, HANG_S) for job in made]
+        assert [(end.outcome, end.attempts) for end in ends] == [(JobOutcome.SATISFICING, 1)] * 3

@@ -1,7 +1,5 @@
 """Jobs of several servers on one database: any of them answers, one of them runs a job."""
 
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path
 
@@ -19,51 +17,42 @@ def shared(postgres: PostgresServer) -> str:
     return postgres.database()
 
 
-def test_a_job_of_one_server_runs_at_another_which_hears_of_its_cancelling(shared: str, tmp_path: Path) -> None:
-    async def plan() -> None:
-        async with open_jobs(shared) as first, open_jobs(shared) as second:
-            held = [await submit(first, request(Waits(tmp_path))), await submit(second, request(Waits(tmp_path)))]
-            events = asyncio.create_task(told(second, held[0]))
-            while {(await first.of("me", job)).state.value for job in held} != {"running"}:
+async def test_a_job_of_one_server_runs_at_another_which_hears_of_its_cancelling(shared: str, tmp_path: Path) -> None:
+    async with open_jobs(shared) as first, open_jobs(shared) as second:
+        held = [await submit(first, request(Waits(tmp_path))), await submit(second, request(Waits(tmp_path)))]
+        events = asyncio.create_task(told(second, held[0]))
+        while {(await first.of("me", job)).state.value for job in held} != {"running"}:
+            await asyncio.sleep(0.02)
+        assert [len(jobs._attempts) for jobs in (first, second)] == [1, 1]
+        for job in held:
+            for jobs in (second, first):
+                await jobs.cancel(job)
+        async with asyncio.timeout(HANG_S):
+            while first._attempts or second._attempts:
                 await asyncio.sleep(0.02)
-            assert [len(jobs._attempts) for jobs in (first, second)] == [1, 1]
-            for job in held:
-                for jobs in (second, first):
-                    await jobs.cancel(job)
-            async with asyncio.timeout(HANG_S):
-                while first._attempts or second._attempts:
-                    await asyncio.sleep(0.02)
-            assert [e.type for e in await events][-1] == "end"
-            assert {(await first.of("me", job)).outcome for job in held} == {JobOutcome.CANCELLED}
-
-    asyncio.run(plan())
+        assert [e.type for e in await events][-1] == "end"
+        assert {(await first.of("me", job)).outcome for job in held} == {JobOutcome.CANCELLED}
 
 
-def test_no_job_is_taken_twice_by_servers_that_claim_at_once(shared: str) -> None:
-    async def plan() -> None:
-        async with open_jobs(shared, slots=3, queue=200) as first, open_jobs(shared, slots=3, queue=200) as second:
-            jobs = [await submit((first, second)[i % 2]) for i in range(30)]
-            for job in jobs:
-                record = await first.wait(job, HANG_S)
-                assert (record.outcome is not None, record.attempts) == (True, 1)
-                types = [event.type for event in await told(second, job)]
-                assert types.count("end") == 1
-
-    asyncio.run(plan())
+async def test_no_job_is_taken_twice_by_servers_that_claim_at_once(shared: str) -> None:
+    async with open_jobs(shared, slots=3, queue=200) as first, open_jobs(shared, slots=3, queue=200) as second:
+        jobs = [await submit((first, second)[i % 2]) for i in range(30)]
+        for job in jobs:
+            record = await first.wait(job, HANG_S)
+            assert (record.outcome is not None, record.attempts) == (True, 1)
+            types = [event.type for event in await told(second, job)]
+            assert types.count("end") == 1
 
 
-def test_a_job_makes_way_for_another_owners_on_whatever_server_and_only_one(shared: str, tmp_path: Path) -> None:
-    async def plan() -> None:
-        async with open_jobs(shared) as first, open_jobs(shared) as second, open_jobs(shared) as third:
-            long = [await submit(first, request(Waits(tmp_path))) for _ in range(3)]
-            while {(await first.of("me", job)).state.value for job in long} != {"running"}:
-                await asyncio.sleep(0.02)
-            other = (await third.submit(request(), owner="you")).record.id
-            assert (await first.wait(other, HANG_S)).outcome is JobOutcome.SATISFICING
-            (tmp_path / "go").touch()
-            for job in long:
-                assert (await second.wait(job, HANG_S)).attempts == 1
-            begun = [sum(event.type == "state" for event in await told(third, job)) for job in long]
-            assert sorted(begun) == [2, 2, 4]
-
-    asyncio.run(plan())
+async def test_a_job_makes_way_for_another_owners_on_whatever_server_and_only_one(shared: str, tmp_path: Path) -> None:
+    async with open_jobs(shared) as first, open_jobs(shared) as second, open_jobs(shared) as third:
+        long = [await submit(first, request(Waits(tmp_path))) for _ in range(3)]
+        while {(await first.of("me", job)).state.value for job in long} != {"running"}:
+            await asyncio.sleep(0.02)
+        other = (await third.submit(request(), owner="you")).record.id
+        assert (await first.wait(other, HANG_S)).outcome is JobOutcome.SATISFICING
+        (tmp_path / "go").touch()
+        for job in long:
+            assert (await second.wait(job, HANG_S)).attempts == 1
+        begun = [sum(event.type == "state" for event in await told(third, job)) for job in long]
+        assert sorted(begun) == [2, 2, 4]

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import asyncio
 import json
 import os
@@ -9,7 +7,7 @@ import subprocess
 import sys
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import psutil
@@ -60,7 +58,6 @@ class JobServer:
     def rest(self) -> list[str]:
         """Wait till it was killed and return the ids it has told meanwhile."""
         with self._process:
-            assert self._process.stdout is not None
             rest = self._process.stdout.read().split()
         assert self._process.returncode == -signal.SIGKILL
         return rest
@@ -125,112 +122,79 @@ def test_acknowledged_jobs_survive_many_kills_at_any_moment(tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-def test_a_running_job_goes_on_from_its_best_plan_after_the_server_was_killed(tmp_path: Path) -> None:
+async def test_a_running_job_goes_on_from_its_best_plan_after_the_server_was_killed(tmp_path: Path) -> None:
     server = JobServer(tmp_path, "slow")
     (job,) = server.acknowledged(1)
     server.kill()
     server.wait_gone()
-
-    async def run() -> None:
-        async with open_jobs(tmp_path, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
-            (tmp_path / "go").touch()
-            await planned(jobs, job, 2)
-            done = await jobs.cancel(job)
-            assert (done.attempts, done.plans) == (2, 2)
-            first, second = await plans_of(jobs, job)
-            assert first.makespan_ms > second.makespan_ms
-            assert all(check(one_room(), record.plan).valid for record in (first, second))
-            types = [event.type for event in await told(jobs, job)]
-            assert types == ["state", "state", "plan", "state", "state", "plan", "end"]
-
-    asyncio.run(run())
+    async with open_jobs(tmp_path, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
+        (tmp_path / "go").touch()
+        await planned(jobs, job, 2)
+        done = await jobs.cancel(job)
+        assert (done.attempts, done.plans) == (2, 2)
+        first, second = await plans_of(jobs, job)
+        assert first.makespan_ms > second.makespan_ms
+        assert all(check(one_room(), record.plan).valid for record in (first, second))
+        types = [event.type for event in await told(jobs, job)]
+        assert types == ["state", "state", "plan", "state", "state", "plan", "end"]
 
 
-def worker() -> psutil.Process:
-    return psutil.Process(next(p.pid for p in below_launcher() if not p.children()))
-
-
-def supervisor() -> psutil.Process:
-    parent = worker().parent()
-    assert parent is not None
-    return parent
-
-
-def launcher() -> psutil.Process:
-    parent = supervisor().parent()
-    assert parent is not None
-    return parent
-
-
-@pytest.mark.parametrize("find", [worker, supervisor, launcher])
-def test_a_job_survives_the_kill_of_what_runs_it(tmp_path: Path, find: Callable[[], psutil.Process]) -> None:
-    async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
-            job = await submit(jobs, request(Waits(tmp_path)))
-            first = await pid_in(tmp_path)
-            (tmp_path / "pid").unlink()
-            find().kill()
-            second = await pid_in(tmp_path)
-            assert not is_alive(first)
-            assert second != first
-            (tmp_path / "go").touch()
-            done = await ended(jobs, job)
-            assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 2)
-
-    asyncio.run(run())
+@pytest.mark.parametrize("above", [0, 1, 2], ids=["worker", "supervisor", "launcher"])
+async def test_a_job_survives_the_kill_of_what_runs_it(tmp_path: Path, above: int) -> None:
+    async with open_jobs(tmp_path) as jobs:
+        job = await submit(jobs, request(Waits(tmp_path)))
+        first = await pid_in(tmp_path)
+        (tmp_path / "pid").unlink()
+        worker = psutil.Process(next(p.pid for p in below_launcher() if not p.children()))
+        [worker, *worker.parents()][above].kill()
+        second = await pid_in(tmp_path)
+        assert not is_alive(first)
+        assert second != first
+        (tmp_path / "go").touch()
+        done = await ended(jobs, job)
+        assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 2)
 
 
 @pytest.mark.parametrize(("times", "outcome"), [(2, JobOutcome.SATISFICING), (3, JobOutcome.ENGINE_FAILED)])
-def test_a_job_whose_processes_are_always_killed_is_given_up(tmp_path: Path, times: int, outcome: JobOutcome) -> None:
-    async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
-            done = await ended(jobs, await submit(jobs, request(Dies(tmp_path, times))))
-            assert (done.outcome, done.attempts) == (outcome, 3)
-
-    asyncio.run(run())
-
-
-def test_stopping_ends_streams_and_processes_soon_and_the_jobs_go_on_at_the_next_start(tmp_path: Path) -> None:
-    async def first() -> tuple[str, str, list[str]]:
-        async with open_jobs(tmp_path, slots=2, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
-            slow = await submit(jobs, request(planner="slow"))
-            hostile = await submit(jobs, request(Escapes(tmp_path)))
-            waiting = await submit(jobs)
-            await planned(jobs, slow)
-            await pid_in(tmp_path)
-            streams = [asyncio.create_task(told(jobs, job)) for job in (slow, hostile, waiting) for _ in range(20)]
-            await asyncio.sleep(0.05)
-            await jobs.stop()
-            await asyncio.gather(*streams)
-            assert nothing_runs()
-            counts = (await jobs.metrics()).states
-            assert counts[JobState.QUEUED] == 3
-            assert all(job.attempts == 0 for job in await jobs.list("me"))
-            return slow, hostile, [str(event.type) for event in streams[0].result()]
-
-    async def second(slow: str, hostile: str) -> None:
-        async with open_jobs(tmp_path, slots=2, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
-            (tmp_path / "go").touch()
-            await jobs.cancel(hostile)
-            await planned(jobs, slow, 2)
-            assert (await jobs.cancel(slow)).attempts == 1
-
-    slow, hostile, types = asyncio.run(first())
-    assert types[:3] == ["state", "state", "plan"]
-    assert "end" not in types
-    asyncio.run(second(slow, hostile))
+async def test_a_job_whose_processes_are_always_killed_is_given_up(
+    tmp_path: Path, times: int, outcome: JobOutcome
+) -> None:
+    async with open_jobs(tmp_path) as jobs:
+        done = await ended(jobs, await submit(jobs, request(Dies(tmp_path, times))))
+        assert (done.outcome, done.attempts) == (outcome, 3)
 
 
-def test_stopping_does_not_wait_for_a_launcher_that_is_not_ready(tmp_path: Path) -> None:
+async def test_stopping_ends_streams_and_processes_soon_and_the_jobs_go_on_at_the_next_start(tmp_path: Path) -> None:
+    commands = {"slow": f"{SLOW} {tmp_path / 'go'}"}
+    async with open_jobs(tmp_path, slots=2, commands=commands) as jobs:
+        slow = await submit(jobs, request(planner="slow"))
+        hostile = await submit(jobs, request(Escapes(tmp_path)))
+        waiting = await submit(jobs)
+        await planned(jobs, slow)
+        await pid_in(tmp_path)
+        streams = [asyncio.create_task(told(jobs, job)) for job in (slow, hostile, waiting) for _ in range(20)]
+        await asyncio.sleep(0.05)
+        await jobs.stop()
+        await asyncio.gather(*streams)
+        assert nothing_runs()
+        assert (await jobs.metrics()).states[JobState.QUEUED] == 3
+        assert all(job.attempts == 0 for job in await jobs.list("me"))
+        types = [event.type for event in streams[0].result()]
+        assert types[:3] == ["state", "state", "plan"]
+        assert "end" not in types
+    async with open_jobs(tmp_path, slots=2, commands=commands) as jobs:
+        (tmp_path / "go").touch()
+        await jobs.cancel(hostile)
+        await planned(jobs, slow, 2)
+        assert (await jobs.cancel(slow)).attempts == 1
+
+
+async def test_stopping_does_not_wait_for_a_launcher_that_is_not_ready(tmp_path: Path) -> None:
     processes.shutdown()
-
-    async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
-            await submit(jobs)
-            await asyncio.sleep(0.1)
-            await jobs.stop()
-            (job,) = await jobs.list("me")
-            assert (job.state, job.attempts) == (JobState.QUEUED, 0)
-            assert job.started_at_ms is None
-
-    asyncio.run(run())
+    async with open_jobs(tmp_path) as jobs:
+        await submit(jobs)
+        await asyncio.sleep(0.1)
+        await jobs.stop()
+        (job,) = await jobs.list("me")
+        assert (job.state, job.attempts) == (JobState.QUEUED, 0)
+        assert job.started_at_ms is None

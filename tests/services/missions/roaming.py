@@ -3,8 +3,6 @@
 Its world has no edge: places are cells of the lattice, of which the mission's first frame is a part.
 """
 
-from __future__ import annotations
-
 import json
 import random
 from collections.abc import Iterator, Mapping
@@ -74,7 +72,6 @@ class RoamingTeam:
         self.now_ms = self.n = 0
 
     def obey(self, batch: MissionBatch) -> None:
-        """Take in the commands of a batch."""
         for event in batch.events:
             self.state.publish(event)
             for command in json.loads(event.data)["commands"] if event.type == "commands" else ():
@@ -101,7 +98,6 @@ class RoamingTeam:
                 yield name, robot
 
     def tell(self, report: MissionReport) -> None:
-        """Take in what is reported."""
         before = self.state.frame
         self.state.take(report, b"")
         told = self.state.cells
@@ -177,7 +173,6 @@ class RoamingTeam:
         self.slam[part] = self.truth[part] if code is None else code
 
     def _view(self, at: Cell | None) -> MissionFrame:
-        assert at is not None
         return MissionFrame(at.x - SIGHT, at.y - SIGHT, 2 * SIGHT + 1, 2 * SIGHT + 1)
 
     def _frame_for(self, views: list[MissionFrame]) -> MissionFrame:

@@ -1,7 +1,5 @@
 """Robots that report one by one by a map that changes and grows: nobody drives into what is reported as an obstacle."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

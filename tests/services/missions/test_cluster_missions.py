@@ -1,7 +1,5 @@
 """Missions on a Ray cluster: they come out as on this machine, whatever is killed there."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import random
@@ -9,7 +7,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from mission_house import Driver, open_missions, run, started, team
+from mission_house import Driver, open_missions, started, team
 from ray_nodes import Nodes, needs_ray
 from undisturbed import undisturbed
 
@@ -31,17 +29,15 @@ async def kill_now_and_then(nodes: Nodes, seed: int, times: int, word: str) -> N
 @pytest.mark.parametrize(
     ("word", "times"), [("fork_server", 4), pytest.param("ray::NodeAgent", 4, marks=pytest.mark.slow)]
 )
-def test_a_mission_on_a_cluster_goes_on_as_if_nothing_had_happened(
+async def test_a_mission_on_a_cluster_goes_on_as_if_nothing_had_happened(
     tmp_path: Path, nodes: Nodes, cluster: ClusterRunner, word: str, times: int
 ) -> None:
-    async def fly() -> str:
-        async with open_missions(tmp_path, cluster) as missions:
-            record = await started(missions)
-            driver = Driver(team())
-            assert not await driver.drive(missions, record, 3)
-            killing = asyncio.create_task(kill_now_and_then(nodes, 1, times, word))
-            assert await driver.drive(missions, record)
-            await killing
-            return await missions.log(record)
-
-    assert run(fly()) == undisturbed("lobby")
+    async with open_missions(tmp_path, cluster) as missions:
+        record = await started(missions)
+        driver = Driver(team())
+        assert not await driver.drive(missions, record, 3)
+        killing = asyncio.create_task(kill_now_and_then(nodes, 1, times, word))
+        assert await driver.drive(missions, record)
+        await killing
+        log = await missions.log(record)
+    assert log == undisturbed("lobby")

@@ -1,7 +1,5 @@
 """Briefs and inputs as they are stored."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 from typing import Any
 

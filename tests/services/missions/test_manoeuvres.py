@@ -1,7 +1,5 @@
 """Headings, stops and turns of robots that are known by their reports only."""
 
-from __future__ import annotations
-
 from collections import deque
 
 from mission_house import brief

@@ -1,7 +1,5 @@
 """Pausing, resuming, cancelling; commands that fail, robots that are lost, maps that change."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json
@@ -11,7 +9,7 @@ from typing import Any
 
 import pytest
 from entry_house import followed
-from mission_house import Driver, open_missions, run, send, started, team
+from mission_house import Driver, open_missions, send, started, team
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.triggers import trigger_text
@@ -37,30 +35,26 @@ def ended(log: str) -> MissionEnded:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
-def test_a_mission_that_is_paused_and_resumed_at_any_moment_gets_there(place: str, seed: int) -> None:
+async def test_a_mission_that_is_paused_and_resumed_at_any_moment_gets_there(place: str, seed: int) -> None:
     draw = random.Random(seed)
-
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            record = await started(missions)
-            driver = Driver(team())
-            with contextlib.suppress(
-                ReportConflict
-            ):  # a wish that came after the last report: it is over, as is seen below
-                while not await driver.drive(missions, record, len(driver.reports) + draw.randint(1, 9)):
-                    paused = await missions.control(record, Control.PAUSE)
-                    assert paused.state is MissionPhase.PAUSED
-                    assert (await missions.control(record, Control.PAUSE)).inputs == paused.inputs
-                    with contextlib.suppress(TimeoutError):  # it reports no more once everybody stands
-                        async with asyncio.timeout(1):
-                            await driver.drive(missions, record)
-                    assert (await missions.control(record, Control.RESUME)).state is MissionPhase.RUNNING
-            end = ended(await missions.log(record))
-            assert (end.status, end.coverage) == (Status.COMPLETE, 1.0)
-            assert len(end.aboard) == 4
-            assert_only_stops_while_paused(driver)
-
-    run(fly())
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        driver = Driver(team())
+        with contextlib.suppress(
+            ReportConflict
+        ):  # a wish that came after the last report: it is over, as is seen below
+            while not await driver.drive(missions, record, len(driver.reports) + draw.randint(1, 9)):
+                paused = await missions.control(record, Control.PAUSE)
+                assert paused.state is MissionPhase.PAUSED
+                assert (await missions.control(record, Control.PAUSE)).inputs == paused.inputs
+                with contextlib.suppress(TimeoutError):  # it reports no more once everybody stands
+                    async with asyncio.timeout(1):
+                        await driver.drive(missions, record)
+                assert (await missions.control(record, Control.RESUME)).state is MissionPhase.RUNNING
+        end = ended(await missions.log(record))
+        assert (end.status, end.coverage) == (Status.COMPLETE, 1.0)
+        assert len(end.aboard) == 4
+        assert_only_stops_while_paused(driver)
 
 
 def assert_only_stops_while_paused(driver: Driver) -> None:
@@ -76,27 +70,24 @@ def assert_only_stops_while_paused(driver: Driver) -> None:
 
 
 @pytest.mark.parametrize("reports", [0, 1, 20])
-def test_a_mission_is_cancelled_once_with_its_stop_report(place: str, reports: int) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            record = await started(missions)
-            driver = Driver(team())
-            if reports:
-                assert not await driver.drive(missions, record, reports)
-            first = await missions.control(record, Control.CANCEL)
-            assert first.state is MissionPhase.CANCELLING
-            with pytest.raises(ReportConflict, match="is being cancelled"):
-                await missions.control(record, Control.PAUSE)
-            events = [event async for event in followed(missions, record.id)]
-            assert [event.type for event in events].count("end") == 1
-            last = [json.loads(event.data) for event in events if event.type == "commands"][-1]
-            assert all(command["name"] == "stop" for command in last["commands"])
-            assert (await missions.control(record, Control.CANCEL)).status == "cancelled"
-            assert ended(await missions.log(record)).status is Status.CANCELLED
-            with pytest.raises(ReportConflict, match="has ended"):
-                await send(missions, record, {"n": reports + 1, "t_ms": 10**9})
-
-    run(fly())
+async def test_a_mission_is_cancelled_once_with_its_stop_report(place: str, reports: int) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        driver = Driver(team())
+        if reports:
+            assert not await driver.drive(missions, record, reports)
+        first = await missions.control(record, Control.CANCEL)
+        assert first.state is MissionPhase.CANCELLING
+        with pytest.raises(ReportConflict, match="is being cancelled"):
+            await missions.control(record, Control.PAUSE)
+        events = [event async for event in followed(missions, record.id)]
+        assert [event.type for event in events].count("end") == 1
+        last = [json.loads(event.data) for event in events if event.type == "commands"][-1]
+        assert all(command["name"] == "stop" for command in last["commands"])
+        assert (await missions.control(record, Control.CANCEL)).status == "cancelled"
+        assert ended(await missions.log(record)).status is Status.CANCELLED
+        with pytest.raises(ReportConflict, match="has ended"):
+            await send(missions, record, {"n": reports + 1, "t_ms": 10**9})
 
 
 class Clumsy(SimulatedTeam):
@@ -122,63 +113,50 @@ def clumsy_team() -> Clumsy:
     return made  # type: ignore[return-value]
 
 
-def test_a_command_that_fails_is_followed_by_a_new_plan(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            record = await started(missions)
-            driver = Driver(clumsy_team())
-            assert await driver.drive(missions, record)
-            log = await missions.log(record)
-            assert ended(log).status is Status.COMPLETE
-            plans = [event for event in parse_log(log.encode()).events if isinstance(event, Planned)]
-            assert sum(trigger_text(plan.trigger).startswith("failed: ") for plan in plans) >= 2
-
-    run(fly())
+async def test_a_command_that_fails_is_followed_by_a_new_plan(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        driver = Driver(clumsy_team())
+        assert await driver.drive(missions, record)
+        log = await missions.log(record)
+        assert ended(log).status is Status.COMPLETE
+        plans = [event for event in parse_log(log.encode()).events if isinstance(event, Planned)]
+        assert sum(trigger_text(plan.trigger).startswith("failed: ") for plan in plans) >= 2
 
 
-def test_a_robot_that_fails_again_and_again_is_lost_and_no_longer_commanded(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            record = await started(missions)
-            stubborn = clumsy_team()
-            stubborn.fails = staticmethod(lambda _: True)  # type: ignore[method-assign]
-            driver = Driver(stubborn)
-            assert await driver.drive(missions, record)
-            log = parse_log((await missions.log(record)).encode())
-            lost = [event for event in log.events if isinstance(event, RobotLost)]
-            assert "failed 3 times in a row: a chair" in {event.reason for event in lost}
-            assert log.ended is not None
-            assert log.ended.status is Status.FAILED
-
-    run(fly())
+async def test_a_robot_that_fails_again_and_again_is_lost_and_no_longer_commanded(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        stubborn = clumsy_team()
+        stubborn.fails = staticmethod(lambda _: True)  # type: ignore[method-assign]
+        driver = Driver(stubborn)
+        assert await driver.drive(missions, record)
+        log = parse_log((await missions.log(record)).encode())
+        lost = [event for event in log.events if isinstance(event, RobotLost)]
+        assert "failed 3 times in a row: a chair" in {event.reason for event in lost}
+        assert log.ended.status is Status.FAILED
 
 
-def test_a_mission_goes_on_when_the_map_changes_and_its_log_too(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            record = await started(missions)
-            driver = Driver(team())
-            assert not await driver.drive(missions, record, 12)
-            cells = (await missions.known(record)).cells.copy()
-            y, x = (int(axis[0]) for axis in (cells == 1).nonzero())
+async def test_a_mission_goes_on_when_the_map_changes_and_its_log_too(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        driver = Driver(team())
+        assert not await driver.drive(missions, record, 12)
+        cells = (await missions.known(record)).cells.copy()
+        y, x = (int(axis[0]) for axis in (cells == 1).nonzero())
 
-            def changed(report: dict[str, Any]) -> dict[str, Any]:
-                for seen in report.pop("revealed"):
-                    indices, codes = cells_in(tuple(seen["runs"]))
-                    cells.reshape(-1)[indices] = codes
-                cells[y, x] = 0  # a box has been put there
-                return {**report, "map": {"runs": list(known_runs(cells))}}
+        def changed(report: dict[str, Any]) -> dict[str, Any]:
+            for seen in report.pop("revealed"):
+                indices, codes = cells_in(tuple(seen["runs"]))
+                cells.reshape(-1)[indices] = codes
+            cells[y, x] = 0  # a box has been put there
+            return {**report, "map": {"runs": list(known_runs(cells))}}
 
-            driver.edit = changed
-            assert await driver.drive(missions, record)
-            log = parse_log((await missions.log(record)).encode())
-            assert [type(event) for event in log.events].count(MissionStarted) == 1
-            assert [event.runs for event in log.events if isinstance(event, Changed)] == [
-                (y * cells.shape[1] + x, 1, 0)
-            ]
-            assert log.ended is not None
-            assert log.ended.status is Status.COMPLETE
-            revisions = [batch["revision"] for batch in commands_of(driver)]
-            assert revisions == sorted(revisions)
-
-    run(fly())
+        driver.edit = changed
+        assert await driver.drive(missions, record)
+        log = parse_log((await missions.log(record)).encode())
+        assert [type(event) for event in log.events].count(MissionStarted) == 1
+        assert [event.runs for event in log.events if isinstance(event, Changed)] == [(y * cells.shape[1] + x, 1, 0)]
+        assert log.ended.status is Status.COMPLETE
+        revisions = [batch["revision"] for batch in commands_of(driver)]
+        assert revisions == sorted(revisions)

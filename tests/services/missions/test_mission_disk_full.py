@@ -1,7 +1,5 @@
 """The disk is full while a mission goes on: what can't be stored is not acknowledged, and nothing else is lost."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import sqlite3
@@ -14,7 +12,7 @@ from typing import Any
 import httpx
 import pytest
 from entry_house import followed
-from mission_house import Driver, body, open_missions, run, started, team
+from mission_house import Driver, body, open_missions, started, team
 from service_house import problem
 from undisturbed import undisturbed
 
@@ -44,11 +42,6 @@ class Service:
         armed = {failpoints.VARIABLE: f"before_commit={how}"} if how else {}
         self.store._writer._points = failpoints.failpoints(armed)
 
-    def limit(self, more_pages: int) -> None:
-        """Let the file grow by so many pages only."""
-        pages = self.store.write(lambda tx: tx.execute("PRAGMA page_count").fetchone()[0]).result()
-        self.store.write(lambda tx: tx.execute(f"PRAGMA max_page_count = {pages + more_pages}").fetchall()).result()
-
 
 @asynccontextmanager
 async def serving(folder: Path) -> AsyncIterator[Service]:
@@ -67,7 +60,6 @@ class HttpDriver(Driver):
     refused: list[dict[str, Any]] = field(default_factory=list)
 
     async def _send(self, missions: Missions, record: MissionRecord) -> None:
-        assert self.http is not None
         assert self.unsent is not None
         while (
             answer := await self.http.post(f"/v1/missions/{record.id}/reports", json=self.unsent)
@@ -89,101 +81,70 @@ async def found(service: Service, mission: str) -> MissionRecord:
     return record
 
 
-def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_mission_goes_on_afterwards(tmp_path: Path) -> None:
+async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_mission_goes_on_afterwards(
+    tmp_path: Path,
+) -> None:
     driver = HttpDriver(team())
-
-    async def be_refused() -> str:
-        async with serving(tmp_path) as service:
-            driver.http = service.http
-            record = await begun(service)
-            path = f"/v1/missions/{record.id}"
-            assert not await driver.drive(service.missions, record, 5)
-            before = (await service.http.get(path)).json(), (await service.http.get(f"{path}/map")).json()
-            service.fail("disk_full")
-            report = {"n": 6, "t_ms": before[0]["t_ms"]}
-            for _ in range(2):
-                answer = await service.http.post(f"{path}/reports", json=report)
-                document = problem(answer, 503, "not-ready")
-                assert document["detail"] == "nothing was stored; the log says why"
-                assert int(answer.headers["retry-after"]) > 0
-            problem(await service.http.post(f"{path}/pause"), 503, "not-ready")
-            problem(await service.http.post("/v1/missions", json=body()), 503, "not-ready")
-            after = (await service.http.get(path)).json(), (await service.http.get(f"{path}/map")).json()
-            assert (after[0]["n"], after[0]["state"], after[1]) == (5, "running", before[1])
-            assert [one["id"] for one in (await service.http.get("/v1/missions")).json()["missions"]] == [record.id]
-            service.fail("")
-            assert not await driver.drive(service.missions, record, 9)
-            return record.id
-
-    async def go_on(mission: str) -> str:
-        async with serving(tmp_path) as service:
-            driver.http = service.http
-            record = await found(service, mission)
-            assert record.n == 9
-            assert await driver.drive(service.missions, record)
-            return await service.missions.log(record)
-
-    assert run(go_on(run(be_refused()))) == undisturbed("lobby")
+    async with serving(tmp_path) as service:
+        driver.http = service.http
+        record = await begun(service)
+        path = f"/v1/missions/{record.id}"
+        assert not await driver.drive(service.missions, record, 5)
+        before = (await service.http.get(path)).json(), (await service.http.get(f"{path}/map")).json()
+        service.fail("disk_full")
+        report = {"n": 6, "t_ms": before[0]["t_ms"]}
+        for _ in range(2):
+            answer = await service.http.post(f"{path}/reports", json=report)
+            document = problem(answer, 503, "not-ready")
+            assert document["detail"] == "nothing was stored; the log says why"
+            assert int(answer.headers["retry-after"]) > 0
+        problem(await service.http.post(f"{path}/pause"), 503, "not-ready")
+        problem(await service.http.post("/v1/missions", json=body()), 503, "not-ready")
+        after = (await service.http.get(path)).json(), (await service.http.get(f"{path}/map")).json()
+        assert (after[0]["n"], after[0]["state"], after[1]) == (5, "running", before[1])
+        assert [one["id"] for one in (await service.http.get("/v1/missions")).json()["missions"]] == [record.id]
+        service.fail("")
+        assert not await driver.drive(service.missions, record, 9)
+        mission = record.id
+    async with serving(tmp_path) as service:
+        driver.http = service.http
+        record = await found(service, mission)
+        assert record.n == 9
+        assert await driver.drive(service.missions, record)
+        log = await service.missions.log(record)
+    assert log == undisturbed("lobby")
 
 
 @pytest.mark.parametrize("commit", range(1, 5))
-def test_whichever_commit_fails_the_mission_comes_out_as_if_nothing_had_happened(tmp_path: Path, commit: int) -> None:
-    async def fly() -> str:
-        async with serving(tmp_path) as service:
-            driver = HttpDriver(team(), http=service.http)
-            record = await begun(service)
-            assert not await driver.drive(service.missions, record, 5)
-            service.fail(f"disk_full@{commit}")
-            assert await driver.drive(service.missions, record)
-            assert service.store._writer._points._passed[failpoints.BEFORE_COMMIT] > commit
-            return await service.missions.log(record)
-
-    assert run(fly()) == undisturbed("lobby")
-
-
-def test_on_a_disk_that_is_really_full_nothing_acknowledged_is_lost(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
+async def test_whichever_commit_fails_the_mission_comes_out_as_if_nothing_had_happened(
+    tmp_path: Path, commit: int
 ) -> None:
-    async def fly() -> str:
-        async with serving(tmp_path) as service:
-            driver = HttpDriver(team(), http=service.http)
-            record = await begun(service)
-            assert not await driver.drive(service.missions, record, 5)
-            service.limit(2)
-            driving = asyncio.create_task(driver.drive(service.missions, record))
-            while not driver.refused and "the store can't be written" not in caplog.text:
-                await asyncio.sleep(0.01)
-            acknowledged = (await found(service, record.id)).n
-            assert acknowledged == len(driver.reports)
-            service.limit(10**6)
-            assert await driving
-            return await service.missions.log(record)
-
-    assert run(fly()) == undisturbed("lobby")
+    async with serving(tmp_path) as service:
+        driver = HttpDriver(team(), http=service.http)
+        record = await begun(service)
+        assert not await driver.drive(service.missions, record, 5)
+        service.fail(f"disk_full@{commit}")
+        assert await driver.drive(service.missions, record)
+        assert service.store._writer._points._passed[failpoints.BEFORE_COMMIT] > commit
+        log = await service.missions.log(record)
+    assert log == undisturbed("lobby")
 
 
-def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
+async def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    async def begin() -> str:
-        async with open_missions(tmp_path) as missions:
-            record = await started(missions)
-            assert not await Driver(team()).drive(missions, record, 3)
-            return record.id
-
-    async def go_on(mission: str) -> None:
-        async with open_missions(tmp_path) as missions:
-            while "the store can't be written" not in caplog.text:
-                await asyncio.sleep(0.01)
-            missions._store._writer._points = failpoints.failpoints({})
-            events = [event async for event in followed(missions, mission)]
-            assert events[-1].type == "end"
-            record = await missions.get(mission, "me")
-            assert record is not None
-            assert (record.status, "comes out different" in record.reason) == ("failed", True)
-
-    mission = run(begin())
+    async with open_missions(tmp_path) as missions:
+        record = await started(missions)
+        assert not await Driver(team()).drive(missions, record, 3)
+        mission = record.id
     with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as file, file:
         file.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (pack(b"log {}"),))
     monkeypatch.setenv(failpoints.VARIABLE, "before_commit=disk_full")
-    run(go_on(mission))
+    async with open_missions(tmp_path) as missions:
+        while "the store can't be written" not in caplog.text:
+            await asyncio.sleep(0.01)
+        missions._store._writer._points = failpoints.failpoints({})
+        events = [event async for event in followed(missions, mission)]
+        assert events[-1].type == "end"
+        record = await missions.get(mission, "me")
+        assert (record.status, "comes out different" in record.reason) == ("failed", True)

@@ -1,12 +1,10 @@
 """What a mission takes in the store, and what is left of that when it is removed."""
 
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path
 
 import pytest
-from mission_house import Driver, open_missions, run, started, team
+from mission_house import Driver, open_missions, started, team
 
 from marsupial_service.entries import table as entry_table
 from marsupial_service.entries.capacity import stored_bytes
@@ -21,15 +19,12 @@ from marsupial_service.store.sqlite import FILE
 NEW = {"digest": b"d", "name": "hall", "strategy": "temporal", "planner": "auto", "state": "ended", "created_ms": 0}
 
 
-def test_a_report_with_all_that_follows_from_it_takes_well_under_a_kilobyte(place: str) -> None:
-    async def fly() -> tuple[int, int]:
-        async with open_missions(place) as missions:
-            record = await started(missions)
-            driver = Driver(team())
-            assert await driver.drive(missions, record)
-            return await missions.read(stored_bytes), len(driver.reports)
-
-    stored, reports = run(fly())
+async def test_a_report_with_all_that_follows_from_it_takes_well_under_a_kilobyte(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        driver = Driver(team())
+        assert await driver.drive(missions, record)
+        stored, reports = await missions.read(stored_bytes), len(driver.reports)
     assert reports > 30
     assert stored / reports < 700
 
@@ -44,22 +39,18 @@ def add_mission(tx: Transaction, name: str, owner: str, reports: int, finished_m
 
 
 @pytest.mark.parametrize("by_age", [True, False])
-def test_a_store_shrinks_to_what_is_live_when_missions_are_removed(tmp_path: Path, by_age: bool) -> None:
+async def test_a_store_shrinks_to_what_is_live_when_missions_are_removed(tmp_path: Path, by_age: bool) -> None:
     store = open_store(tmp_path)
     for i in range(12):
         store.write(lambda tx, i=i: add_mission(tx, f"m{i}", "me", 700, 100 * (i % 4))).result()
     store.settle()
     full = (tmp_path / FILE).stat().st_size
     store.close()
-
-    async def sweep() -> None:
-        kept = {"retention_s": 0.25, "kept_missions": 99} if by_age else {"retention_s": 99.0, "kept_missions": 3}
-        async with open_missions(tmp_path, **kept) as missions:
-            missions.now_ms = lambda: 500
-            while is_sweeping(tmp_path, len(await missions.list("me"))):
-                await asyncio.sleep(0.05)
-
-    run(sweep())
+    kept = {"retention_s": 0.25, "kept_missions": 99} if by_age else {"retention_s": 99.0, "kept_missions": 3}
+    async with open_missions(tmp_path, **kept) as missions:
+        missions.now_ms = lambda: 500
+        while is_sweeping(tmp_path, len(await missions.list("me"))):
+            await asyncio.sleep(0.05)
     size = upkeep.info(tmp_path).disk_bytes
     assert upkeep.info(tmp_path).rows["mission_events"] == 3 * 700
     assert size < full / 2

@@ -1,7 +1,5 @@
 """What the state takes a carrier that is lost to mean for its rovers."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 

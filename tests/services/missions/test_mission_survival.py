@@ -1,7 +1,5 @@
 """The process of a mission is killed, the service is stopped: the mission comes out as if nothing had happened."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import random
@@ -36,18 +34,15 @@ async def kill_now_and_then(seed: int, times: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 9))])
-def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_happened(place: str, seed: int) -> None:
-    async def fly() -> tuple[str, Driver]:
-        async with open_missions(place) as missions:
-            record = await started(missions)
-            driver = Driver(team())
-            killing = asyncio.create_task(kill_now_and_then(seed, 6))
-            assert await driver.drive(missions, record)
-            await killing
-            assert [event async for event in stream(missions, record.id)] == driver.events
-            return await missions.log(record), driver
-
-    log, driver = run(fly())
+async def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_happened(place: str, seed: int) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        driver = Driver(team())
+        killing = asyncio.create_task(kill_now_and_then(seed, 6))
+        assert await driver.drive(missions, record)
+        await killing
+        assert [event async for event in stream(missions, record.id)] == driver.events
+        log, driver = await missions.log(record), driver
     assert log == undisturbed("lobby")
     assert [seq for seq, _, _ in driver.events] == list(range(1, len(driver.events) + 1))
 
@@ -65,7 +60,6 @@ def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(p
     async def fly_on(mission: str | None) -> tuple[str, str | None]:
         async with open_missions(place) as missions:
             record = await started(missions) if mission is None else await missions.get(mission, "me")
-            assert record is not None
             assert record.n == len(driver.reports)
             over = await driver.drive(missions, record, len(driver.reports) + draw.randint(1, 25))
             return record.id, await missions.log(record) if over else None
@@ -98,64 +92,49 @@ class NoRoom:
         pass
 
 
-def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(
+    place: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(supervisor, "_LONGEST_PAUSE_S", 0.001)
     runner = BrokenLauncher(times=50)
-
-    async def fly() -> str:
-        async with open_missions(place, runner) as missions:
-            record = await started(missions)
-            assert await Driver(team()).drive(missions, record)
-            return await missions.log(record)
-
-    assert run(fly()) == undisturbed("lobby")
+    async with open_missions(place, runner) as missions:
+        record = await started(missions)
+        assert await Driver(team()).drive(missions, record)
+        log = await missions.log(record)
+    assert log == undisturbed("lobby")
     assert runner.times < 0
 
 
-def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place, memory_bytes=1 << 20) as missions:
-            record = await started(missions)
-            events = [event async for event in followed(missions, record.id)]
-            ended = await missions.get(record.id, "me")
-            assert ended is not None
-            assert (ended.state, ended.status) == (MissionPhase.ENDED, "failed")
-            assert "1 MiB are allowed" in ended.reason
-            assert events[-1].type == "end"
-
-    run(fly())
+async def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(place: str) -> None:
+    async with open_missions(place, memory_bytes=1 << 20) as missions:
+        record = await started(missions)
+        events = [event async for event in followed(missions, record.id)]
+        ended = await missions.get(record.id, "me")
+        assert (ended.state, ended.status) == (MissionPhase.ENDED, "failed")
+        assert "1 MiB are allowed" in ended.reason
+        assert events[-1].type == "end"
 
 
-def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: str) -> None:
-    async def begin() -> str:
-        async with open_missions(place) as missions:
-            record = await started(missions)
-            assert not await Driver(team()).drive(missions, record, 5)
-            return record.id
-
-    async def go_on(mission: str) -> None:
-        async with open_missions(place) as missions:
-            async for event in followed(missions, mission):
-                last = event
-            record = await missions.get(mission, "me")
-            assert record is not None
-            assert (record.status, last.type) == ("failed", "end")
-            assert "comes out different" in record.reason
-
-    mission = run(begin())
+async def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        assert not await Driver(team()).drive(missions, record, 5)
+        mission = record.id
     with contextlib.closing(open_store(place)) as store:
         store.write(
             lambda tx: tx.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (pack(b"log {}"),))
         ).result()
-    run(go_on(mission))
+    async with open_missions(place) as missions:
+        async for event in followed(missions, mission):
+            last = event
+        record = await missions.get(mission, "me")
+        assert (record.status, last.type) == ("failed", "end")
+        assert "comes out different" in record.reason
 
 
-def test_no_process_is_left_when_missions_are_stopped(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            for _ in range(3):
-                record = await started(missions)
-                assert not await Driver(team()).drive(missions, record, 3)
-
-    run(fly())
+async def test_no_process_is_left_when_missions_are_stopped(place: str) -> None:
+    async with open_missions(place) as missions:
+        for _ in range(3):
+            record = await started(missions)
+            assert not await Driver(team()).drive(missions, record, 3)
     assert nothing_runs()

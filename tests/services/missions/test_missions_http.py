@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import http.client
 import json
 import random
@@ -34,15 +32,6 @@ from marsupial_service.simulation import simulate_by
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with Server(tmp_path_factory.mktemp("service")) as running:
         yield running
-
-
-@pytest.fixture
-def mission(server: Server) -> Iterator[str]:
-    """The path of a mission that waits for its first report."""
-    status, _, created = server.ask("POST", "/v1/missions", body())
-    assert status == 201
-    yield created["links"]["self"]
-    server.ask("POST", created["links"]["cancel"])
 
 
 def explore(url: str, lines: LogLines, cancelled: Any = lambda: False, patience_s: float = 60.0) -> Summary:
@@ -108,11 +97,8 @@ def test_a_mission_can_be_looked_at(server: Server, mission: str) -> None:
     status, _, found = server.ask("GET", mission)
     assert (status, found["state"], found["n"], found["status"]) == (200, "running", 0, None)
     report = {"n": 1, "t_ms": 0, "revealed": [{"robot": "carrier1", "runs": [10, 5, 1, 70, 2, 0]}]}
-    assert server.ask("POST", f"{mission}/reports", report) == (
-        200,
-        "application/json",
-        {"n": 1, "t_ms": 0, "revision": 0},
-    )
+    taken = server.ask("POST", f"{mission}/reports", report)
+    assert taken == (200, "application/json", {"n": 1, "t_ms": 0, "revision": 0})
     assert server.ask("GET", f"{mission}/map")[2]["runs"] == [10, 5, 1, 70, 2, 0]
     assert server.ask("GET", f"{mission}/log")[1] == "application/jsonl"
     assert mission in {one["links"]["self"] for one in server.ask("GET", "/v1/missions")[2]["missions"]}
@@ -214,23 +200,6 @@ def test_a_mission_whose_client_wants_to_end_ends_with_its_report(server: Server
     assert ended.remaining
 
 
-@pytest.mark.slow
-def test_a_server_that_stops_ends_its_streams_and_goes_on_later(tmp_path: Path) -> None:
-    lines = LogLines()
-    with Server(tmp_path) as server:
-        exploring = threading.Thread(target=lambda: explore(server.url, lines))
-        exploring.start()
-        while len(lines.lines) < 40:
-            time.sleep(0.01)
-        begun = time.monotonic()
-        server.stop()
-        took_s = time.monotonic() - begun
-        server.start()
-        exploring.join(HANG_S)
-    assert took_s < 8
-    assert lines.text == undisturbed("lobby")
-
-
 def test_a_server_that_is_not_there_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(UsageError, match="can't be reached"):
         explore("http://127.0.0.1:9", LogLines(), patience_s=0.1)
@@ -241,11 +210,8 @@ def test_a_server_that_is_not_there_is_told(capsys: pytest.CaptureFixture[str]) 
 def test_who_waits_for_a_server_is_told_and_may_leave_at_once() -> None:
     command = [sys.executable, "-m", "marsupial.cli.main", "run", "lobby", "--server", "http://127.0.0.1:9"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
-        assert process.stderr is not None
         told = next(line for line in process.stderr if "trying" in line)
-        assert told.startswith(
-            "http://127.0.0.1:9 can't be reached (connection refused); trying for 60 s: is `marsupial"
-        )
+        assert told.startswith("http://127.0.0.1:9 can't be reached (connection refused); trying for 60 s: is `mars")
         process.send_signal(signal.SIGINT)
         assert process.communicate(timeout=HANG_S)[1] == "interrupted\n"
     assert process.returncode == 130

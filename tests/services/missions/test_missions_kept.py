@@ -1,26 +1,26 @@
-from __future__ import annotations
-
 import asyncio
 import threading
+from contextlib import suppress
 
 import numpy as np
 import pytest
 from entry_house import followed
-from mission_house import Driver, body, brief, open_missions, run, send, started, team
+from lost_answers import LostAnswers
+from mission_house import Driver, body, brief, open_missions, send, started, team
 from patience import HANG_S
 from undisturbed import undisturbed
 
-from marsupial.formats.missionlog import MissionLog, parse_log
+from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status
 from marsupial.model.runs import known_runs
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Job
-from marsupial_service.entries.records import KeyReused, TooMany
+from marsupial_service.entries.records import TooMany
 from marsupial_service.intake.missions import brief_of
-from marsupial_service.missions.values import Control
 from marsupial_service.schemas.missions import MissionBody
 from marsupial_service.settings import ServiceLimits
+from marsupial_service.store import StoreError
 
 
 @pytest.mark.parametrize(
@@ -34,31 +34,29 @@ from marsupial_service.settings import ServiceLimits
         pytest.param("office", "none", "heuristic", marks=pytest.mark.slow),
     ],
 )
-def test_a_mission_by_reports_is_the_mission_in_process(place: str, scenario: str, planner: str, strategy: str) -> None:
-    async def fly() -> str:
-        async with open_missions(place) as missions:
-            record = await started(missions, scenario, planner=planner, strategy=strategy)
-            assert await Driver(team(scenario)).drive(missions, record)
-            return await missions.log(record)
-
-    assert run(fly()) == undisturbed(scenario, planner, strategy)
+async def test_a_mission_by_reports_is_the_mission_in_process(
+    place: str, scenario: str, planner: str, strategy: str
+) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions, scenario, planner=planner, strategy=strategy)
+        assert await Driver(team(scenario)).drive(missions, record)
+        log = await missions.log(record)
+    assert log == undisturbed(scenario, planner, strategy)
 
 
 @pytest.mark.slow
-def test_twenty_missions_at_once_are_each_as_if_alone_and_one_more_is_refused(place: str) -> None:
-    async def fly() -> list[str]:
-        async with open_missions(place, missions=20) as missions:
-            records = [await started(missions) for _ in range(20)]
-            with pytest.raises(TooMany):
-                await started(missions)
-            over = await asyncio.gather(*(Driver(team()).drive(missions, record) for record in records))
-            assert all(over)
-            return [await missions.log(record) for record in records]
-
-    assert set(run(fly())) == {undisturbed("lobby")}
+async def test_twenty_missions_at_once_are_each_as_if_alone_and_one_more_is_refused(place: str) -> None:
+    async with open_missions(place, missions=20) as missions:
+        records = [await started(missions) for _ in range(20)]
+        with pytest.raises(TooMany):
+            await started(missions)
+        over = await asyncio.gather(*(Driver(team()).drive(missions, record) for record in records))
+        assert all(over)
+        log = [await missions.log(record) for record in records]
+    assert set(log) == {undisturbed("lobby")}
 
 
-def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_ended(
+async def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_ended(
     place: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun, stopped, closed = threading.Event(), threading.Event(), threading.Event()
@@ -73,105 +71,63 @@ def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_ended(
         return Late()
 
     monkeypatch.setattr(processes, "run", start)
-
-    async def stop_early() -> None:
-        async with open_missions(place) as missions:
-            await started(missions)
-            assert await asyncio.to_thread(begun.wait, HANG_S)
-
-    run(stop_early())
+    async with open_missions(place) as missions:
+        await started(missions)
+        assert await asyncio.to_thread(begun.wait, HANG_S)
     stopped.set()
     assert closed.wait(HANG_S)
 
 
-def test_the_same_idempotency_key_gives_the_same_mission(place: str) -> None:
-    async def ask() -> None:
-        async with open_missions(place) as missions:
-            first, replayed = await missions.create(brief(), b"same", owner="me", idempotency_key="k")
-            assert not replayed
-            second, replayed = await missions.create(brief(), b"same", owner="me", idempotency_key="k")
-            assert (second.id, replayed) == (first.id, True)
-            with pytest.raises(KeyReused):
-                await missions.create(brief(), b"other", owner="me", idempotency_key="k")
-            other, _ = await missions.create(brief(), b"other", owner="you", idempotency_key="k")
-            assert await missions.get(other.id, "me") is None
-            assert [record.id for record in await missions.list("me")] == [first.id]
-
-    run(ask())
-
-
-def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: str) -> None:
-    async def fly() -> MissionLog:
-        async with open_missions(place) as missions:
-            asked = body()
-            truth = builtin_scenario("lobby").grid.solid().cells
-            asked["frame"]["known"] = list(known_runs(truth))
-            record, _ = await missions.create(
-                brief_of(MissionBody.model_validate(asked), ServiceLimits(), {}), b"", owner="me"
-            )
-            assert np.array_equal((await missions.known(record)).cells, truth)
-            await send(missions, record, {"n": 1, "t_ms": 0})
-            async for _event in followed(missions, record.id):
-                pass
-            return parse_log((await missions.log(record)).encode())
-
-    log = run(fly())
-    assert log.ended is not None
+async def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: str) -> None:
+    async with open_missions(place) as missions:
+        asked = body()
+        truth = builtin_scenario("lobby").grid.solid().cells
+        asked["frame"]["known"] = list(known_runs(truth))
+        record, _ = await missions.create(
+            brief_of(MissionBody.model_validate(asked), ServiceLimits(), {}), b"", owner="me"
+        )
+        assert np.array_equal((await missions.known(record)).cells, truth)
+        await send(missions, record, {"n": 1, "t_ms": 0})
+        async for _event in followed(missions, record.id):
+            pass
+        log = parse_log((await missions.log(record)).encode())
     assert (log.ended.status, log.ended.coverage, log.ended.t_ms) == (Status.COMPLETE, 1.0, 0)
 
 
-def test_missions_that_ended_are_removed_when_they_are_old_or_too_many(place: str) -> None:
-    async def fly() -> tuple[int, int]:
-        async with open_missions(place, kept_missions=1) as missions:
-            for _ in range(3):
-                record = await started(missions)
-                await missions.control(record, Control.CANCEL)
-                async for _event in followed(missions, record.id):
-                    pass
-        async with open_missions(place, kept_missions=1) as missions:
-            while len(await missions.list("me")) > 1:
-                await asyncio.sleep(0.05)
-            (left,) = await missions.list("me")
-            assert left.id == record.id
-            tables = ("mission_inputs", "mission_events")
-            count = "SELECT count(DISTINCT mission) FROM {}"
-            found = await missions.read(lambda c: [c.execute(count.format(t)).fetchone()[0] for t in tables])
-            return found[0], found[1]
-
-    assert run(fly()) == (1, 1)
-
-
-def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(place: str) -> None:
+async def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(place: str) -> None:
     good = {"me", "you"}
-
-    async def fly() -> list[tuple[str | None, str]]:
-        async with open_missions(place, idle_s=2.0, may_go_on=lambda owner: owner in good) as missions:
-            idle = await started(missions)
-            other, _ = await missions.create(brief("lobby"), b"same", owner="you")
-            good.remove("you")
-            found = []
-            for record, owner in ((idle, "me"), (other, "you")):
-                events = [event async for event in followed(missions, record.id)]
-                assert events[-1].type == "end"
-                ended = await missions.get(record.id, owner)
-                assert ended is not None
-                found.append((ended.status, ended.reason))
-            while missions._supervisors:
-                await asyncio.sleep(0.02)
-            return found
-
-    assert run(fly()) == [
-        ("cancelled", "no report came for 2 s"),
-        ("cancelled", "its key has expired or was revoked"),
-    ]
+    async with open_missions(place, idle_s=2.0, may_go_on=lambda owner: owner in good) as missions:
+        idle = await started(missions)
+        other, _ = await missions.create(brief("lobby"), b"same", owner="you")
+        good.remove("you")
+        found = []
+        for record, owner in ((idle, "me"), (other, "you")):
+            events = [event async for event in followed(missions, record.id)]
+            assert events[-1].type == "end"
+            ended = await missions.get(record.id, owner)
+            found.append((ended.status, ended.reason))
+        while missions._supervisors:
+            await asyncio.sleep(0.02)
+    assert found == [("cancelled", "no report came for 2 s"), ("cancelled", "its key has expired or was revoked")]
 
 
-def test_one_owner_has_so_many_missions_and_no_more(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place, key_missions=1) as missions:
+async def test_one_owner_has_so_many_missions_and_no_more(place: str) -> None:
+    async with open_missions(place, key_missions=1) as missions:
+        await started(missions)
+        with pytest.raises(TooMany, match="you have 1 open missions"):
             await started(missions)
-            with pytest.raises(TooMany, match="you have 1 open missions"):
-                await started(missions)
-            await missions.create(brief("lobby"), b"same", owner="you")
+        await missions.create(brief("lobby"), b"same", owner="you")
 
-    run(fly())
+
+@pytest.mark.parametrize("lost", ["turns = ?", "INSERT INTO missions"])
+async def test_a_mission_of_which_a_server_has_stored_more_than_it_was_told_goes_on(place: str, lost: str) -> None:
+    async with open_missions(place) as missions:
+        answers = LostAnswers(missions._store, lost, 1)
+        while True:
+            with suppress(StoreError):
+                record, _ = await missions.create(brief(), b"same", owner="me", idempotency_key="key")
+                break
+        assert await Driver(team()).drive(missions, record)
+        assert not answers.left or lost == "INSERT INTO missions"
+        log = await missions.log(record)
+    assert log == undisturbed("lobby")

@@ -1,7 +1,5 @@
 """Reports that are late, repeated, contradictory or plain odd: refused without a trace, or survived."""
 
-from __future__ import annotations
-
 import copy
 import json
 import random
@@ -11,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mission_house import Driver, Hosted, again, body, open_missions, run, send, started, team
+from mission_house import Driver, Hosted, again, body, open_missions, send, started, team
 from pydantic import ValidationError
 from undisturbed import undisturbed
 
@@ -56,38 +54,35 @@ WRONG: dict[str, Change] = {
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
-def test_what_is_wrong_is_refused_and_changes_nothing(tmp_path: Path, seed: int) -> None:
+async def test_what_is_wrong_is_refused_and_changes_nothing(tmp_path: Path, seed: int) -> None:
     draw = random.Random(seed)
+    async with open_missions(tmp_path) as missions:
+        record = await started(missions)
 
-    async def fly() -> str:
-        async with open_missions(tmp_path) as missions:
-            record = await started(missions)
+        async def offer(report: dict[str, Any]) -> None:
+            ReportBody.model_validate_json(json.dumps(report))
+            await send(missions, record, report)
 
-            async def offer(report: dict[str, Any]) -> None:
-                ReportBody.model_validate_json(json.dumps(report))
-                await send(missions, record, report)
-
-            driver = Driver(team())
-            while not await driver.drive(missions, record, len(driver.reports) + 1):
-                for name in draw.sample(sorted(WRONG), 3):
-                    odd = copy.deepcopy(driver.reports[-1])
-                    odd["n"] += 1
-                    WRONG[name](odd, draw)
-                    with pytest.raises((ValidationError, InputError, ReportConflict)):
-                        await offer(odd)
-                old = draw.choice(driver.reports)
-                await send(missions, record, old)
-                with pytest.raises(ReportConflict, match="was another one"):
-                    await send(missions, record, {**old, "t_ms": old["t_ms"] + 1})
-                ended = [number for report in driver.reports for number in report["finished"]]
-                if ended:
-                    last = driver.reports[-1]
-                    again = {"n": last["n"] + 1, "t_ms": last["t_ms"], "finished": [draw.choice(ended)]}
-                    with pytest.raises(ReportConflict, match="was never given, or has ended"):
-                        await send(missions, record, again)
-            return await missions.log(record)
-
-    assert run(fly()) == undisturbed("lobby")
+        driver = Driver(team())
+        while not await driver.drive(missions, record, len(driver.reports) + 1):
+            for name in draw.sample(sorted(WRONG), 3):
+                odd = copy.deepcopy(driver.reports[-1])
+                odd["n"] += 1
+                WRONG[name](odd, draw)
+                with pytest.raises((ValidationError, InputError, ReportConflict)):
+                    await offer(odd)
+            old = draw.choice(driver.reports)
+            await send(missions, record, old)
+            with pytest.raises(ReportConflict, match="was another one"):
+                await send(missions, record, {**old, "t_ms": old["t_ms"] + 1})
+            ended = [number for report in driver.reports for number in report["finished"]]
+            if ended:
+                last = driver.reports[-1]
+                again = {"n": last["n"] + 1, "t_ms": last["t_ms"], "finished": [draw.choice(ended)]}
+                with pytest.raises(ReportConflict, match="was never given, or has ended"):
+                    await send(missions, record, again)
+        log = await missions.log(record)
+    assert log == undisturbed("lobby")
 
 
 def small_brief(seed: int) -> MissionBrief:

@@ -1,14 +1,12 @@
 """Reports over HTTP: by robot, several at a time, in frames that grow; and events as their schemas say."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
-from mission_house import body, team
+from mission_house import team
 from servers import Server
 from talk import frames
 
@@ -23,14 +21,6 @@ START = {"n": 1, "t_ms": 0}
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with Server(tmp_path_factory.mktemp("service")) as running:
         yield running
-
-
-@pytest.fixture
-def mission(server: Server) -> Iterator[str]:
-    """The path of a mission that waits for its first report."""
-    _, _, created = server.ask("POST", "/v1/missions", body())
-    yield created["links"]["self"]
-    server.ask("POST", created["links"]["cancel"])
 
 
 def pointers(problem: dict[str, Any]) -> list[str]:

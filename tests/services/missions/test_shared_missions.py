@@ -1,7 +1,5 @@
 """Missions of several servers on one database: any of them answers, one of them holds a mission."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -65,42 +63,34 @@ def test_a_mission_that_is_reported_to_any_server_is_as_with_one(shared: str, po
     assert parse_log(log.encode()).ended.status is Status.COMPLETE  # type: ignore[union-attr]
 
 
-def test_the_missions_of_a_server_that_stops_go_on_with_another(shared: str) -> None:
-    async def fly() -> None:
-        async with open_missions(shared) as second:
-            async with open_missions(shared) as first:
-                record = await started(first)
-                driver = Driver(team())
-                assert not await driver.drive(first, record, 6)
-            assert await driver.drive(second, record)
-            again = await second.get(record.id, "me")
-            assert again is not None
-            assert (again.status, again.term) == ("complete", 2)
-
-    run(fly())
-
-
-def test_a_server_that_was_taken_for_dead_changes_nothing_more_of_its_missions(shared: str) -> None:
-    async def fly() -> None:
-        async with two(shared) as (first, second):
+async def test_the_missions_of_a_server_that_stops_go_on_with_another(shared: str) -> None:
+    async with open_missions(shared) as second:
+        async with open_missions(shared) as first:
             record = await started(first)
             driver = Driver(team())
-            assert not await driver.drive(first, record, 4)
-            held = await first.get(record.id, "me")
-            assert held is not None
+            assert not await driver.drive(first, record, 6)
+        assert await driver.drive(second, record)
+        again = await second.get(record.id, "me")
+        assert (again.status, again.term) == ("complete", 2)
 
-            taken = await second.write(lambda tx: _take_over(tx, held))
-            assert taken.term == held.term + 1
-            assert not await first.write(lambda tx: table.of_term(tx, record.id, held.term) is not None)
 
-            again = taken
-            while again.term == taken.term:  # while the first one still tries to write the mission is left out
-                await second._take_up()  # it has one that it keeps nothing of: it goes on with it
-                again = await second.of("me", record.id)
-            assert again.term == held.term + 2
-            assert await driver.drive(second, record)
+async def test_a_server_that_was_taken_for_dead_changes_nothing_more_of_its_missions(shared: str) -> None:
+    async with two(shared) as (first, second):
+        record = await started(first)
+        driver = Driver(team())
+        assert not await driver.drive(first, record, 4)
+        held = await first.get(record.id, "me")
 
-    run(fly())
+        taken = await second.write(lambda tx: _take_over(tx, held))
+        assert taken.term == held.term + 1
+        assert not await first.write(lambda tx: table.of_term(tx, record.id, held.term) is not None)
+
+        again = taken
+        while again.term == taken.term:  # while the first one still tries to write the mission is left out
+            await second._take_up()  # it has one that it keeps nothing of: it goes on with it
+            again = await second.of("me", record.id)
+        assert again.term == held.term + 2
+        assert await driver.drive(second, record)
 
 
 def _take_over(tx: object, record: MissionRecord) -> MissionRecord:
@@ -108,20 +98,17 @@ def _take_over(tx: object, record: MissionRecord) -> MissionRecord:
     return table.MISSIONS.existing(tx, record.id)  # type: ignore[arg-type]
 
 
-def test_a_server_that_dies_without_a_word_is_followed_by_another(shared: str) -> None:
-    async def fly() -> None:
-        async with open_missions(shared) as second:
-            store = open_store(shared)
-            first = Missions(store, MissionSettings())
-            await first.start()
-            record = await started(first)
-            driver = Driver(team())
-            assert not await driver.drive(first, record, 6)
-            for task in first.background.running:  # the end of its process
-                task.cancel()
-            store._engine._ended.set()  # type: ignore[attr-defined]
-            await second.write(lambda tx: tx.execute("DELETE FROM servers WHERE id = ?", (store.server,)))
-            assert await driver.drive(second, record)
-            await asyncio.to_thread(store.close)
-
-    run(fly())
+async def test_a_server_that_dies_without_a_word_is_followed_by_another(shared: str) -> None:
+    async with open_missions(shared) as second:
+        store = open_store(shared)
+        first = Missions(store, MissionSettings())
+        await first.start()
+        record = await started(first)
+        driver = Driver(team())
+        assert not await driver.drive(first, record, 6)
+        for task in first.background.running:  # the end of its process
+            task.cancel()
+        store._engine._ended.set()  # type: ignore[attr-defined]
+        await second.write(lambda tx: tx.execute("DELETE FROM servers WHERE id = ?", (store.server,)))
+        assert await driver.drive(second, record)
+        await asyncio.to_thread(store.close)

@@ -1,7 +1,5 @@
 """Missions whose robots the service simulates come out as those in one process, whatever happens to the service."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 from typing import Any
@@ -11,7 +9,7 @@ import pytest
 from databases import PostgresServer
 from entry_house import followed
 from launcher_tree import below_launcher
-from mission_house import open_missions, run
+from mission_house import open_missions
 from undisturbed import STEPS, undisturbed
 
 from marsupial_service.entries.records import TooMany
@@ -53,79 +51,64 @@ async def over(missions: Missions, mission: str) -> MissionRecord:
     async for _ in followed(missions, mission):
         pass
     record = await missions.get(mission, "me")
-    assert record is not None
     assert record.state is MissionPhase.ENDED
     return record
 
 
-def test_the_log_is_that_of_a_mission_in_one_process(place: str) -> None:
-    async def fly() -> str:
-        async with open_missions(place) as missions:
-            record = await begun(missions, LOBBY)
-            assert (await over(missions, record.id)).status == "complete"
-            return await missions.log(record)
-
-    assert run(fly()) == undisturbed("lobby")
+async def test_the_log_is_that_of_a_mission_in_one_process(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, LOBBY)
+        assert (await over(missions, record.id)).status == "complete"
+        log = await missions.log(record)
+    assert log == undisturbed("lobby")
 
 
-def test_it_is_the_same_where_processes_are_killed(place: str) -> None:
-    async def fly() -> str:
-        async with open_missions(place) as missions:
-            record = await begun(missions, LOBBY)
-            for n in (3, 9, 20, 31):
-                await reported(missions, record.id, n)
-                for process in await asyncio.to_thread(below_launcher):
-                    with contextlib.suppress(psutil.NoSuchProcess):
-                        process.kill()
-            await over(missions, record.id)
-            return await missions.log(record)
-
-    assert run(fly()) == undisturbed("lobby")
+async def test_it_is_the_same_where_processes_are_killed(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, LOBBY)
+        for n in (3, 9, 20, 31):
+            await reported(missions, record.id, n)
+            for process in await asyncio.to_thread(below_launcher):
+                with contextlib.suppress(psutil.NoSuchProcess):
+                    process.kill()
+        await over(missions, record.id)
+        log = await missions.log(record)
+    assert log == undisturbed("lobby")
 
 
-def test_it_is_the_same_where_the_service_is_stopped_and_started_again(place: str) -> None:
-    async def begin() -> str:
-        async with open_missions(place) as missions:
-            record = await begun(missions, LOBBY)
-            await reported(missions, record.id, 7)
-            return record.id
-
-    async def go_on(mission: str) -> str:
-        async with open_missions(place) as missions:
-            return await missions.log(await over(missions, mission))
-
-    assert run(go_on(run(begin()))) == undisturbed("lobby")
+async def test_it_is_the_same_where_the_service_is_stopped_and_started_again(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, LOBBY)
+        await reported(missions, record.id, 7)
+        mission = record.id
+    async with open_missions(place) as missions:
+        log = await missions.log(await over(missions, mission))
+    assert log == undisturbed("lobby")
 
 
-def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: PostgresServer) -> None:
+async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: PostgresServer) -> None:
     shared = postgres.database()
-
-    async def fly() -> str:
-        async with open_missions(shared) as second:
-            async with open_missions(shared) as first:
-                record = await begun(first, LOBBY)
-                await reported(second, record.id, 7)
-            ended = await over(second, record.id)
-            assert ended.term == 2
-            return await second.log(ended)
-
-    assert run(fly()) == undisturbed("lobby")
+    async with open_missions(shared) as second:
+        async with open_missions(shared) as first:
+            record = await begun(first, LOBBY)
+            await reported(second, record.id, 7)
+        ended = await over(second, record.id)
+        assert ended.term == 2
+        log = await second.log(ended)
+    assert log == undisturbed("lobby")
 
 
-def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            record = await begun(missions, {**LOBBY, "speed": 20})
-            await reported(missions, record.id, 5)
-            await missions.control(record, Control.PAUSE)
-            resting = await _resting(missions, record.id)
-            assert resting.state is MissionPhase.PAUSED
-            await missions.control(record, Control.RESUME)
-            await reported(missions, record.id, resting.n + 3)
-            await missions.control(record, Control.CANCEL)
-            assert (await over(missions, record.id)).status == "cancelled"
-
-    run(fly())
+async def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, {**LOBBY, "speed": 20})
+        await reported(missions, record.id, 5)
+        await missions.control(record, Control.PAUSE)
+        resting = await _resting(missions, record.id)
+        assert resting.state is MissionPhase.PAUSED
+        await missions.control(record, Control.RESUME)
+        await reported(missions, record.id, resting.n + 3)
+        await missions.control(record, Control.CANCEL)
+        assert (await over(missions, record.id)).status == "cancelled"
 
 
 async def _resting(missions: Missions, mission: str) -> MissionRecord:
@@ -133,59 +116,46 @@ async def _resting(missions: Missions, mission: str) -> MissionRecord:
     before = -1
     while True:
         record = await missions.get(mission, "me")
-        assert record is not None
         if record.n == before:
             return record
         before = record.n
         await asyncio.sleep(0.5)
 
 
-def test_a_mission_that_is_cancelled_is_reported_to_no_more(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            record = await begun(missions, SLOW)
-            await reported(missions, record.id, 2)
-            await missions.control(record, Control.CANCEL)
-            ended = await over(missions, record.id)
-            assert ended.status == "cancelled"
-            await asyncio.sleep(0.3)
-            assert await missions.get(record.id, "me") == ended
-
-    run(fly())
+async def test_a_mission_that_is_cancelled_is_reported_to_no_more(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, SLOW)
+        await reported(missions, record.id, 2)
+        await missions.control(record, Control.CANCEL)
+        ended = await over(missions, record.id)
+        assert ended.status == "cancelled"
+        await asyncio.sleep(0.3)
+        assert await missions.get(record.id, "me") == ended
 
 
-def test_others_can_not_report_for_simulated_robots(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place) as missions:
-            record = await begun(missions, SLOW)
-            with pytest.raises(ReportConflict, match="simulated by the service"):
-                await missions.reports(record, [(MissionReport(n=1, t_ms=0), b"mine")])
-
-    run(fly())
+async def test_others_can_not_report_for_simulated_robots(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await begun(missions, SLOW)
+        with pytest.raises(ReportConflict, match="simulated by the service"):
+            await missions.reports(record, [(MissionReport(n=1, t_ms=0), b"mine")])
 
 
-def test_no_more_missions_are_simulated_at_a_time_than_allowed(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place, simulations=1) as missions:
-            first = await begun(missions, SLOW)
-            with pytest.raises(TooMany, match="1 missions are simulated"):
-                await begun(missions, SLOW)
-            await missions.control(first, Control.CANCEL)
-            await over(missions, first.id)
+async def test_no_more_missions_are_simulated_at_a_time_than_allowed(place: str) -> None:
+    async with open_missions(place, simulations=1) as missions:
+        first = await begun(missions, SLOW)
+        with pytest.raises(TooMany, match="1 missions are simulated"):
             await begun(missions, SLOW)
+        await missions.control(first, Control.CANCEL)
+        await over(missions, first.id)
+        await begun(missions, SLOW)
 
-    run(fly())
 
-
-def test_a_key_of_whom_no_mission_is_simulated_gets_one_however_many_others_have(place: str) -> None:
-    async def fly() -> None:
-        async with open_missions(place, simulations=1) as missions:
-            await begun(missions, SLOW)
+async def test_a_key_of_whom_no_mission_is_simulated_gets_one_however_many_others_have(place: str) -> None:
+    async with open_missions(place, simulations=1) as missions:
+        await begun(missions, SLOW)
+        await begun(missions, SLOW, owner="you")
+        with pytest.raises(TooMany, match="2 missions are simulated"):
             await begun(missions, SLOW, owner="you")
-            with pytest.raises(TooMany, match="2 missions are simulated"):
-                await begun(missions, SLOW, owner="you")
-
-    run(fly())
 
 
 def test_a_pace_is_kept_and_what_is_lost_is_not_made_up_for() -> None:

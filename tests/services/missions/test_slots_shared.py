@@ -1,13 +1,11 @@
 """Jobs and missions of one server share its slots, and missions come first."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 from pathlib import Path
 
 from entry_house import settings_of
-from mission_house import Driver, run, started, team
+from mission_house import Driver, started, team
 from patience import HANG_S
 from situations import job_source, many_rooms
 
@@ -58,47 +56,43 @@ class FullRunner(LocalRunner):
         return NoRoom()
 
 
-def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_job_goes_on_after(tmp_path: Path) -> None:
-    async def plan() -> None:
-        slots, store = Slots(1), open_store(tmp_path)
-        jobs = Jobs(store, settings_of(JobSettings, slots=1), slots=slots)
-        missions = Missions(store, MissionSettings(), slots=slots)
-        try:
-            await jobs.start()
-            await missions.start()
-            job = (await jobs.submit(WANTED, owner="me")).record.id
-            while not (await jobs.of("me", job)).plans:
+async def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_job_goes_on_after(
+    tmp_path: Path,
+) -> None:
+    slots, store = Slots(1), open_store(tmp_path)
+    jobs = Jobs(store, settings_of(JobSettings, slots=1), slots=slots)
+    missions = Missions(store, MissionSettings(), slots=slots)
+    try:
+        await jobs.start()
+        await missions.start()
+        job = (await jobs.submit(WANTED, owner="me")).record.id
+        while not (await jobs.of("me", job)).plans:
+            await asyncio.sleep(0.02)
+        record = await started(missions)
+        assert await Driver(team()).drive(missions, record)
+        done = await jobs.wait(job, HANG_S)
+        assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 1)
+    finally:
+        await jobs.stop()
+        await missions.stop()
+        store.close()
+
+
+async def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_again_after(tmp_path: Path) -> None:
+    slots, store, runner = Slots(1), open_store(tmp_path), FullRunner()
+    jobs = Jobs(store, settings_of(JobSettings, slots=1), runner=runner, slots=slots)
+    try:
+        await jobs.start()
+        await jobs.submit(WANTED, owner="me")
+        while not slots.in_use:
+            await asyncio.sleep(0.02)
+        async with asyncio.timeout(HANG_S):
+            with slots.taken(await slots.for_owner("me")):
+                assert runner.asked == 1
+            while runner.asked == 1:
                 await asyncio.sleep(0.02)
-            record = await started(missions)
-            assert await Driver(team()).drive(missions, record)
-            done = await jobs.wait(job, HANG_S)
-            assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 1)
-        finally:
-            await jobs.stop()
-            await missions.stop()
-            store.close()
-
-    run(plan())
-
-
-def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_again_after(tmp_path: Path) -> None:
-    async def plan() -> None:
-        slots, store, runner = Slots(1), open_store(tmp_path), FullRunner()
-        jobs = Jobs(store, settings_of(JobSettings, slots=1), runner=runner, slots=slots)
-        try:
-            await jobs.start()
-            await jobs.submit(WANTED, owner="me")
-            while not slots.in_use:
-                await asyncio.sleep(0.02)
-            async with asyncio.timeout(HANG_S):
-                with slots.taken(await slots.for_owner("me")):
-                    assert runner.asked == 1
-                while runner.asked == 1:
-                    await asyncio.sleep(0.02)
-            (record,) = await jobs.list("me")
-            assert (record.state.value, record.attempts) == ("queued", 0)
-        finally:
-            await jobs.stop()
-            store.close()
-
-    run(plan())
+        (record,) = await jobs.list("me")
+        assert (record.state.value, record.attempts) == ("queued", 0)
+    finally:
+        await jobs.stop()
+        store.close()

@@ -1,7 +1,5 @@
 """Missions that wait rather than be over: for their first map, for robots in obstacles, and during a pause."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any

@@ -12,18 +12,18 @@ import math
 import random
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
 import cbor2
 import numpy as np
+from drawn_maps import carrier, draw, rover
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 from marsupial.maps.footprint import Contact
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid
-from marsupial.model.robots import RobotType, Role
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid, RobotType
 from marsupial.sim.sensors import FieldOfView
 
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
@@ -109,17 +109,16 @@ class FakeRos:
 
     @property
     def url(self) -> str:
-        """Where it listens."""
         return f"ws://127.0.0.1:{self.port}"
 
     @property
     def running(self) -> list[str]:
-        """The actions that are under way."""
         return [goal.action for goal in self._running.values()]
 
     async def __aenter__(self) -> FakeRos:
         self._server = await serve(self._client, "127.0.0.1", self.port, max_size=None)
         self.port = self._server.sockets[0].getsockname()[1]
+        self._look()  # before anybody can ask for the map
         self._life = asyncio.ensure_future(self._live())
         return self
 
@@ -252,9 +251,7 @@ class FakeRos:
             self.now_s += STEP_S
             for goal in list(self._running.values()):
                 await self._work(goal)
-            for body in self.bodies.values():
-                if body.carrier is None:
-                    self._see(body)
+            self._look()
             await self._tell()
 
     async def _work(self, goal: Goal) -> None:
@@ -281,13 +278,15 @@ class FakeRos:
         said = {"success": near, "message": "" if near else "not beside each other"}
         await self._end(goal, SUCCEEDED if near else ABORTED, said)
 
+    def _look(self) -> None:
+        for body in self.bodies.values():
+            if body.carrier is None:
+                self._see(body)
+
     def _see(self, body: Body) -> None:
         cell = self.truth.cell_at_m(*body.at)
         contact = Contact(body.kind, self.truth.resolution_m)
-        for seen in (
-            self._sensor.visible(self.truth, body.kind, cell),
-            contact.touched(self.truth.cells, cell),
-        ):
+        for seen in (self._sensor.visible(self.truth, body.kind, cell), contact.touched(self.truth.cells, cell)):
             self.known.ravel()[seen] = self.truth.cells.ravel()[seen]
 
     async def _tell(self) -> None:
@@ -387,32 +386,13 @@ ROOMS = (
     "########################################",
 )
 
-CARRIER = RobotType(
-    name="carrier",
-    role=Role.CARRIER,
-    speed_mps=1.0,
-    sensor_range_m=3.0,
-    radius_m=0.4,
-    terrains=frozenset({FLOOR}),
-    capacity=1,
-)
-ROVER = RobotType(
-    name="rover",
-    role=Role.ROVER,
-    speed_mps=0.5,
-    sensor_range_m=2.5,
-    radius_m=0.1,
-    terrains=frozenset({FLOOR}),
-    dock_ms=3000,
-    undock_ms=2000,
-)
+CARRIER = carrier(radius_m=0.4, range_m=3.0, capacity=1)
+ROVER = replace(rover(radius_m=0.1, range_m=2.5), terrains=frozenset({FLOOR}), dock_ms=3000, undock_ms=2000)
 
 
 def rooms() -> Grid:
     """Return a hall with rooms whose doors, 0.5 m wide, only a rover fits through; 10 x 5 m."""
-    codes = {"#": OBSTACLE, ".": FLOOR}
-    cells = np.array([[codes[symbol] for symbol in row] for row in reversed(ROOMS)], dtype=np.uint8)
-    return Grid(cells=cells, resolution_m=0.25, origin_m=(-2.0, 1.0, 0.0))
+    return replace(draw(*ROOMS, resolution_m=0.25), origin_m=(-2.0, 1.0, 0.0))
 
 
 def team(grid: Grid, carriers: int = 2) -> list[Body]:

@@ -1,7 +1,5 @@
 """Parts of the bridge for tests that need no mission."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path

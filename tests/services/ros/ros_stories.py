@@ -1,14 +1,12 @@
 """Stories of whole missions: what is said to the user, and robots in the rooms that it is played with."""
 
-from __future__ import annotations
-
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
 from fake_ros import FakeRos, rooms, settings_text, team
-from patience import HANG_S
 from servers import Server
 
 from marsupial_client import AsyncClient
@@ -39,17 +37,12 @@ async def drive(bridge: Bridge, client: AsyncClient) -> BridgeOutcome:
         return await bridge.run()
 
 
-def play(story: Callable[[FakeRos, Talk], Awaitable[None]], **more: str) -> tuple[FakeRos, Talk]:
-    """Play a story with robots in the rooms, and return how they and the talk are afterwards; `more` are settings."""
+@asynccontextmanager
+async def play(**more: str) -> AsyncIterator[tuple[FakeRos, Talk]]:
+    """Give robots in the rooms, and a talk, for a story to be played with; `more` are settings."""
     grid = rooms()
-    ros, talk = FakeRos(grid, team(grid)), Talk(more)
-
-    async def within() -> None:
-        async with ros:
-            await asyncio.wait_for(story(ros, talk), HANG_S)
-
-    asyncio.run(within())
-    return ros, talk
+    async with FakeRos(grid, team(grid)) as ros:
+        yield ros, Talk(more)
 
 
 async def until(holds: Callable[[], Any]) -> None:

@@ -1,7 +1,5 @@
 """Whole missions: a real server, the bridge, and a rosbridge made for the test with simple robots behind it."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 from pathlib import Path
@@ -12,24 +10,17 @@ import pytest
 pytest.importorskip("websockets")
 
 import numpy as np
-from fake_ros import FakeRos
 from patience import HANG_S
-from ros_stories import Talk, drive, play, until
+from ros_stories import drive, play, until
 from servers import Server
 
 from marsupial.model.grid import UNKNOWN
-from marsupial_ros.bridge import BridgeOutcome
 
 
-def test_a_team_explores_the_rooms_and_comes_back_aboard(server: Server, tmp_path: Path) -> None:
-    outcomes: list[BridgeOutcome] = []
-
-    async def story(ros: FakeRos, talk: Talk) -> None:
-        outcomes.append(await drive(*talk.bridge(server, ros, tmp_path)))
-
-    ros, talk = play(story)
-    assert outcomes[0].ended is not None
-    assert outcomes[0].ended["status"] == "complete", (outcomes[0], talk.said)
+async def test_a_team_explores_the_rooms_and_comes_back_aboard(server: Server, tmp_path: Path) -> None:
+    async with play() as (ros, talk):
+        outcome = await drive(*talk.bridge(server, ros, tmp_path))
+    assert outcome.ended["status"] == "complete", (outcome, talk.said)
     assert [body.carrier is not None for body in ros.bodies.values() if body.kind.name == "rover"] == [True, True]
     actions = [goal["action"].rsplit("/", 1)[1] for goal in ros.goals]
     assert actions.count("undock") >= 2
@@ -44,11 +35,9 @@ def test_a_team_explores_the_rooms_and_comes_back_aboard(server: Server, tmp_pat
     assert (ros.running, ros.unknown_ops) == ([], [])
 
 
-def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server: Server, tmp_path: Path) -> None:
-    outcomes: list[BridgeOutcome] = []
+async def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server: Server, tmp_path: Path) -> None:
     state = tmp_path / "state.json"
-
-    async def story(ros: FakeRos, talk: Talk) -> None:
+    async with play() as (ros, talk):
         first = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path, state)))
         await until(lambda: "/rover1/undock" in ros.running or "/rover2/undock" in ros.running)
         await ros.cut()
@@ -57,11 +46,8 @@ def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server: Serve
         assert state.exists()
         first.cancel()
         await asyncio.gather(first, return_exceptions=True)
-        outcomes.append(await drive(*talk.bridge(server, ros, tmp_path, state)))
-
-    ros, talk = play(story)
-    assert outcomes[0].ended is not None
-    assert outcomes[0].ended["status"] == "complete", (outcomes[0], talk.said)
+        outcome = await drive(*talk.bridge(server, ros, tmp_path, state))
+    assert outcome.ended["status"] == "complete", (outcome, talk.said)
     assert len([text for text in talk.said if text.endswith(" began")]) == 1
     assert any("goes on after report" in text for text in talk.said)
     names = [goal["id"] for goal in ros.goals]
@@ -71,14 +57,13 @@ def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server: Serve
     assert not state.exists()
 
 
-def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server: Server, tmp_path: Path) -> None:
-    outcomes: list[BridgeOutcome] = []
+async def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server: Server, tmp_path: Path) -> None:
     state = tmp_path / "state.json"
 
     def coarser(message: dict[str, Any]) -> dict[str, Any]:
         return {**message, "info": {**message["info"], "resolution": 0.5}}
 
-    async def story(ros: FakeRos, talk: Talk) -> None:
+    async with play() as (ros, talk):
         first = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path, state)))
         await until(lambda: "/carrier1/follow_path" in ros.running)
         first.cancel()
@@ -88,18 +73,15 @@ def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server: Serve
         passed = "/map: a message was passed over: the resolution of the map has changed: it was 0.25 m, now 0.5 m"
         await until(lambda: {passed, "waiting for a map on /map"} <= set(talk.said) or second.done())
         ros.redraw = lambda message: message
-        outcomes.append(await second)
-
-    _, talk = play(story)
-    assert outcomes[0].ended is not None
-    assert outcomes[0].ended["status"] == "complete", (outcomes[0], talk.said)
+        outcome = await second
+    assert outcome.ended["status"] == "complete", (outcome, talk.said)
 
 
-def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next_one(server: Server, tmp_path: Path) -> None:
-    outcomes: list[BridgeOutcome] = []
+async def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next_one(
+    server: Server, tmp_path: Path
+) -> None:
     state = tmp_path / "state.json"
-
-    async def story(ros: FakeRos, talk: Talk) -> None:
+    async with play() as (ros, talk):
         bridge, client = talk.bridge(server, ros, tmp_path, state)
         first = asyncio.ensure_future(drive(bridge, client))
         await until(lambda: bridge._fleet.gathered.any)
@@ -107,108 +89,75 @@ def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next_one(s
         assert json.loads(state.read_text())["gathered"]["finished"]
         first.cancel()
         await asyncio.gather(first, return_exceptions=True)
-        outcomes.append(await drive(*talk.bridge(server, ros, tmp_path, state)))
-
-    play(story)
-    assert outcomes[0].ended is not None
-    assert outcomes[0].ended["status"] == "complete"
+        outcome = await drive(*talk.bridge(server, ros, tmp_path, state))
+    assert outcome.ended["status"] == "complete"
 
 
-def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(
+async def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("marsupial_ros.bridge.STOP_S", HANG_S)
-    outcomes: list[BridgeOutcome] = []
-
-    async def story(ros: FakeRos, talk: Talk) -> None:
+    async with play() as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
         await until(lambda: any(action.endswith("follow_path") for action in ros.running))
         ros.speedup = 1.0  # so that no robot gets there before it is stopped
         talk.stops = 1
-        outcomes.append(await work)
-
-    ros, _ = play(story)
-    assert outcomes[0].ended is not None
-    assert outcomes[0].ended["status"] == "cancelled"
+        outcome = await work
+    assert outcome.ended["status"] == "cancelled"
     assert ros.cancelled
     assert ros.running == []
 
 
-def test_a_user_who_stops_twice_leaves_at_once_with_all_goals_cancelled(server: Server, tmp_path: Path) -> None:
-    outcomes: list[BridgeOutcome] = []
-
-    async def story(ros: FakeRos, talk: Talk) -> None:
+async def test_a_user_who_stops_twice_leaves_at_once_with_all_goals_cancelled(server: Server, tmp_path: Path) -> None:
+    async with play() as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
         await until(lambda: len(ros.running) == 2)
         ros.speedup = 1.0  # so that no robot gets there before it is stopped
         talk.stops = 2
-        outcomes.append(await work)
+        outcome = await work
         await until(lambda: not ros.running)
-
-    ros, _ = play(story)
-    assert outcomes[0].ended is None
+    assert outcome.ended is None
     assert {goal["id"] for goal in ros.goals[:2]} <= set(ros.cancelled)
 
 
-def test_a_carrier_that_is_not_heard_of_is_told_and_lost_with_its_rover(server: Server, tmp_path: Path) -> None:
-    outcomes: list[BridgeOutcome] = []
-
-    async def story(ros: FakeRos, talk: Talk) -> None:
+@pytest.mark.parametrize("repeats", [False, True])
+async def test_a_carrier_that_is_silent_or_repeats_its_transforms_is_told_and_lost_with_its_rover(
+    server: Server, tmp_path: Path, repeats: bool
+) -> None:
+    async with play(waits="{silent_s: 5, lost_s: 15, stuck_s: 1000}") as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
         await until(lambda: "/carrier2/follow_path" in ros.running)
-        ros.bodies["carrier2"].mute = True
-        outcomes.append(await work)
-
-    _, talk = play(story, waits="{silent_s: 5, lost_s: 15}")
-    assert outcomes[0].ended is not None
+        if repeats:
+            ros.bodies["carrier2"].stamp_s = ros.now_s
+        else:
+            ros.bodies["carrier2"].mute = True
+        await work
     missing = "no new map -> carrier2/base_link on /tf for"
     assert any(text.startswith(f"carrier2: {missing}") for text in talk.said)
     assert f"carrier2: lost: {missing} 15 s" in talk.said
     assert not any(text.startswith("carrier1: lost") for text in talk.said)
 
 
-def test_a_robot_whose_transforms_are_repeated_is_lost_as_one_that_is_silent(server: Server, tmp_path: Path) -> None:
-    outcomes: list[BridgeOutcome] = []
-
-    async def story(ros: FakeRos, talk: Talk) -> None:
-        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await until(lambda: "/carrier2/follow_path" in ros.running)
-        ros.bodies["carrier2"].stamp_s = ros.now_s
-        outcomes.append(await work)
-
-    _, talk = play(story, waits="{silent_s: 5, lost_s: 15, stuck_s: 1000}")
-    assert outcomes[0].ended is not None
-    assert "carrier2: lost: no new map -> carrier2/base_link on /tf for 15 s" in talk.said
-    assert not any(text.startswith("carrier1: lost") for text in talk.said)
-
-
-def test_a_robot_that_shuffles_and_gets_nowhere_is_stuck_and_the_mission_goes_on(
+async def test_a_robot_that_shuffles_and_gets_nowhere_is_stuck_and_the_mission_goes_on(
     server: Server, tmp_path: Path
 ) -> None:
-    outcomes: list[BridgeOutcome] = []
-
-    async def story(ros: FakeRos, talk: Talk) -> None:
+    async with play(waits="{silent_s: 60, lost_s: 120, stuck_s: 20, handover_s: 120}") as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
         await until(lambda: "/carrier2/follow_path" in ros.running)
         ros.bodies["carrier2"].wedged = True
         await until(lambda: "carrier2: drive failed: no progress for 20 s" in talk.said or work.done())
         ros.bodies["carrier2"].wedged = False
-        outcomes.append(await work)
-
-    _, talk = play(story, waits="{silent_s: 60, lost_s: 120, stuck_s: 20, handover_s: 120}")
-    assert outcomes[0].ended is not None
-    assert outcomes[0].ended["status"] == "complete", (outcomes[0], talk.said)
+        outcome = await work
+    assert outcome.ended["status"] == "complete", (outcome, talk.said)
     assert "carrier2: drive failed: no progress for 20 s" in talk.said
     assert not any(text.startswith("carrier1: drive failed") for text in talk.said)
 
 
-def test_what_is_missing_before_a_mission_is_told_by_name(server: Server, tmp_path: Path) -> None:
-    async def story(ros: FakeRos, talk: Talk) -> None:
+async def test_what_is_missing_before_a_mission_is_told_by_name(server: Server, tmp_path: Path) -> None:
+    async with play() as (ros, talk):
         ros.bodies["carrier2"].mute = True
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
         await until(lambda: any("carrier2" in text for text in talk.said))
         talk.stops = 1
         assert (await work).mission is None
-
-    _, talk = play(story)
     assert "waiting for carrier2 (no map -> carrier2/base_link on /tf)" in talk.said

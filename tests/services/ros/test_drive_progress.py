@@ -1,7 +1,5 @@
 """Whether drives get on, by tf and by what their actions tell."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """How the bridge goes: goals are cancelled and the connection is closed, whatever it ends by."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import signal
@@ -85,13 +83,13 @@ CASES = [
 
 
 @pytest.mark.parametrize(("end", "under_way"), CASES)
-def test_a_bridge_that_goes_leaves_no_goal_and_closes_as_normal(
+async def test_a_bridge_that_goes_leaves_no_goal_and_closes_as_normal(
     server: Server,
     tmp_path: Path,
     end: Callable[[Talk, Bridge, Work], Awaitable[None]],
     under_way: Callable[[FakeRos], bool],
 ) -> None:
-    async def story(ros: FakeRos, talk: Talk) -> None:
+    async with play() as (ros, talk):
         bridge, client = talk.bridge(server, ros, tmp_path, tmp_path / "state")
         work = asyncio.ensure_future(drive(bridge, client))
         await until(lambda: under_way(ros))
@@ -100,13 +98,11 @@ def test_a_bridge_that_goes_leaves_no_goal_and_closes_as_normal(
         await end(talk, bridge, work)
         assert ros.running == []
         await until(lambda: ros.closes)
-
-    ros, _ = play(story)
     assert ros.closes == [NORMAL]
 
 
-def test_a_bridge_whose_service_is_gone_for_good_leaves_no_goal(tmp_path: Path) -> None:
-    async def story(ros: FakeRos, talk: Talk) -> None:
+async def test_a_bridge_whose_service_is_gone_for_good_leaves_no_goal(tmp_path: Path) -> None:
+    async with play() as (ros, talk):
         with Server(tmp_path / "data") as own:
             bridge, client = talk.bridge(own, ros, tmp_path)
             work = asyncio.ensure_future(drive(bridge, client))
@@ -118,15 +114,12 @@ def test_a_bridge_whose_service_is_gone_for_good_leaves_no_goal(tmp_path: Path) 
                 await work
             assert ros.running == []
             await until(lambda: ros.closes)
-
-    ros, _ = play(story)
     assert ros.closes == [NORMAL]
 
 
-def test_a_mission_that_no_service_ends_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_mission_that_no_service_ends_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bridges, "STOP_S", 0.2)
-
-    async def story(ros: FakeRos, talk: Talk) -> None:
+    async with play() as (ros, talk):
         with Server(tmp_path / "data") as own:
             work = asyncio.ensure_future(drive(*talk.bridge(own, ros, tmp_path, tmp_path / "state")))
             await until(lambda: drives(ros))
@@ -135,33 +128,28 @@ def test_a_mission_that_no_service_ends_is_left(tmp_path: Path, monkeypatch: pyt
             talk.stops = 1
             assert (await work).ended is None
             assert ros.running == []
-
-    play(story)
     assert (tmp_path / "state").exists()
 
 
-def test_goals_that_do_not_end_keep_the_bridge_for_a_while_only_and_are_told(
+async def test_goals_that_do_not_end_keep_the_bridge_for_a_while_only_and_are_told(
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(bridges, "LEAVE_S", 0.2)
-
-    async def story(ros: FakeRos, talk: Talk) -> None:
+    async with play() as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
         await until(lambda: len(ros.running) == 2)
         ros.speedup, ros.stubborn = 0.1, 10**6
         talk.stops = 2
         await work
         await until(lambda: ros.closes)
-
-    ros, talk = play(story)
     assert ros.closes == [NORMAL]
     assert len([text for text in talk.said if text.endswith("was cancelled, but is not known to have ended")]) == 2
 
 
-def test_goals_are_cancelled_over_a_connection_that_comes_back_and_none_is_sent_again(
+async def test_goals_are_cancelled_over_a_connection_that_comes_back_and_none_is_sent_again(
     server: Server, tmp_path: Path
 ) -> None:
-    async def story(ros: FakeRos, talk: Talk) -> None:
+    async with play() as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
         await until(lambda: len(ros.running) == 2)
         ros.speedup = 0.1
@@ -173,17 +161,15 @@ def test_goals_are_cancelled_over_a_connection_that_comes_back_and_none_is_sent_
         work.cancel()
         await asyncio.gather(work, return_exceptions=True)
         await until(lambda: len(ros.closes) == 2)
-
-    ros, _ = play(story)
     assert ros.closes == [BROKEN, NORMAL]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process at once")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_command_that_is_asked_to_end_twice_cancels_its_goals(
+async def test_a_command_that_is_asked_to_end_twice_cancels_its_goals(
     server: Server, tmp_path: Path, number: signal.Signals
 ) -> None:
-    async def story(ros: FakeRos, talk: Talk) -> None:
+    async with play() as (ros, _):
         path = tmp_path / "fleet.yaml"
         path.write_text(settings_text(ros.url, list(ros.bodies.values())))
         command = [sys.executable, "-m", "marsupial.cli.main", "ros", str(path), "--server", server.url]
@@ -200,6 +186,4 @@ def test_a_command_that_is_asked_to_end_twice_cancels_its_goals(
         assert json.loads(out)["status"] == "cancelled"
         assert ros.running == []
         await until(lambda: ros.closes)
-
-    ros, _ = play(story)
     assert ros.closes == [NORMAL]

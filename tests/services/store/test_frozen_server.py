@@ -1,11 +1,10 @@
 """A server that freezes in the middle of a transaction: others go on, and it writes again when it wakes."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 import psycopg
@@ -47,6 +46,11 @@ def insert(tx: Transaction, name: str) -> None:
     tx.execute("INSERT INTO owners VALUES (?, 1) ON CONFLICT (name) DO UPDATE SET served = owners.served + 1", (name,))
 
 
+def insert_locked(tx: Transaction, name: str) -> None:
+    tx.lock("shared")
+    insert(tx, name)
+
+
 def served(store: Store) -> dict[str, int]:
     return store.read(lambda c: {row["name"]: row["served"] for row in c.execute("SELECT * FROM owners")}).result()
 
@@ -56,18 +60,13 @@ def test_locks_of_a_frozen_server_are_released_and_it_writes_once_when_it_wakes(
     freeze = Freeze()
 
     def halfway(tx: Transaction) -> None:
-        tx.lock("shared")
-        insert(tx, "both")
+        insert_locked(tx, "both")
         freeze()
         insert(tx, "frozen")
 
-    def beside(tx: Transaction) -> None:
-        tx.lock("shared")
-        insert(tx, "both")
-
     stuck = frozen.write(halfway)
     assert freeze.reached.wait(HANG_S)
-    healthy.write(beside).result(HANG_S)  # while the other one is frozen still
+    healthy.write(partial(insert_locked, name="both")).result(HANG_S)  # while the other one is frozen still
     assert served(healthy) == {"both": 1}
     freeze.wake()
     stuck.result(HANG_S)
@@ -100,13 +99,9 @@ def test_a_server_that_froze_amid_a_statement_or_its_rows_is_ended_when_another_
             raise psycopg.OperationalError("the connection is closed")
         insert(tx, "frozen")
 
-    def beside(tx: Transaction) -> None:
-        tx.lock("shared")
-        insert(tx, "healthy")
-
     stuck = frozen.write(halfway)
     assert freeze.reached.wait(HANG_S)
-    healthy.write(beside).result(HANG_S)
+    healthy.write(partial(insert_locked, name="healthy")).result(HANG_S)
     assert served(healthy) == {"healthy": 1}
     freeze.wake()
     stuck.result(HANG_S)

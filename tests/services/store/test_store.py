@@ -1,18 +1,20 @@
-from __future__ import annotations
-
+import logging
 import os
 import signal
 import sqlite3
 import subprocess
 import sys
 import threading
+import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from patience import HANG_S
 
-from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, failpoints, open_store, tables
+from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, failpoints, open_store, packing
+from marsupial_service.store.outage import Outage
+from marsupial_service.store.packing import PIECE, pack, pieces, unpack, whole
 from marsupial_service.store.sqlite import FILE
 
 NEW = (
@@ -194,16 +196,6 @@ def test_a_file_that_is_no_database_is_an_error_and_the_folder_is_let_go(tmp_pat
             open_store(tmp_path)
 
 
-def test_tables_of_another_version_are_refused(tmp_path: Path) -> None:
-    store = open_store(tmp_path)
-    store.close()
-    connection = sqlite3.connect(tmp_path / FILE)
-    connection.execute(f"PRAGMA user_version = {tables.VERSION + 1}")
-    connection.close()
-    with pytest.raises(StoreError, match="version"):
-        open_store(tmp_path)
-
-
 def test_a_commit_is_on_disk_before_it_is_acknowledged(store: Store) -> None:
     settings = store.write(
         lambda tx: [tx.execute(f"PRAGMA {name}").fetchone()[0] for name in ("journal_mode", "synchronous")]
@@ -239,19 +231,6 @@ def test_killed_at_a_commit_the_file_holds_all_of_it_or_nothing(tmp_path: Path, 
     assert set(acknowledged) <= set(stored)
 
 
-@pytest.mark.parametrize("text", ["before_commit", "nowhere=kill", "after_commit=disk_full", "before_commit=kill@x"])
-def test_a_failpoint_that_is_none_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="is not one of before_commit=kill"):
-        failpoints.failpoints({failpoints.VARIABLE: text})
-
-
-def test_without_the_variable_no_point_does_anything() -> None:
-    armed = failpoints.failpoints({})
-    for point in failpoints.POINTS:
-        armed.reach(point)
-    assert failpoints.VARIABLE not in os.environ
-
-
 def test_the_database_is_its_owner_s_alone_whatever_the_folder_allows(tmp_path: Path) -> None:
     folder = tmp_path / "open"
     folder.mkdir(mode=0o755)
@@ -265,3 +244,42 @@ def test_the_database_is_its_owner_s_alone_whatever_the_folder_allows(tmp_path: 
     finally:
         os.umask(before)
     assert modes == {FILE: 0o600, f"{FILE}-wal": 0o600, f"{FILE}-shm": 0o600}
+
+
+def test_what_is_wrong_is_logged_when_it_begins_and_when_it_is_over(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO)
+    outage = Outage("it is away")
+    assert not outage.over()
+    for reason in ("first", "second"):
+        outage.met(reason)
+        outage.met(reason)
+        assert outage.over()
+        assert not outage.over()
+    assert [record.getMessage() for record in caplog.records] == ["it is away", "it is away: that is over"] * 2
+    assert [getattr(record, "reason", None) for record in caplog.records] == ["first", None, "second", None]
+
+
+LINE = b'log {"event":"reveal","t_ms":68934,"looks":[["carrier1",0,"ACxCoKBuBBCwCqKC"]]}'
+
+
+@pytest.mark.parametrize("data", [b"x", LINE, os.urandom(5000), LINE * 2000, "\u00e9\u2028".encode()])
+def test_what_was_packed_is_unpacked(data: bytes) -> None:
+    assert unpack(pack(data)) == data
+
+
+def test_a_line_of_a_log_takes_half_of_its_length() -> None:
+    assert len(pack(LINE)) < len(LINE) / 2
+
+
+def test_the_dictionary_is_the_one_that_stored_rows_were_packed_with() -> None:
+    assert zlib.crc32(packing._DICTIONARY_1) == 1071597026
+    packed = bytes.fromhex("01c357cc9b22c2252b3fb552a91600")
+    assert unpack(packed) == b'log {"event":"stand","t_ms":5,"robot":"joey"}'
+
+
+def test_parts_are_put_together_in_their_order() -> None:
+    values = [pack(os.urandom(size)) for size in (10, PIECE - 1, PIECE, 3 * PIECE + 1)]
+    rows = [{"seq": i, "part": part, "data": data} for i, one in enumerate(values) for part, data in pieces(one)]
+    assert max(len(row["data"]) for row in rows) == PIECE
+    assert [(row["seq"], data) for row, data in whole(rows)] == [(i, unpack(one)) for i, one in enumerate(values)]
+    assert list(whole([])) == []

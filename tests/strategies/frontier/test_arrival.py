@@ -1,19 +1,15 @@
-from __future__ import annotations
-
-from simulated_missions import Plans
+from small_missions import Recorder
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
-from marsupial.model.mission import Cause, Planned, Status
-from marsupial.model.planning import Budget
-from marsupial.model.scenario import Scenario
+from marsupial.model import Budget, Cause, Planned, Scenario, Status
 
 
 def plans_of(scenario: Scenario, planner: str = "anytime") -> list[Planned]:
-    watcher = Plans()
+    watcher = Recorder()
     ended = simulate(scenario, strategy="temporal", planner=planner, budget=Budget(steps=2), seed=1, observer=watcher)
     assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0), ended.reason
-    return watcher.made
+    return watcher.of(Planned)
 
 
 def causes(plans: list[Planned]) -> set[Cause]:

@@ -1,14 +1,10 @@
-from __future__ import annotations
-
 import pytest
 from small_missions import carrier_at, drawn_grid, fly, kinds_of
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
-from marsupial.model.mission import Status
-from marsupial.model.planning import Budget
-from marsupial.model.scenario import Scenario
+from marsupial.model import Budget, Scenario, Status
 from marsupial.papers.alkhawaldah.experiment import cell_world
 from marsupial.strategies.registry import strategy
 

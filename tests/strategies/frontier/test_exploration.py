@@ -1,19 +1,13 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from simulated_missions import Plans
-from small_missions import drawn_grid
+from small_missions import Recorder, drawn_grid
 
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.generators.builtin import explorers
 from marsupial.library.missions import simulate
-from marsupial.model.mission import Cause, Planned, Status
-from marsupial.model.planning import Budget
-from marsupial.model.robots import Role
-from marsupial.model.scenario import PlanningTime
+from marsupial.model import Budget, Cause, Planned, PlanningTime, Role, Status
 from marsupial.papers.alkhawaldah.experiment import HOPPER, cell_world
 from marsupial.papers.alkhawaldah.rule import Bidding
 from marsupial.papers.wurm2008.rules import ClosestFrontier
@@ -23,11 +17,11 @@ from marsupial.strategies.registry import check_suits, is_strategy, strategy
 
 
 def flown(name: str, seed: int = 1) -> list[Planned]:
-    watcher = Plans()
+    watcher = Recorder()
     scenario = cell_world("cells", 9, 9, 4, 2)
     ended = simulate(scenario, strategy=name, planner="none", budget=Budget(steps=1), seed=seed, observer=watcher)
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
-    return watcher.made
+    return watcher.of(Planned)
 
 
 def test_robots_that_decide_at_every_cell_never_drive_further_than_one() -> None:
@@ -44,18 +38,19 @@ def test_others_drive_on_until_they_arrive_or_their_cell_has_been_seen_through()
 
 def test_a_step_taken_by_lot_is_still_the_same_when_the_time_for_planning_has_passed() -> None:
     for seed in range(1, 7):
-        watcher = Plans()
+        watcher = Recorder()
         scenario = replace(cell_world("cells", 10, 9, 6, 1), planning_time=PlanningTime.CHARGED)
         simulate(scenario, strategy="bidding", planner="none", budget=Budget(steps=1), seed=seed, observer=watcher)
-        causes = {trigger.cause for plan in watcher.made for trigger in plan.trigger}
+        causes = {trigger.cause for plan in watcher.of(Planned) for trigger in plan.trigger}
         assert Cause.OVERTAKEN not in causes
 
 
 def test_each_robot_has_a_frontier_of_its_own_as_long_as_there_are_enough() -> None:
     scenario = explorers("hall", drawn_grid("...........", "...........", "..........."), HOPPER, 2)
-    watcher = Plans()
+    watcher = Recorder()
     simulate(scenario, strategy="closest-frontier", planner="none", budget=Budget(steps=1), seed=3, observer=watcher)
-    assert len({action.place for action in watcher.made[0].actions}) == len(watcher.made[0].actions)
+    actions = watcher.of(Planned)[0].actions
+    assert len({action.place for action in actions}) == len(actions)
 
 
 def test_what_the_rule_takes_counts_as_planning() -> None:
