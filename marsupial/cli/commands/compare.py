@@ -62,8 +62,6 @@ def compare(
     Every strategy runs on the same maps, teams, starts and seeds. Rows, tables and figures go to the folder --out.
 
     Example: marsupial compare lobby --carriers 1-2 --runs 4 --out compared
-
-    Example: marsupial compare --suite footprint --out footprint
     """
     from marsupial.bench.compare.plan import Comparison
     from marsupial.bench.suite.maps import CARRIERS, CONTENDERS, PLANNER, ROVERS, RUNS, suite_named
