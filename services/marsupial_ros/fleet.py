@@ -306,7 +306,9 @@ class RobotFleet:
             x, y = command.get("point_m") or (0.0, 0.0)
             rover.anchor = (x, y) if command["name"] == "undock" else None
         self._release(errand)
-        self.gathered.finished.append(command["id"])
+        # a goal may end after its robot was reported lost, and a lost robot finishes nothing
+        if not any(robot.lost for robot in self._taking_part(errand)):
+            self.gathered.finished.append(command["id"])
 
     def _fail(self, errand: Errand, reason: str) -> None:
         if errand.drives:
