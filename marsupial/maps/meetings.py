@@ -27,7 +27,7 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.maps.reach import groups, middle, spread
 from marsupial.maps.targets import Target
-from marsupial.maps.territory import Reach, Territory, dock_range_cells
+from marsupial.maps.territory import Reach, Territory, dock_range_cells, ways_from
 from marsupial.maps.window import Window
 from marsupial.model import Cell, MapMeeting, Mask, PlacedRobot, Role
 from marsupial.native import native
@@ -189,7 +189,7 @@ class _Pair:
             return [self._named(carrier_cell, carrier_cell)]
         carrier, rover = self._territory.kinds[self._carrier], self._territory.kinds[self._rover]
         limit = dock_range_cells(carrier, rover, self._territory.grid.resolution_m)
-        window, distance = self._territory.near(carrier_cell, limit)
+        window, distance = ways_from(carrier_cell, limit, self._territory.see_through)
         distance = np.where(self._dock[window.cut], distance, np.inf)
         best = np.argmin(distance)
         if not np.isfinite(distance.ravel()[best]):

@@ -38,7 +38,6 @@ cell per robot type that can use it. A planner sees names and travel times only;
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -50,7 +49,7 @@ from marsupial.maps.growth import GrowingReach
 from marsupial.maps.landings import Landings, Looks
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Frontier, Target, TargetFinder
-from marsupial.maps.territory import Reach, Territory, dock_range_cells
+from marsupial.maps.territory import Reach, Territory, dock_range_cells, within_range
 from marsupial.maps.travel import AllGround, Poses, shared_lengths, travel_times, ways_by_type
 from marsupial.maps.unseen import UnseenPart
 from marsupial.model import Cell, FrameShift, Goal, RobotReport, RobotType, Role, Unseen
@@ -251,10 +250,7 @@ class Surveyor:
         others = (other for other in self._territory.kinds.values() if other.role is not kind.role)
         # the docking range is symmetric, so the order of carrier and rover does not matter
         limit = min(dock_range_cells(kind, other, self._territory.grid.resolution_m) for other in others)
-        if math.dist(point.carrier_cell, point.rover_cell) > limit:
-            return False
-        window, ways = self._territory.near(point.carrier_cell, limit)
-        return bool(np.isfinite(ways[point.rover_cell.y - window.bottom, point.rover_cell.x - window.left]))
+        return within_range(point.carrier_cell, point.rover_cell, limit, self._territory.see_through)
 
     def _situation(
         self,

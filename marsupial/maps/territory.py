@@ -25,6 +25,21 @@ def dock_range_cells(carrier: RobotType, rover: RobotType, resolution_m: float) 
     return (carrier.radius_m + rover.radius_m) / resolution_m + math.sqrt(2) + 1e-9
 
 
+def ways_from(cell: Cell, limit: float, see_through: Mask) -> tuple[Window, Floats]:
+    """Return a window, and in it the lengths in cells of see-through ways from a cell, inf beyond a limit."""
+    window = Window.around(cell, cell, int(limit) + 1, see_through.shape)
+    here = Cell(cell.x - window.left, cell.y - window.bottom)
+    return window, PathSearch(see_through[window.cut]).field(here, limit=limit)
+
+
+def within_range(one: Cell, other: Cell, limit: float, see_through: Mask) -> bool:
+    """Return whether a see-through way of at most `limit` cells joins two cells: robots do not dock through walls."""
+    if math.dist(one, other) > limit:
+        return False
+    window, lengths = ways_from(one, limit, see_through)
+    return bool(np.isfinite(lengths[other.y - window.bottom, other.x - window.left]))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Docking:
     """Where a rover type may stand to dock with a carrier type."""
@@ -87,12 +102,6 @@ class Territory:
         if self._highest.x < 0:
             return Window(0, 0, 0, 0)
         return Window.around(self._lowest, self._highest, 1, (self.grid.height, self.grid.width))
-
-    def near(self, cell: Cell, limit: float) -> tuple[Window, Floats]:
-        """Return a window, and in it the lengths in cells of see-through ways from a cell, inf beyond a limit."""
-        window = Window.around(cell, cell, int(limit) + 1, self.see_through.shape)
-        here = Cell(cell.x - window.left, cell.y - window.bottom)
-        return window, PathSearch(self.see_through[window.cut]).field(here, limit=limit)
 
     def of_role(self, role: Role) -> tuple[RobotType, ...]:
         """Return the robot types of a role."""

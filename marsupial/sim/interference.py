@@ -29,7 +29,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from marsupial.maps.territory import dock_range_cells
+from marsupial.maps.territory import dock_range_cells, within_range
 from marsupial.model import Cell, Grid, Mask, PlacedRobot, RobotReport, RobotType
 from marsupial.paths.routes import Route, passing_times_ms, route_length
 from marsupial.sim.claims import PATIENCE_MS, Wait, WaitingWorld
@@ -335,7 +335,8 @@ class CrowdedWorld(WaitingWorld):
             return False
         at = rover.cell if asked.landing is None else asked.landing
         limit = dock_range_cells(carrier.kind, rover.kind, self._grid.resolution_m)
-        if at is None or carrier.cell is None or math.dist(at, carrier.cell) <= limit:
+        see_through = self._grid.opaque_codes()[self._known] == 0
+        if at is None or carrier.cell is None or within_range(at, carrier.cell, limit, see_through):
             return True
         sent = [self._send_back(robot) for robot in (rover, carrier)]
         return not any(sent)

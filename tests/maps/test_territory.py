@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from marsupial.maps.growth import reach_of
-from marsupial.maps.territory import Territory, dock_range_cells
+from marsupial.maps.territory import Territory, dock_range_cells, within_range
 from marsupial.maps.window import Window
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Terrain
 
@@ -139,3 +139,11 @@ def test_a_territory_that_grew_equals_one_made_at_once(truth: CellArray, data: s
     cells = np.isfinite(distance) & grown.footprints["rover"].standable
     assert np.array_equal(docking.cells, cells)
     assert np.array_equal(docking.carrier_at(np.flatnonzero(cells)), nearest[cells])
+
+
+@pytest.mark.parametrize(("limit", "joined"), [(1.9, False), (2.0, False), (6.0, True)])
+def test_two_robots_behind_a_wall_are_as_far_apart_as_the_way_around_it(limit: float, joined: bool) -> None:
+    room = draw("...", "##.", "...")
+    see_through = room.cells == FLOOR
+    assert within_range(Cell(0, 0), Cell(0, 2), limit, see_through) is joined
+    assert within_range(Cell(0, 0), Cell(2, 0), limit, see_through) is (limit >= 2)
