@@ -132,7 +132,11 @@ class RobotFleet:
                 self._cancel(robot.errand, now_s)
             return
         errand = Errand(command)
-        for one in self._taking_part(errand):
+        team = self._taking_part(errand)
+        # the service commands a lost robot until the report of its loss, which comes after that of what it finished
+        if any(one.lost for one in team):
+            return
+        for one in team:
             one.errand = errand
         self._start(errand, now_s)
 
@@ -306,9 +310,7 @@ class RobotFleet:
             x, y = command.get("point_m") or (0.0, 0.0)
             rover.anchor = (x, y) if command["name"] == "undock" else None
         self._release(errand)
-        # a goal may end after its robot was reported lost, and a lost robot finishes nothing
-        if not any(robot.lost for robot in self._taking_part(errand)):
-            self.gathered.finished.append(command["id"])
+        self.gathered.finished.append(command["id"])
 
     def _fail(self, errand: Errand, reason: str) -> None:
         if errand.drives:

@@ -154,6 +154,13 @@ def test_what_a_robot_finished_before_it_was_lost_is_reported_first(tmp_path: Pa
     assert not house.fleet.gathered.any
 
 
+def test_a_lost_robot_carries_out_no_command(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.fleet.robots["carrier1"].lost = True
+    house.command(1, "drive", route=[], route_m=[[2.5, 2.5]])
+    assert "finished" not in house.fleet.report()
+
+
 def test_a_drive_ends_at_the_end_of_its_route(tmp_path: Path) -> None:
     house = House(tmp_path)
     house.drive()
