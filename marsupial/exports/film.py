@@ -53,8 +53,9 @@ def gif(events: Sequence[MissionEvent], *, speed: float | None = None, palette: 
     frames = map(Image.fromarray, _frames(drawing, times))
     plain = (frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames)
     out = io.BytesIO()
-    options: dict[str, Any] = {"save_all": True, "duration": 1000 // GIF_FPS, "loop": 0, "optimize": False}
-    next(plain).save(out, format="GIF", append_images=plain, **options)
+    next(plain).save(
+        out, format="GIF", save_all=True, append_images=plain, duration=1000 // GIF_FPS, loop=0, optimize=False
+    )
     return out.getvalue()
 
 

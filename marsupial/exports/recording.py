@@ -228,11 +228,12 @@ class _Recording:
             entities = []
             for robot, found in driven.items():
                 thick_m = CARRIER_TRAIL_M if self.types[robot].capacity > 0 else ROVER_TRAIL_M
-                style: dict[str, Any] = {"thick_m": thick_m, "alpha": 0.7}
                 for k, drive in enumerate(found):
                     if drive.times_ms[-1] <= t_ms:
                         points = [self._metres(*point) for point in corners(drive.cells.tolist())]
-                        entities.append(line_entity(t_ms, f"{robot} {k}", points, self.colours[robot], **style))
+                        entities.append(
+                            line_entity(t_ms, f"{robot} {k}", points, self.colours[robot], thick_m=thick_m, alpha=0.7)
+                        )
             for k, place in enumerate(places):
                 if place.t_ms <= t_ms:
                     colour = LIGHT.actions["undock" if place.name is ActionName.UNDOCK else "dock"]
@@ -246,15 +247,21 @@ class _Recording:
             robots = {robot.name: robot for robot in self.playback.state_at(plan.t_ms).robots}
             cells = {target.name: target.cell for target in plan.targets}
             entities = []
-            style: dict[str, Any] = {"radius_m": TARGET_M, "ink": LIGHT.ink}
             for k, target in enumerate(plan.targets, 1):
                 at, label = self._metres(*target.cell), f"target {k}: about {target.reveal_m2:.0f} m2"
-                entities.append(place_entity(plan.t_ms, target.name, at, LIGHT.frontier, label=label, **style))
-            style = {"thick_m": ROUTE_M, "alpha": 0.5}
+                entities.append(
+                    place_entity(
+                        plan.t_ms, target.name, at, LIGHT.frontier, radius_m=TARGET_M, label=label, ink=LIGHT.ink
+                    )
+                )
             for name, place in _first_targets(plan).items():
                 if place in cells:
                     points = [self._metres(robots[name].x, robots[name].y), self._metres(*cells[place])]
-                    entities.append(line_entity(plan.t_ms, f"{name} goes to", points, self.colours[name], **style))
+                    entities.append(
+                        line_entity(
+                            plan.t_ms, f"{name} goes to", points, self.colours[name], thick_m=ROUTE_M, alpha=0.5
+                        )
+                    )
             yield plan.t_ms, "/plan", scene(plan.t_ms, entities)
 
     def _log(self) -> Iterator[Timed]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import cos, pi, sin
-from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
@@ -139,5 +138,6 @@ def place_entity(
 
 def _text(label: str, at: Pose, ink: str) -> TextPrimitive:
     """Return a label that faces the viewer and keeps its size on the screen."""
-    style: dict[str, Any] = {"billboard": True, "font_size": LABEL_POINTS, "scale_invariant": True}
-    return TextPrimitive(pose=at, color=colour(ink), text=label, **style)
+    return TextPrimitive(
+        pose=at, billboard=True, font_size=LABEL_POINTS, scale_invariant=True, color=colour(ink), text=label
+    )

@@ -29,16 +29,16 @@ ROUGH_ONLY = frozenset({ROUGH})
 EVERYWHERE = frozenset({FLOOR, ROUGH})
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class BuiltIn:
     """A built-in scenario: a generated map and the terrains that its rovers can drive on."""
 
+    summary: str
     generator: str  # name in `GENERATORS`
     width_m: float
     height_m: float
     seed: int
     rover_terrains: frozenset[int]
-    summary: str
     options: Mapping[str, float] = field(default_factory=dict)  # the generator's options
 
     def grid(self) -> Grid:
@@ -49,26 +49,53 @@ class BuiltIn:
 
 SCENARIOS: dict[str, BuiltIn] = {
     "office": BuiltIn(
-        "office", 60.0, 36.0, 3, ROUGH_ONLY, "the paper's office: two corridors, rooms, half of them for rovers only"
+        summary="the paper's office: two corridors, rooms, half of them for rovers only",
+        generator="office",
+        width_m=60.0,
+        height_m=36.0,
+        seed=3,
+        rover_terrains=ROUGH_ONLY,
     ),
     "maze": BuiltIn(
-        "maze", 50.0, 50.0, 1, ROUGH_ONLY, "the paper's maze: a centre for rovers only with several meeting points"
+        summary="the paper's maze: a centre for rovers only with several meeting points",
+        generator="maze",
+        width_m=50.0,
+        height_m=50.0,
+        seed=1,
+        rover_terrains=ROUGH_ONLY,
     ),
     "rooms": BuiltIn(
-        "rooms", 40.0, 30.0, 1, EVERYWHERE, "rooms without corridors, some behind doors too narrow for carriers"
+        summary="rooms without corridors, some behind doors too narrow for carriers",
+        generator="rooms",
+        width_m=40.0,
+        height_m=30.0,
+        seed=1,
+        rover_terrains=EVERYWHERE,
     ),
     "random": BuiltIn(
-        "random",
-        40.0,
-        40.0,
-        1,
-        EVERYWHERE,
-        "open ground strewn with boxes, gaps too narrow for carriers",
-        {"share": 0.25},
+        summary="open ground strewn with boxes, gaps too narrow for carriers",
+        generator="random",
+        width_m=40.0,
+        height_m=40.0,
+        seed=1,
+        rover_terrains=EVERYWHERE,
+        options={"share": 0.25},
     ),
-    "cave": BuiltIn("cave", 50.0, 40.0, 1, EVERYWHERE, "winding halls with patches of rough ground for rovers"),
+    "cave": BuiltIn(
+        summary="winding halls with patches of rough ground for rovers",
+        generator="cave",
+        width_m=50.0,
+        height_m=40.0,
+        seed=1,
+        rover_terrains=EVERYWHERE,
+    ),
     "lobby": BuiltIn(
-        "lobby", 14.0, 11.0, 3, ROUGH_ONLY, "a hall with four rooms, three of them for rovers only: for quick tries"
+        summary="a hall with four rooms, three of them for rovers only: for quick tries",
+        generator="lobby",
+        width_m=14.0,
+        height_m=11.0,
+        seed=3,
+        rover_terrains=ROUGH_ONLY,
     ),
 }
 

@@ -89,9 +89,14 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
             run = partial(simulate, cancelled=stack.enter_context(asked_to_stop()))
         else:
             run = _simulate_by(request.server)
-        seed = DEFAULT_SEED if request.seed is None else request.seed
-        names = {"strategy": request.strategy, "planner": planner}
-        summary = run(scenario, **names, budget=budget, seed=seed, observer=Observers(observers))
+        summary = run(
+            scenario,
+            strategy=request.strategy,
+            planner=planner,
+            budget=budget,
+            seed=DEFAULT_SEED if request.seed is None else request.seed,
+            observer=Observers(observers),
+        )
     return replace(summary, log=request.log), scenario
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -59,6 +58,13 @@ def _events_up_to(
     from marsupial.library.missions import simulate
 
     recorder = Recorder()
-    planned = partial(simulate, loaded.scenario, strategy="temporal", planner="greedy", budget=BUDGET, seed=seed)
-    planned(observer=recorder, cancelled=lambda: recorder.events[-1].t_ms > at_ms)
+    simulate(
+        loaded.scenario,
+        strategy="temporal",
+        planner="greedy",
+        budget=BUDGET,
+        seed=seed,
+        observer=recorder,
+        cancelled=lambda: recorder.events[-1].t_ms > at_ms,
+    )
     return recorder.events

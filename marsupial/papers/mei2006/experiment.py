@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -193,8 +192,14 @@ def routes_figure(scenario: Scenario, contenders: Sequence[Contender], *, name: 
     walls = np.where(scenario.grid.cells == OBSTACLE, 1.0, np.nan)
     for panel, contender in zip(drawing.subplots(1, len(contenders), squeeze=False)[0], contenders, strict=True):
         trail = _Trail()
-        names: dict[str, Any] = {"strategy": contender.strategy, "planner": contender.planner}
-        summary = simulate(scenario, **names, budget=ONE_STEP, seed=SEED, observer=trail)
+        summary = simulate(
+            scenario,
+            strategy=contender.strategy,
+            planner=contender.planner,
+            budget=ONE_STEP,
+            seed=SEED,
+            observer=trail,
+        )
         panel.imshow(walls, origin="lower", cmap="gray", vmin=0, vmax=2.5, interpolation="nearest")
         panel.plot(*np.array(trail.cells).T, color=COLOURS[0], linewidth=0.9)
         panel.plot(*trail.cells[0], "o", color=COLOURS[1], markersize=5)
