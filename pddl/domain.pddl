@@ -21,6 +21,7 @@
     (aboard ?e - rover)
     (explored ?t - target)
     (can_explore ?r - robot ?t - target)
+    (can_stand ?e - rover ?m - meeting)
     (is_a ?r - robot ?k - robot_type)
     (path ?k - robot_type ?x ?y - location)
     ; Records: no action reads them. They hold what a situation says beyond what planning needs.
@@ -102,12 +103,14 @@
   ; Set a rover down.
   ; - The carrier's `at` as in dock.
   ; - The place aboard is free at the end only: the rover stands on it until then.
+  ; - `can_stand` is asked for here and not in dock: only a carried rover gets to a place too narrow for it.
   (:durative-action undock
     :parameters (?e - rover ?c - carrier ?m - meeting)
     :duration (= ?duration (undock_time ?e))
     :condition (and
       (at start (on ?e ?c))
-      (at start (at ?c ?m)))
+      (at start (at ?c ?m))
+      (at start (can_stand ?e ?m)))
     :effect (and
       (at start (not (on ?e ?c)))
       (at start (not (aboard ?e)))

@@ -118,6 +118,18 @@ class Situation:
         return {name: i for i, name in enumerate(self.places)}
 
     @cached_property
+    def standing(self) -> Mapping[str, npt.NDArray[np.bool_]]:
+        """Per robot type, bool (n,) over `places`: where its robots can stand, and so where rovers can be set down.
+
+        That is where one is, where one can stay (`travel_ms` from the place to itself), or where a drive leads.
+        """
+        standing = {kind: (table != UNREACHABLE).any(axis=0) for kind, table in self.travel_ms.items()}
+        for robot in self.robots:
+            if robot.place is not None:
+                standing[robot.type][self.place_index[robot.place]] = True
+        return standing
+
+    @cached_property
     def robot_by_name(self) -> Mapping[str, RobotState]:
         """Robots by name."""
         return {robot.name: robot for robot in self.robots}

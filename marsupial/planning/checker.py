@@ -36,6 +36,7 @@ class ViolationKind(StrEnum):
     NO_PATH = "no_path"  # no path for the robot's type
     WRONG_DURATION = "wrong_duration"  # not exactly what the situation says
     NO_CAPACITY = "no_capacity"  # a dock on a full carrier
+    NO_ROOM = "no_room"  # an undock where the rover's type can't stand
     TARGET_UNEXPLORED = "target_unexplored"  # goal
     ROVER_NOT_ABOARD = "rover_not_aboard"  # goal
     CARRIER_NOT_HOME = "carrier_not_home"  # goal
@@ -212,7 +213,13 @@ class _World:
         if self.on[action.robot] != action.carrier:
             return ViolationKind.NOT_ABOARD, f"{action.robot} is not aboard {action.carrier}"
         fault = self._meet(action, action.robots[1:])
-        return fault or _duration(action, self.situation.type_of(action.robot).undock_ms)
+        if fault is not None:
+            return fault
+        # Whoever drove to a meeting point can stand there. A rover that is carried there may be too wide for it.
+        kind = self.situation.type_of(action.robot)
+        if not self.situation.standing[kind.name][self.situation.place_index[action.place]]:
+            return ViolationKind.NO_ROOM, f"type {kind.name} can't stand at {action.place}"
+        return _duration(action, kind.undock_ms)
 
     def _meet(self, action: Action, robots: tuple[str, ...]) -> Fault | None:
         if action.place not in self.situation.meetings:

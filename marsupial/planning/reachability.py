@@ -23,8 +23,14 @@ def reach(situation: Situation) -> dict[str, Flags]:
     reached = _each(situation, carriers, {}, _closure)
     meetings = _flags(situation, situation.meetings)
     served = {c.name: reached[c.name] & meetings for c in carriers if situation.type_of(c.name).capacity > 0}
-    distinct = np.array(list({flags.tobytes(): flags for flags in served.values()}.values()), dtype=np.bool_)
-    return reached | _each(situation, situation.of_role(Role.ROVER), served, partial(_carried, distinct))
+    rovers_of: dict[str, list[RobotState]] = {}
+    for rover in situation.of_role(Role.ROVER):
+        rovers_of.setdefault(rover.type, []).append(rover)
+    for kind, rovers in rovers_of.items():
+        fits = {carrier: flags & situation.standing[kind] for carrier, flags in served.items()}
+        distinct = np.array(list({flags.tobytes(): flags for flags in fits.values()}.values()), dtype=np.bool_)
+        reached |= _each(situation, rovers, fits, partial(_carried, distinct))
+    return reached
 
 
 def hopeless_targets(situation: Situation, reached: Mapping[str, Flags]) -> dict[str, str]:

@@ -14,6 +14,7 @@ from situations import (
     rover,
     rover_left_behind,
     situation_of,
+    too_wide,
     two_rooms,
 )
 
@@ -139,6 +140,9 @@ WRONG: dict[str, tuple[Situation, tuple[Action, ...], tuple[Kind, int]]] = {
     ),
     "an undock of a rover on the ground": (
         one_room(), (*ROOM[:2], undock(15_002, 5_000, "r1", "c1", "m1")), (Kind.NOT_ABOARD, 15_002)
+    ),
+    "an undock where the rover is too wide": (
+        too_wide(), (ROOM[0], undock(10_001, 5_000, "r1", "c1", "m1")), (Kind.NO_ROOM, 10_001)
     ),
     "a target of another type": (
         one_room(), (explore(0, 12_000, "c1", "c1_start", "t1"),), (Kind.CANNOT_EXPLORE, 0)

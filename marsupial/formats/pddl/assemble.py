@@ -280,7 +280,21 @@ def _travel(table: FactTable, members: Members) -> dict[str, TravelTable]:
     for (word, origin, place), time in _drives(table, members, owners):
         if origin in index and place in index:
             tables[word][index[origin], index[place]] = time
+    for rover in table.of_kind("rover"):
+        if members[rover] in tables:
+            _stand(table, rover, tables[members[rover]], index)
     return {decode_type(word): rows for word, rows in tables.items()}
+
+
+def _stand(table: FactTable, rover: str, times: TravelTable, index: Mapping[str, int]) -> None:
+    """Enter where a rover can be set down; note where it could not be although a drive of its type leads there."""
+    for meeting in table.of_kind("meeting"):
+        at, fits = index[meeting], ("can_stand", rover, meeting) in table.facts
+        reached = (times[:, at] != UNREACHABLE).any()
+        if fits and not reached:
+            times[at, at] = 0
+        elif reached and not fits:
+            table.wrong(table.lines[rover], f"(can_stand {rover} {meeting}) is missing, but a drive leads there")
 
 
 def _drives(table: FactTable, members: Members, owners: Mapping[str, str]) -> Iterator[tuple[Key, int]]:

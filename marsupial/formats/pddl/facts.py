@@ -151,6 +151,9 @@ def _abilities(situation: Situation) -> Iterator[Fact]:
         for target in situation.targets:
             if kind.name in target.explorers:
                 yield Fact("can_explore", (name, encode_name(target.name)))
+        for meeting in situation.meetings if kind.role is Role.ROVER else ():
+            if situation.standing[kind.name][situation.place_index[meeting]]:
+                yield Fact("can_stand", (name, encode_name(meeting)))
 
 
 def _drives(situation: Situation) -> Iterator[Fact]:

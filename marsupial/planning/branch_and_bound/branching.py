@@ -54,6 +54,8 @@ def _list_transfers(tables: Tables, search: SearchState, level: int, who: tuple[
     there = tables.tour[tables.traits[c, col.KIND], state[c, col.WHERE]]
     down = state[v, col.ON] == c
     takes = tables.traits[v, col.UNDOCKS] if down else tables.traits[v, col.DOCKS]
+    if down and tables.tour[tables.traits[v, col.KIND], tables.meetings[m], 0, m] >= NEVER:
+        return  # the rover can't stand there
     if state[c, col.SINCE] + there[0, m] + takes >= limit:
         return
     able = left & tables.able[tables.traits[c, col.KIND]]

@@ -150,7 +150,7 @@ def _closure(data: ProblemData, starts: Ints) -> Ints:
     closure = data.leg.copy()
     closure[:, :, starts] = NEVER
     for k in range(len(closure)):
-        np.fill_diagonal(closure[k], 0)
+        np.fill_diagonal(closure[k], np.diagonal(data.leg[k]))
         close(closure[k])
     return closure
 

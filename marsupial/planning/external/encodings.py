@@ -58,10 +58,10 @@ class Vocabulary:
             kind = self.situation.type_by_name[rover.type]
             for carrier in self.carriers:
                 for meeting in self.situation.meetings:
-                    if self.capacity(carrier) and self.can_be(carrier.name, meeting):
+                    both = self.can_be(carrier.name, meeting) and self.can_be(rover.name, meeting)
+                    if self.capacity(carrier) and both:
                         yield _meet(ActionName.UNDOCK, kind.undock_ms, rover, carrier, meeting)
-                        if self.can_be(rover.name, meeting):
-                            yield _meet(ActionName.DOCK, kind.dock_ms, rover, carrier, meeting)
+                        yield _meet(ActionName.DOCK, kind.dock_ms, rover, carrier, meeting)
 
     def capacity(self, carrier: RobotState) -> int:
         """Return the number of places of a carrier."""

@@ -37,8 +37,8 @@ class Costs:
             may = np.array([kind.name in target.explorers for target in situation.targets], dtype=np.bool_)
             self.explore[k] = np.where(may, drive[:, targets], NEVER)
             self.meet[k] = drive[:, meetings] + EPSILON_MS
-        # Staying takes no action, hence no gap between actions either.
-        self.meet[:, meetings, np.arange(len(meetings))] = 0
+            # Staying takes no action, hence no gap between actions either; `NEVER` where the type can't stand.
+            self.meet[k, meetings, np.arange(len(meetings))] = staying_ms(situation, kind.name)[meetings]
         # (types, meetings, targets): the same from a meeting
         self.sortie: Times = np.ascontiguousarray(self.explore[:, meetings])
         # (types, meetings, meetings): the same from a meeting
@@ -51,6 +51,11 @@ class Costs:
 def driving_ms(table: TravelTable) -> Times:
     """Return the durations of a travel table's actions: at least 1 ms, `NEVER` without a path."""
     return np.where(table == UNREACHABLE, NEVER, np.maximum(table, 1))
+
+
+def staying_ms(situation: Situation, kind: str) -> Times:
+    """Return per place 0, or `NEVER` where robots of a type can't stand."""
+    return np.where(situation.standing[kind], 0, NEVER)
 
 
 class Detours:

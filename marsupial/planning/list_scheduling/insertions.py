@@ -41,7 +41,9 @@ class Arrivals:
         self.kinds: Indices = np.array([numbers[kind.name] for kind in types], dtype=np.int64)
         # from beginning to dock or undock to being ready again
         self.docking_ms: Times = np.array([max(1, kind.dock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
-        self.undocking_ms: Times = np.array([max(1, kind.undock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
+        undocking_ms = np.array([max(1, kind.undock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
+        # int64 (robots, meetings): the same for an undock, `NEVER` where the robot can't stand
+        self.set_down_ms: Times = undocking_ms[:, None] + np.diagonal(costs.stay, axis1=1, axis2=2)[self.kinds]
         self.capacity = [kind.capacity for kind in types]
         self.carriers = [i for i, kind in enumerate(types) if kind.role is Role.CARRIER]
         self.rovers = [i for i, kind in enumerate(types) if kind.role is Role.ROVER]
@@ -66,12 +68,12 @@ class Arrivals:
     def landed(self, v: int) -> Times:
         """Return when a rover aboard would be ready at each meeting if its carrier sets it down there."""
         carrier = self.row[self.timeline.on[self.robots[v]] or ""]
-        return np.asarray(self.arrive_ms[carrier] + self.undocking_ms[v])
+        return np.asarray(self.arrive_ms[carrier] + self.set_down_ms[v])
 
     def carried(self, k: int, arrive_ms: Times, v: int) -> Times:
         """Return (meetings, meetings): when `v`, at the first at `arrive_ms`, is ready at the second, on `k`."""
         docked = np.maximum(self.boarding_ms[k], arrive_ms) + self.docking_ms[v]
-        return np.asarray(docked[:, None] + self.costs.transport[self.kinds[self.carriers[k]]] + self.undocking_ms[v])
+        return np.asarray(docked[:, None] + self.costs.transport[self.kinds[self.carriers[k]]] + self.set_down_ms[v])
 
     def relay(self, v: int, *, alone: bool = False) -> tuple[Times, dict[int, Transport]]:
         """Return per meeting when a rover could be there, and the last transport on the way (Bellman-Ford).
@@ -129,7 +131,13 @@ class Arrivals:
             return np.full(self.arrive_ms.shape[1], NEVER, dtype=np.int64)
         if not self.timeline.is_full(name):
             return self.arrive_ms[c]
-        return np.asarray(self.arrive_ms[c] + self.undocking_ms[self.row[self.timeline.cargo[name][0]]])
+        set_down = self.set_down_ms[self.row[self.timeline.cargo[name][0]]]
+        unloaded = self.arrive_ms[c] + set_down
+        if (set_down < NEVER).all():
+            return np.asarray(unloaded)
+        # Where the rover does not fit, the carrier sets it down on the way.
+        by_way = (unloaded[:, None] + self.costs.stay[self.kinds[c]]).min(axis=0)
+        return np.where(set_down < NEVER, unloaded, by_way)
 
 
 class Insertions:
@@ -149,7 +157,7 @@ class Insertions:
             rovers=np.array(self.arrivals.rovers, dtype=np.int64),
             kinds=self.arrivals.kinds,
             docking=self.arrivals.docking_ms,
-            undocking=self.arrivals.undocking_ms,
+            set_down=self.arrivals.set_down_ms,
         )
         self._renew(range(n))
 

@@ -18,9 +18,8 @@ class RobotArrays(NamedTuple):
     carriers: Ints
     rovers: Ints
     kinds: Ints  # (robots,): the number of each robot's type
-    # docking, undocking: (robots,): ms from beginning to dock or undock to being ready again
-    docking: Ints
-    undocking: Ints
+    docking: Ints  # (robots,): ms from beginning to dock to being ready again
+    set_down: Ints  # (robots, meetings): the same for an undock, `NEVER` where the robot can't stand
 
 
 @native
@@ -37,7 +36,7 @@ def renew_landed(
         v, on = rovers[k], aboard[k]
         if stale[v] or (on >= 0 and stale[carriers[on]]):
             for m in range(n_meetings):
-                landed[0, k, m] = min(NEVER, arrive[carriers[on], m] + robots.undocking[v]) if on >= 0 else NEVER
+                landed[0, k, m] = min(NEVER, arrive[carriers[on], m] + robots.set_down[v, m]) if on >= 0 else NEVER
     for c in range(len(carriers)):
         between = transport[robots.kinds[carriers[c]]]
         for k in range(len(rovers)):
@@ -49,10 +48,10 @@ def renew_landed(
             if aboard[k] >= 0:
                 continue
             for pickup in range(n_meetings):
-                docked = max(boarding[c, pickup], arrive[v, pickup]) + robots.docking[v] + robots.undocking[v]
+                docked = max(boarding[c, pickup], arrive[v, pickup]) + robots.docking[v]
                 if docked < NEVER:
                     for m in range(n_meetings):
-                        row[m] = min(row[m], docked + between[pickup, m])
+                        row[m] = min(row[m], docked + between[pickup, m] + robots.set_down[v, m])
 
 
 @native

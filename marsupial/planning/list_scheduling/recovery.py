@@ -130,8 +130,7 @@ class _Pickups:
         timeline = self.timeline.copy()
         if not follow(timeline, rover, meeting, journey[1]) or not timeline.can_drive(carrier, place):
             return None
-        board(timeline, rover, carrier, place)
-        return timeline
+        return timeline if board(timeline, rover, carrier, place) else None
 
     def _aboard_ms(self, journeys: Mapping[int, _Journey]) -> Times:
         """Return (journeys, carriers): when each rover could be aboard a carrier that can go home where it has to."""

@@ -70,6 +70,10 @@ class Timeline:
         kind = self.situation.robot_by_name[robot].type
         return at is not None and (at == place or self.situation.travel(kind, at, place) is not None)
 
+    def fits(self, rover: str, meeting: str) -> bool:
+        """Return whether `rover` can be set down at `meeting`."""
+        return duration_ms(self.situation, ActionName.UNDOCK, rover, meeting, None) is not None
+
     def move(self, robot: str, place: str) -> None:
         """Drive to a meeting point or home, unless it is there."""
         if self.at[robot] != place:
@@ -104,7 +108,7 @@ class Timeline:
         if self.at[carrier] != action.place:
             return False
         if action.name is ActionName.UNDOCK:
-            return self.on[robot] == carrier
+            return self.on[robot] == carrier and self.fits(robot, action.place)
         return self.at[robot] == action.place and not self.is_full(carrier)
 
     def add(self, action: Action) -> None:
@@ -115,7 +119,8 @@ class Timeline:
         origin = self.at[robot] if carrier is None else None
         took = duration_ms(self.situation, name, robot, place, origin)
         if took is None:
-            raise InternalError(f"{robot} can't drive from {origin} to {place}")
+            what = f"be set down at {place}" if name is ActionName.UNDOCK else f"drive from {origin} to {place}"
+            raise InternalError(f"{robot} can't {what}")
         ready_ms = self.ready_ms[robot]
         action = Action(
             name=name,
@@ -162,10 +167,12 @@ def free_at_ms(situation: Situation, robot: RobotState) -> int:
 
 
 def duration_ms(situation: Situation, name: ActionName, robot: str, place: str, origin: str | None) -> int | None:
-    """Return how long an action takes in `situation`; None where there is no path."""
+    """Return how long an action takes in `situation`; None without a path, or where a rover can't be set down."""
     kind = situation.type_of(robot)
-    if name is ActionName.DOCK or name is ActionName.UNDOCK:
-        return max(1, kind.dock_ms if name is ActionName.DOCK else kind.undock_ms)
+    if name is ActionName.DOCK:
+        return max(1, kind.dock_ms)
+    if name is ActionName.UNDOCK:
+        return max(1, kind.undock_ms) if situation.standing[kind.name][situation.place_index[place]] else None
     travel = None if origin is None else situation.travel(kind.name, origin, place)
     return None if travel is None else max(1, travel)
 
@@ -185,8 +192,9 @@ def transport(timeline: Timeline, rover: str, stage: Transport) -> bool:
     if stage.pickup is not None:
         if not (timeline.can_drive(stage.carrier, stage.pickup) and timeline.can_drive(rover, stage.pickup)):
             return False
-        board(timeline, rover, stage.carrier, stage.pickup)
-    if not timeline.can_drive(stage.carrier, stage.set_down):
+        if not board(timeline, rover, stage.carrier, stage.pickup):
+            return False
+    if not (timeline.can_drive(stage.carrier, stage.set_down) and timeline.fits(rover, stage.set_down)):
         return False
     timeline.undock(rover, stage.set_down)
     if not timeline.can_drive(rover, stage.then_to):
@@ -195,11 +203,33 @@ def transport(timeline: Timeline, rover: str, stage: Transport) -> bool:
     return True
 
 
-def board(timeline: Timeline, rover: str, carrier: str, meeting: str) -> None:
-    """Dock `rover`; a full carrier first sets down its first rover there."""
+def board(timeline: Timeline, rover: str, carrier: str, meeting: str) -> bool:
+    """Dock `rover`; a full carrier first sets down its first rover. Return False if that one fits nowhere."""
     if timeline.is_full(carrier):
-        timeline.undock(timeline.cargo[carrier][0], meeting)
+        first = timeline.cargo[carrier][0]
+        place = _where_to_unload(timeline, first, carrier, meeting)
+        if place is None:
+            return False
+        timeline.undock(first, place)
     timeline.dock(rover, carrier, meeting)
+    return True
+
+
+def _where_to_unload(timeline: Timeline, rover: str, carrier: str, meeting: str) -> str | None:
+    """Return `meeting`, or if `rover` does not fit there the meeting that is least out of the carrier's way, if any."""
+    if timeline.fits(rover, meeting):
+        return meeting
+    situation, at = timeline.situation, timeline.at[carrier]
+    kind = situation.robot_by_name[carrier].type
+    options = [
+        (there + back, name)
+        for name in situation.meetings
+        if at is not None
+        and timeline.fits(rover, name)
+        and (there := 0 if at == name else situation.travel(kind, at, name)) is not None
+        and (back := situation.travel(kind, name, meeting)) is not None
+    ]
+    return min(options)[1] if options else None
 
 
 def follow(timeline: Timeline, rover: str, meeting: int, transports: Mapping[int, Transport]) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 from marsupial.arrays import Ints, Ints32
 from marsupial.model import MAKESPAN, Objective, PricedArrival, RobotState, Role, Situation
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
-from marsupial.planning.list_scheduling.costs import NEVER, driving_ms
+from marsupial.planning.list_scheduling.costs import NEVER, driving_ms, staying_ms
 from marsupial.planning.list_scheduling.recovery import go_home
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.local_search import columns as col
@@ -23,8 +23,8 @@ from marsupial.planning.local_search import columns as col
 class ProblemData(NamedTuple):
     """A situation as arrays; robots, types and places are indices in its order, times in ms."""
 
-    # (types, places, places): from being ready at one place to being ready again after driving to the other: 0 on the
-    # diagonal, `NEVER` without a path
+    # (types, places, places): from being ready at one place to being ready again after driving to the other: `NEVER`
+    # without a path; on the diagonal 0, or `NEVER` where the type can't stand
     leg: Ints
     robots: Ints  # (robots, 8): `TYPE` and so on
     worth: Ints  # per place the weight of the time when it is reached, 0 where it is no target
@@ -146,7 +146,7 @@ def _legs(situation: Situation) -> Ints:
     leg = np.full((len(situation.types), places, places), NEVER, dtype=np.int64)
     for i, kind in enumerate(situation.types):
         leg[i] = np.minimum(driving_ms(situation.travel_ms[kind.name]) + EPSILON_MS, NEVER)
-        np.fill_diagonal(leg[i], 0)
+        np.fill_diagonal(leg[i], staying_ms(situation, kind.name))
         for target in situation.targets:
             if kind.name not in target.explorers:
                 leg[i, :, situation.place_index[target.name]] = NEVER

@@ -34,6 +34,7 @@
     (= (dock_time robot1) 10.000)
     (= (undock_time robot1) 5.000)
     (can_explore robot1 t2)
+    (can_stand robot1 m1)
     ; How long drives take
     (path carrier_type p t1)
     (= (path_cost carrier_type p t1) 8.000)

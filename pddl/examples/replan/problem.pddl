@@ -37,11 +37,13 @@
     (= (undock_time rover1) 5.000)
     (can_explore rover1 t1)
     (can_explore rover1 t2)
+    (can_stand rover1 m1)
     (is_a rover2 rover_type)
     (= (dock_time rover2) 10.000)
     (= (undock_time rover2) 5.000)
     (can_explore rover2 t1)
     (can_explore rover2 t2)
+    (can_stand rover2 m1)
     ; How long drives take
     (path carrier_type p1 t3)
     (= (path_cost carrier_type p1 t3) 22.000)

@@ -32,6 +32,8 @@
     (= (undock_time rover1) 5.000)
     (can_explore rover1 t1)
     (can_explore rover1 t2)
+    (can_stand rover1 m1)
+    (can_stand rover1 m2)
     ; How long drives take
     (path carrier_type p m1)
     (= (path_cost carrier_type p m1) 10.000)

@@ -147,7 +147,7 @@ def test_a_carrier_that_takes_rovers_to_another_is_not_filled_first(lift: int, c
     situation = situation_of(
         [RobotState(name="lift", type="lift", place="lift_start"), carrier(), *(rover(i) for i in range(number))],
         {},
-        {"m1": Spot(10_000, {"lift": 0, "rover": 1}), "m2": Spot(20_000, {"lift": 0, "carrier": 0})},
+        {"m1": Spot(10_000, {"lift": 0, "rover": 1}), "m2": Spot(20_000, {"lift": 0, "carrier": 0, "rover": 2})},
         {
             "lift_start": Spot(0, {"lift": 0}),
             "c1_start": hall(30),
