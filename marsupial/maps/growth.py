@@ -104,8 +104,10 @@ class _Area:
     def give_up(self, start: int, landings: Sequence[Mask]) -> None:
         """Remove the part around a former start from the area, unless a landing is in it."""
         if self.cells.flat[start] and not any(cells.flat[start] for cells in landings):
-            kept = np.logical_or.reduce([np.zeros_like(self.cells), *landings])
-            _give_up(self.cells, kept, start, self._queue)
+            self._queue[0] = start
+            part = self._queue[: spread(self.cells, np.zeros_like(self.cells), True, self._queue, 1)]
+            if not any(cells.ravel()[part].any() for cells in landings):
+                self.cells.ravel()[part] = False
 
     def grow(self, starts: Ints, opened: Ints) -> Ints:
         """Add starts and newly allowed cells; return the cells new to the area."""
@@ -132,29 +134,6 @@ class _Dock:
         fresh = changed[(self._nearest.origins(changed) >= 0) & self._standable.ravel()[changed] & ~cells[changed]]
         cells[fresh] = True
         return fresh
-
-
-@native
-def _give_up(out: Mask, kept: Mask, start: int, queue: Ints32) -> None:
-    """Remove what is connected to a cell from the area `out` (height, width), unless a cell of `kept` is in it."""
-    height, width = out.shape
-    out[start // width, start % width] = False
-    queue[0] = start
-    head, tail = 0, 1
-    while head < tail:
-        y, x = queue[head] // width, queue[head] % width
-        head += 1
-        if kept[y, x]:
-            for k in range(tail):
-                out[queue[k] // width, queue[k] % width] = True
-            return
-        for direction in range(4):
-            u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
-            v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
-            if 0 <= u < width and 0 <= v < height and out[v, u]:
-                out[v, u] = False
-                queue[tail] = v * width + u
-                tail += 1
 
 
 @native

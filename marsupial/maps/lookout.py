@@ -29,30 +29,23 @@ class Lookout:
         self._looked_ms = -LOOK_MS
         self.exploration_ms: int | None = None  # time since which nothing has been left to explore, or None
         self._looks = Looks()
-        self._analysed: tuple[Territory, Surveyor] | None = self._analysis()
+        self._analysed: Surveyor | None = self._analysis()
         self._coming: dict[str, list[Ints]] = {}  # revealed cells by robot: one late update costs less than many
 
-    def _analysis(self) -> tuple[Territory, Surveyor]:
+    def _analysis(self) -> Surveyor:
         territory = Territory(self._world.grid, tuple(self._kinds.values()))
-        return territory, Surveyor(territory, self._homes, self._goal, self._looks)
+        return Surveyor(territory, self._homes, self._goal, self._looks)
 
-    def _current(self) -> tuple[Territory, Surveyor]:
-        """Return the analysis, updated by what was revealed; a new one if known cells changed."""
+    @property
+    def _surveyor(self) -> Surveyor:
+        """The analysis of the map, updated by what was revealed; a new one if known cells changed."""
         if self._analysed is None:
             self._analysed = self._analysis()
         else:
             for parts in self._coming.values():
-                self._analysed[0].reveal(np.concatenate(parts))
+                self._analysed.territory.reveal(np.concatenate(parts))
         self._coming.clear()
         return self._analysed
-
-    @property
-    def _territory(self) -> Territory:
-        return self._current()[0]
-
-    @property
-    def _surveyor(self) -> Surveyor:
-        return self._current()[1]
 
     def route(self, kind: str, start: Cell, goal: Cell, heading: int | None = None) -> tuple[Cell, ...] | None:
         """Return the route of a robot type over the known map (`Surveyor.route`)."""

@@ -142,7 +142,7 @@ class FrontierPace(OnArrival):
 
     def _viewpoint(self, frontier: Frontier, goal: int) -> Cell:
         """Return the cell from which a goal is explored: the viewpoint of a frontier cell, any other cell itself."""
-        width = self._territory.grid.width
+        width = self._world.grid.width
         return frontier.approach(goal, width) if goal in frontier.cells else cell_at(goal, width)
 
     def _next_stop(self, view: FrontierView, robot: Explorer, goal: int) -> Cell | None:
@@ -162,7 +162,7 @@ class FrontierPace(OnArrival):
         return step
 
     def _view(self, robots: Sequence[RobotReport]) -> FrontierView:
-        kinds = self._territory.kinds
+        kinds = self._kinds
         for robot in robots:
             trail = self._trails.get(robot.name, ())
             if robot.cell is not None and robot.cell not in trail[-1:]:
@@ -183,11 +183,12 @@ class FrontierPace(OnArrival):
         def lengths(robot: Explorer, cells: Ints) -> Floats:
             return self._surveyor.lengths(robot.kind.name, robot.cell, cells, robot.heading)
 
+        territory = self._surveyor.territory
         return FrontierView(
-            grid=self._territory.grid,
+            grid=territory.grid,
             robots=explorers,
             frontiers=self._surveyor.frontiers(robots),
-            standable={name: footprint.standable for name, footprint in self._territory.footprints.items()},
+            standable={name: footprint.standable for name, footprint in territory.footprints.items()},
             lengths=lengths,
             rng=self._rng,
         )
