@@ -103,15 +103,20 @@ class Gateway:
             if request == ROOM:
                 RelayedRun(self, channel)
             else:
-                _ImmediateAnswer(self, channel, request)
+                self._answer_at_once(channel, request)
 
-    def answer(self, request: bytes, payload: bytes) -> bytes:
-        """Do what is asked for besides room, and return what to say to it."""
-        if request == PRELOAD:
-            self.preload += [one for one in pickle.loads(payload) if one not in self.preload]
-            for link in self.links.values():
-                link.load()
-        return json.dumps(self._trouble()).encode()
+    def _answer_at_once(self, channel: Channel, request: bytes) -> None:
+        """Do what a request other than for room asks, once its order has come, and answer."""
+
+        def take(tag: bytes, payload: bytes) -> None:
+            if request == PRELOAD:
+                self.preload += [one for one in pickle.loads(payload) if one not in self.preload]
+                for link in self.links.values():
+                    link.load()
+            relay.send(frames.START, json.dumps(self._trouble()).encode())
+            relay.close()
+
+        relay = Relay(channel, take, lambda: relay.close())
 
     def go(self, work: Coroutine[Any, Any, Any]) -> None:
         """Run a coroutine beside all others."""
@@ -126,12 +131,7 @@ class Gateway:
     async def look(self) -> None:
         """Keep a node agent on every node that has processors, and drop those of nodes that are gone.
 
-        Raises
-        ------
-        ConnectionError
-            If the cluster is there but can't be used over this connection any more: the node that it leads to is dead.
-        TimeoutError
-            If nobody answers.
+        Raises ConnectionError if the node of this connection is dead, TimeoutError if nobody answers.
         """
         nodes = [node for node in await asyncio.wait_for(self.call(self.ray.nodes), _SILENCE_S) if node["Alive"]]
         self._seen_s = time.monotonic()
@@ -156,22 +156,6 @@ class Gateway:
             return None
         faults = sorted({link.fault for link in self.links.values() if link.fault})
         return "no node of the cluster is ready to work", "; ".join(faults)
-
-
-class _ImmediateAnswer:
-    """A request that is answered at once."""
-
-    def __init__(self, gateway: Gateway, channel: Channel, request: bytes) -> None:
-        self._gateway = gateway
-        self._request = request
-        self._relay = Relay(channel, self._take, self._over)
-
-    def _take(self, tag: bytes, payload: bytes) -> None:
-        self._relay.send(frames.START, self._gateway.answer(self._request, payload))
-        self._relay.close()
-
-    def _over(self) -> None:
-        self._relay.close()
 
 
 class RelayedRun:

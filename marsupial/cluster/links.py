@@ -20,22 +20,14 @@ _REFUSED_S = 30.0
 
 
 class Link:
-    """A node agent that is started again whenever it is lost, as long as its node is there.
-
-    Attributes
-    ----------
-    ready
-        Whether it takes jobs.
-    fault
-        What is wrong with it, in words; empty if nothing is.
-    """
+    """A node agent that is started again whenever it is lost, while its node is there."""
 
     def __init__(self, gateway: Gateway, node: str) -> None:
         self._gateway = gateway
         self._node = node
         self.runs: dict[int, RelayedRun] = {}
-        self.ready = False
-        self.fault = ""
+        self.ready = False  # whether it takes jobs
+        self.fault = ""  # what is wrong with it, in words; empty if nothing is
         self._gone = False
         self._agent: Any = None
         self._unsent: list[Envelope] = []
@@ -115,7 +107,7 @@ class Link:
             self._gateway.go(self._end(agent))
 
     async def _end(self, agent: Any) -> None:
-        with contextlib.suppress(Exception):  # it is gone already, or nobody can be told
+        with contextlib.suppress(Exception):  # it is gone already, or cannot be reached
             await self._gateway.call(self._gateway.ray.kill, agent)
 
 

@@ -95,7 +95,7 @@ class NodeAgent:
                 self._runs[run].give(tag, payload)
 
     def tell(self, envelope: Envelope, relay: Relay | None = None) -> None:
-        """Put a envelope among those to be taken; one who sends more than is taken has to wait."""
+        """Queue an envelope for `take`; a run that sends more than the gateway takes has to wait."""
         self._out.append(envelope)
         self._bytes += len(envelope.payload)
         self._news.set()
@@ -139,7 +139,7 @@ class _AgentRun:
             self._end(LOST, str(error).encode())
             return
         self._agent.tell(Envelope(self._number, frames.START))
-        self._relay = Relay(channel, self._take, self._lost)
+        self._relay = Relay(channel, self._take, lambda: self._end(LOST))
         for tag, payload in self._early:
             self.give(tag, payload)
         if self._over:  # all had come at once
@@ -150,9 +150,6 @@ class _AgentRun:
             self._end(tag, payload)
         else:
             self._agent.tell(Envelope(self._number, tag, payload), self._relay)
-
-    def _lost(self) -> None:
-        self._end(LOST)
 
     def _end(self, tag: bytes, payload: bytes = b"") -> None:
         if not self._over:

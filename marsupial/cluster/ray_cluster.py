@@ -91,12 +91,9 @@ def cluster_at(address: str) -> Cluster:
 
 
 def usable(cluster: Cluster) -> Cluster:
-    """Return the cluster after it was found that it can be used, with the settings of Ray made for it.
+    """Return the cluster once it is known to be usable, with the settings of Ray made for it.
 
-    Raises
-    ------
-    UsageError
-        If Ray is not installed, or the cluster can't be reached, does not let us in, or may not be used without token.
+    Raises UsageError if Ray is missing, or the cluster can't be reached, does not let us in, or demands no token.
     """
     _demand_ray()
     reach(cluster)

@@ -68,17 +68,15 @@ def descendants(pid: int) -> list[int]:
 
 def resident_bytes(pids: list[int]) -> int:
     """Return the resident memory of these processes, where known without what they share through files."""
-    return sum(_resident(pid) for pid in pids)
-
-
-def _resident(pid: int) -> int:
-    try:
-        if not _PROC:
-            return int(psutil.Process(pid).memory_info().rss)
-        _, resident, shared, *_ = Path(f"/proc/{pid}/statm").read_text().split()
-        return (int(resident) - int(shared)) * _PAGE
-    except (OSError, psutil.Error):  # it ended meanwhile
-        return 0
+    total = 0
+    for pid in pids:
+        with contextlib.suppress(OSError, psutil.Error):  # it ended meanwhile
+            if _PROC:
+                _, resident, shared, *_ = Path(f"/proc/{pid}/statm").read_text().split()
+                total += (int(resident) - int(shared)) * _PAGE
+            else:
+                total += int(psutil.Process(pid).memory_info().rss)
+    return total
 
 
 def cpu_s(pid: int) -> float | None:
@@ -122,10 +120,7 @@ def kill(pid: int) -> None:
 def end_below(pid: int, grace_s: float) -> dict[int, int]:
     """End every process below `pid`: TERM, `grace_s` seconds, then KILL until none is left.
 
-    Returns
-    -------
-    dict
-        Return codes of those that were children of the calling process and were collected here.
+    Return the return codes of the children of this process that were collected.
     """
     ended: dict[int, int] = {}
     asked: set[int] = set()

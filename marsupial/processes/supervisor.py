@@ -105,7 +105,10 @@ class _Supervisor:
         wall_s = time.monotonic() - self.started
         # before the rest of the output is read, so that nothing more is written
         returncode = reaper.end_below(os.getpid(), GRACE_S).get(self.pid, returncode)
-        self._drain()
+        # what the worker had still written when it ended; nobody holds the other ends any more
+        for end, read in ((self.worker, self._read_worker), (self.output, self._read_output)):
+            while select.select([end], [], [], 0)[0] and read():
+                pass
         self.asker.send_frame(frames.ENDED, pickle.dumps(self._ended(returncode, wall_s)))
 
     def _watch(self) -> int | None:
@@ -116,7 +119,8 @@ class _Supervisor:
             ended = reaper.reap()
             if self.pid in ended:
                 return ended[self.pid]
-            self._judge_time()
+            if time.monotonic() - self.started >= self.limits.wall_s:
+                self._end(Ending.TIMEOUT, f"stopped at its limit of {self.limits.wall_s:g} s")
             if time.monotonic() - self.measured_s >= _POLL_S and not self._rests():
                 self._judge_memory()
         return None
@@ -134,10 +138,6 @@ class _Supervisor:
             self.worker.flush()
         if self.asker.unsent and not self.asker.flush():
             self._end(Ending.CANCELLED, "the one who asked for it is gone")
-
-    def _judge_time(self) -> None:
-        if time.monotonic() - self.started >= self.limits.wall_s:
-            self._end(Ending.TIMEOUT, f"stopped at its limit of {self.limits.wall_s:g} s")
 
     def _rests(self) -> bool:
         """Return whether the worker, with nothing below it, has done nothing since the last look; poll less then."""
@@ -177,25 +177,16 @@ class _Supervisor:
         is_open = self.worker.fill()
         try:
             for tag, payload in self.worker.frames():
-                self._take(tag, payload)
+                if tag == frames.MESSAGE:
+                    self.asker.put(tag, payload)
+                elif tag == frames.FAILED:
+                    self.failed = pickle.loads(payload)
+                elif tag == frames.DONE:
+                    self.done = True
         except frames.FrameTooBig as error:
             self._end(Ending.CRASHED, str(error))
             return False
         return is_open
-
-    def _take(self, tag: bytes, payload: bytes) -> None:
-        if tag == frames.MESSAGE:
-            self.asker.put(tag, payload)
-        elif tag == frames.FAILED:
-            self.failed = pickle.loads(payload)
-        elif tag == frames.DONE:
-            self.done = True
-
-    def _drain(self) -> None:
-        """Take what the worker had still written when it ended; nobody holds the other ends any more."""
-        for end, read in ((self.worker, self._read_worker), (self.output, self._read_output)):
-            while select.select([end], [], [], 0)[0] and read():
-                pass
 
     def _ended(self, returncode: int | None, wall_s: float) -> Ended:
         output = self.tail.decode(errors="replace")

@@ -33,7 +33,12 @@ def work(channel: Channel, folder: str, order: JobOrder) -> NoReturn:
     _set_limits(order.limits)
     tag, payload = frames.DONE, b""
     try:
-        _do(pickle.loads(order.job), channel)
+        job: Job = pickle.loads(order.job)
+        if job.talks:
+            job.function(job.argument, channel)
+        else:
+            for value in job.function(job.argument) or ():
+                channel.send(value)
     except BaseException as error:
         traceback.print_exc()
         tag, payload = frames.FAILED, pickle.dumps(_failure(error))
@@ -41,14 +46,6 @@ def work(channel: Channel, folder: str, order: JobOrder) -> NoReturn:
     sys.stderr.flush()
     channel.send_frame(tag, payload)
     os._exit(0)
-
-
-def _do(job: Job, channel: Channel) -> None:
-    if job.talks:
-        job.function(job.argument, channel)
-        return
-    for value in job.function(job.argument) or ():
-        channel.send(value)
 
 
 def _failure(error: BaseException) -> tuple[Ending, str]:

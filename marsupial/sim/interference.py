@@ -30,10 +30,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from marsupial.maps.territory import dock_range_cells, within_range
-from marsupial.model import Cell, Grid, Mask, PlacedRobot, RobotReport, RobotType
+from marsupial.model import Cell, Mask, RobotReport, RobotType
 from marsupial.paths.routes import Route, passing_times_ms, route_length
 from marsupial.sim.claims import PATIENCE_MS, Wait, WaitingWorld
-from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import RobotActivity, SimulatedRobot
 
 DETOUR_M = 10.0
@@ -48,15 +47,12 @@ GIVE_UP_MS = 60_000
 
 @dataclass(slots=True)
 class _Aside:
-    """A robot that makes room: for whom, where it stood, where its own drive leads, if any, and how long it waits.
+    """A robot that makes room."""
 
-    `winner` is None while it returns to where it is to dock.
-    """
-
-    winner: str | None
-    spot: Cell
-    goal: Cell | None
-    until_ms: int
+    winner: str | None  # for whom; None while it returns to where it is to dock
+    spot: Cell  # where it stood
+    goal: Cell | None  # where its own drive leads, if anywhere
+    until_ms: int  # how long it waits
     arrived: bool = False
 
 
@@ -74,16 +70,9 @@ class _Handover:
 class CrowdedWorld(WaitingWorld):
     """A simulated `World` in which robots keep out of each other's footprints, and out of deadlocks."""
 
-    def __init__(
-        self,
-        truth: Grid,
-        kinds: Mapping[str, RobotType],
-        robots: Sequence[PlacedRobot],
-        failures: Mapping[str, int] | None = None,
-        sensor: Sensor | None = None,
-    ) -> None:
-        super().__init__(truth, kinds, robots, failures, sensor)
-        self._posts = {robot.name: robot.cell for robot in robots}  # where commands have left them
+    def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
+        super()._set_up(kinds)
+        self._posts = {robot.name: robot.cell for robot in self._robots.values()}  # where commands have left them
         self._aside: dict[str, _Aside] = {}
         self._handovers: list[_Handover] = []
 

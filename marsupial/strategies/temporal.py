@@ -108,16 +108,7 @@ class TemporalParts:
 class Temporal(Strategy):
     """Follows the best plan for known and guessed targets.
 
-    Parameters
-    ----------
-    engine
-        The planner, called at each replanning.
-    budget
-        Its budget for each call.
-    parts
-        The parts that are in use.
-    name
-        Its name in logs.
+    `engine` is called with `budget` at each replanning; `parts` are those in use, `name` is its name in logs.
     """
 
     asks_planner = True

@@ -26,7 +26,7 @@ from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import MissionLimits
 from marsupial.model.world import News
 from marsupial.paths.fields import PathSearch
-from marsupial.sim.clearance import Claim, gap
+from marsupial.sim.claims import Claim, gap
 from marsupial.sim.interference import GIVE_UP_MS, CrowdedWorld
 from marsupial.sim.world import SimulatedWorld
 

@@ -1,6 +1,6 @@
 """The clairvoyant's plan during the search: where to stop, and which robot does what in which order.
 
-A `Stop` is a target of the planning problem: a place to look from, with a site for each robot type that can see the
+A stop is a target of the planning problem: a place to look from, with a site for each robot type that can see the
 stop's cells. An `Outline` is the stops, the `Situation` that they make, and a plan for it without times: the order of
 the robots' explorations and dockings, called errands. A `Tour` is what one robot drives between dockings.
 """
@@ -25,21 +25,6 @@ from marsupial.planning.list_scheduling.timeline import replay
 from marsupial.strategies.clairvoyant.ground import Cells, Ground
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Stop:
-    """A place to look from; `viewpoints` has the site of each robot type that can go there."""
-
-    name: str
-    viewpoints: Mapping[str, Cell]
-
-    @property
-    def target(self) -> Target:
-        """The stop as a target, without frontier cells."""
-        cell = next(iter(self.viewpoints.values()))
-        none = np.empty(0, dtype=np.int64)
-        return Target(name=self.name, cell=cell, viewpoints=self.viewpoints, cells=none, reveal_m2=0.0)
-
-
 @dataclass(slots=True)
 class Tour:
     """What a robot drives between being set down and being picked up; it can be changed."""
@@ -62,7 +47,7 @@ class Outline:
     """Stops, meeting points, and the errands of the robots: a plan's actions without moves, in plan order."""
 
     ground: Ground
-    stops: tuple[Stop, ...]
+    stops: tuple[Target, ...]  # without frontier cells; their viewpoints are sites
     meetings: tuple[MapMeeting, ...]
     errands: tuple[Action, ...] = ()
 
@@ -105,7 +90,7 @@ class Outline:
         """The situation and its places on the map."""
         return Survey(
             situation=self.situation,
-            targets=tuple(stop.target for stop in self.stops),
+            targets=self.stops,
             meetings=self.meetings,
             connects={},
             poses=self.poses,
