@@ -106,17 +106,19 @@ class Gateway:
                 self._answer_at_once(channel, request)
 
     def _answer_at_once(self, channel: Channel, request: bytes) -> None:
-        """Do what a request other than for room asks, once its order has come, and answer."""
-
-        def take(tag: bytes, payload: bytes) -> None:
-            if request == PRELOAD:
-                self.preload += [one for one in pickle.loads(payload) if one not in self.preload]
-                for link in self.links.values():
-                    link.load()
-            relay.send(frames.START, json.dumps(self._trouble()).encode())
+        def take(_tag: bytes, payload: bytes) -> None:
+            relay.send(frames.START, self.answer(request, payload))
             relay.close()
 
         relay = Relay(channel, take, lambda: relay.close())
+
+    def answer(self, request: bytes, payload: bytes) -> bytes:
+        """Do what a request other than for room asks, and return the answer."""
+        if request == PRELOAD:
+            self.preload += [one for one in pickle.loads(payload) if one not in self.preload]
+            for link in self.links.values():
+                link.load()
+        return json.dumps(self._trouble()).encode()
 
     def go(self, work: Coroutine[Any, Any, Any]) -> None:
         """Run a coroutine beside all others."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from marsupial.maps.footprint import Footprint, disc, footprint_of
 from marsupial.maps.reach import parts
-from marsupial.maps.specks import find_specks, painted, without_specks
+from marsupial.maps.repairs import find_specks, painted, without_specks
 from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, LegendEntry, MapReading, Mask
 from marsupial.model.robots import RobotType, Role, TeamMember, default_types
 from marsupial.wording import counted

@@ -48,12 +48,11 @@ class Lookout:
         return self._analysed
 
     def route(self, kind: str, start: Cell, goal: Cell, heading: int | None = None) -> tuple[Cell, ...] | None:
-        """Return the route of a robot type over the known map (`Surveyor.route`)."""
         return self._surveyor.route(kind, start, goal, heading)
 
     @property
     def wake_ms(self) -> int | None:
-        """When to survey what was seen since the last time; None if nothing was."""
+        # newly seen cells are surveyed together, once `LOOK_MS` has passed
         return self._looked_ms + LOOK_MS if self._fresh else None
 
     @property
@@ -61,7 +60,7 @@ class Lookout:
         return self._fresh and self._world.now_ms >= self._looked_ms + LOOK_MS
 
     def update(self, news: News) -> None:
-        """Note revealed cells; discard the analysis if known cells or the frame changed."""
+        # an analysis holds only while known cells and the frame stay as they are
         if news.moved is not None:
             self._move(news.moved)
         if news.moved is not None or news.changed:
@@ -76,7 +75,6 @@ class Lookout:
         self._looks = self._looks.moved(shift)
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
-        """Return the remaining targets, and the frontiers that are no targets."""
         targets = () if status is Status.COMPLETE else self._surveyor.targets(self._world.robots())
         return self._surveyor.remaining(targets, reason)
 

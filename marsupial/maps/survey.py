@@ -222,7 +222,7 @@ class Surveyor:
         meetings: Meetings,
         reach: Reach,
     ) -> Poses:
-        poses: dict[str, Mapping[str, Cell]] = {}
+        poses: dict[str, Mapping[str, Cell]] = {}  # in the order of `Situation.places`
         for robot, state in zip(robots, states, strict=True):
             if state.place is not None and robot.cell is not None:
                 poses[state.place] = {robot.type: robot.cell}
@@ -262,9 +262,6 @@ class Surveyor:
         ending: bool,
     ) -> Situation:
         kinds = tuple(planning_type(kind) for kind in self.territory.kinds.values())
-        homes = tuple(state.home for state in states if state.home is not None)
-        names = [state.place for state in states if state.place is not None]
-        names += [target.name for target in targets] + [point.name for point in meetings.points] + list(homes)
         goal = SituationGoal()
         if ending:
             goal = SituationGoal(
@@ -277,20 +274,18 @@ class Surveyor:
                 TargetInfo(name=t.name, explorers=frozenset(t.viewpoints), reveal_m2=t.reveal_m2) for t in targets
             ),
             meetings=tuple(point.name for point in meetings.points),
-            homes=homes,
-            travel_ms=self._travel_ms(names, poses, headings),
+            homes=tuple(state.home for state in states if state.home is not None),
+            travel_ms=self._travel_ms(poses, headings),
             goal=goal,
         )
 
-    def _travel_ms(
-        self, names: Sequence[str], poses: Poses, headings: Mapping[str, int | None]
-    ) -> Mapping[str, TravelTable]:
+    def _travel_ms(self, poses: Poses, headings: Mapping[str, int | None]) -> Mapping[str, TravelTable]:
         """Return each robot type's travel times between places; types with the same routes share a search."""
         metres = self.territory.grid.resolution_m
         tables: dict[str, TravelTable] = {}
         for ways in dict.fromkeys(self._ways.values()):
             kinds = [self.territory.kinds[name] for name, its in self._ways.items() if its is ways]
-            tables |= travel_times(kinds, names, poses, ways.matrix, metres, headings)
+            tables |= travel_times(kinds, poses, ways.matrix, metres, headings)
         return tables
 
     def _direct(self, situation: Situation, poses: Poses) -> Mapping[str, Mapping[str, int]]:

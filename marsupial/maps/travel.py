@@ -23,7 +23,6 @@ Poses = Mapping[str, Mapping[str, Cell]]  # the cell of each place, per robot ty
 
 def travel_times(
     kinds: Sequence[RobotType],
-    names: Sequence[str],
     poses: Poses,
     lengths_between: Callable[[Sequence[Cell], Sequence[int | None]], Floats],
     resolution_m: float,
@@ -34,6 +33,7 @@ def travel_times(
     `lengths_between` returns the lengths (k, k) in cells between k cells, given the headings of robots that stand
     there; `headings` has those by place.
     """
+    names = list(poses)
     # the cells where some type stands, with the headings there, numbered
     numbers: dict[tuple[Cell, int | None], int] = {}
     rows, ends = {}, {}

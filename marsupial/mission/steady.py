@@ -43,7 +43,6 @@ class SteadyWorld:
 
     @property
     def grid(self) -> Grid:
-        """The filtered map."""
         return self._world.grid if self._flicker is None else self._grid
 
     @property
@@ -51,7 +50,6 @@ class SteadyWorld:
         return self._world.now_ms
 
     def advance(self, until_ms: int) -> News:
-        """Let time pass until something happens; return the filtered news."""
         self.raw_news = news = self._world.advance(until_ms)
         cells = self._world.grid.cells
         begins = self._flicker is None and bool(news.changed)

@@ -3,7 +3,7 @@ import pytest
 from small_missions import drawn_grid
 
 from marsupial.errors import MapError
-from marsupial.maps.boundary import closed
+from marsupial.maps.repairs import closed
 
 
 def test_ground_beyond_the_walls_is_unknown_and_openings_are_walled_up() -> None:

@@ -1,7 +1,7 @@
 import numpy as np
 from small_missions import drawn_grid
 
-from marsupial.maps.specks import find_specks, painted, without_specks
+from marsupial.maps.repairs import find_specks, painted, without_specks
 from marsupial.model.grid import FLOOR, ROUGH, UNKNOWN
 
 GRID = drawn_grid(

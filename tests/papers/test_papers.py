@@ -169,7 +169,7 @@ def ways_of(trial: Trial) -> tuple[float, float]:
 def driven(ways: Callable[[Trial], tuple[float, float]], monkeypatch: pytest.MonkeyPatch) -> ComparisonOutcome:
     """Return an outcome with these distances and energies, and curves that cross; routes are compared on one map."""
     pairs = RoutePairs(shortest=np.array([[100.0, 120.0]]), cheapest=np.array([[100.7, 110.0]]))
-    monkeypatch.setattr(mei, "routes_table", lambda *, cuts_corners: pairs)
+    monkeypatch.setattr(mei, "path_table", lambda *, cuts_corners: pairs)
     comparison = mei.comparison(terms())
     results = [(trial, ways(trial)) for trial in comparison.trials()]
     rows = tuple(replace(invented(t).row, distance_m=d, energy_j=e) for t, (d, e) in results)

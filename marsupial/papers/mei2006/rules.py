@@ -21,8 +21,7 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.sight import Sight
-from marsupial.strategies.frontier.rule import FrontierRule
-from marsupial.strategies.frontier.view import Explorer, FrontierView
+from marsupial.strategies.frontier.rule import Explorer, FrontierRule, FrontierView
 
 FULL_TURN = 2 * np.pi
 ANGLE_DIGITS = 9  # decimals to which equal angles agree

@@ -23,8 +23,7 @@ from marsupial.arrays import Floats, Ints
 from marsupial.maps.reach import groups
 from marsupial.papers.wurm2008.segmentation import segment
 from marsupial.planning.matching import least_assignment
-from marsupial.strategies.frontier.rule import FrontierRule
-from marsupial.strategies.frontier.view import FrontierView
+from marsupial.strategies.frontier.rule import FrontierRule, FrontierView
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

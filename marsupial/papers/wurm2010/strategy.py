@@ -38,7 +38,6 @@ class ShortestPlan(Strategy):
         self._planner = AskedPlanner(engine, budget)
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the plan to follow; see `Strategy`."""
         return self._planner.decide(briefing, self._explore)
 
     def _explore(self, briefing: Briefing) -> Explored:

@@ -192,7 +192,7 @@ class Outline:
                 row[:] = ground.apart(kind.name, cell, cells)
             return found
 
-        return travel_times([kind], list(self.poses), self.poses, lengths, ground.territory.grid.resolution_m)
+        return travel_times([kind], self.poses, lengths, ground.territory.grid.resolution_m)
 
 
 def missed_by(ground: Ground, tours: Iterable[Tour]) -> Cells:

@@ -27,8 +27,7 @@ from marsupial.model import UNKNOWN, Cell, CellArray, PlacedRobot
 from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.search import best_outline, fitted
-from marsupial.strategies.frontier.rule import FrontierRule
-from marsupial.strategies.frontier.view import FrontierView
+from marsupial.strategies.frontier.rule import FrontierRule, FrontierView
 
 FIRST_SHARE = 4.0  # effort of the first search, before anything is explored, as a multiple of that of later ones
 LATER_SHARE = 0.2  # share of its sensor range that a robot drives before tours that are not blocked are planned again

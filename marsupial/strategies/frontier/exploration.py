@@ -22,8 +22,7 @@ from marsupial.model.strategy import Briefing, Decision, PlanProgress
 from marsupial.model.world import News, RobotReport, World
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.strategies.frontier.arrival import OnArrival
-from marsupial.strategies.frontier.rule import FrontierRule
-from marsupial.strategies.frontier.view import TRAIL, Explorer, FrontierView
+from marsupial.strategies.frontier.rule import TRAIL, Explorer, FrontierRule, FrontierView
 from marsupial.strategies.rules import RuleStrategy
 
 
