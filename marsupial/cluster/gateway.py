@@ -39,7 +39,7 @@ that is begun."""
 
 _LOOK_S = 1.0
 _SILENCE_S = 90.0
-"""After how long without an answer the connection is given up; Ray itself does so after a minute, nearly always."""
+"""Time without an answer after which the connection is given up; Ray nearly always gives up after a minute."""
 
 _THREADS = 70
 _LEAVE_S = 2.0
@@ -76,7 +76,7 @@ async def _serve(ray: Any, line: socket.socket, asker: int, cluster: Cluster, pa
 
 
 class Gateway:
-    """The connection to a cluster, and who asks for room in it."""
+    """The connection to a cluster, and the requests for room in it."""
 
     def __init__(self, ray: Any, line: socket.socket, terms: Terms) -> None:
         self.ray = ray
@@ -161,7 +161,7 @@ class Gateway:
 
 
 class RelayedRun:
-    """A run from when room is asked for to its end."""
+    """A run from its request for room to its end."""
 
     def __init__(self, gateway: Gateway, channel: Channel) -> None:
         self.number = next(gateway.numbers)
@@ -206,7 +206,7 @@ class RelayedRun:
             (places.offer if link is not None and link.ready else places.give_back)(place)
 
     async def _begin(self, cpus: float) -> None:
-        """Find a place and tell who asked, unless that one leaves before; it may ask again if this fails."""
+        """Find a place and answer the asker, unless it leaves before; it may ask again if this fails."""
         try:
             self._place = await self._found(cpus)
         finally:

@@ -34,12 +34,12 @@ class Link:
         self._posting = False
 
     async def attend(self) -> None:
-        """Start the agent and relay what it tells, again and again, until the node is gone."""
+        """Start the agent and relay what it sends, again and again, until the node is gone."""
         while not self._gone:
             pause_s = _RETRY_S
             try:
                 await self._follow()
-            except Exception as error:  # whatever it is: who is silent or speaks nonsense is lost
+            except Exception as error:  # whatever it is: an agent that is silent or sends nonsense is lost
                 refused = getattr(error, "cause", None)
                 if isinstance(refused, WorkerRefused):
                     pause_s = _REFUSED_S
@@ -85,7 +85,7 @@ class Link:
         self._lost(fault)
 
     async def _post(self) -> None:
-        """Send what there is, all that has come meanwhile together."""
+        """Send all that waits to be sent, in one call."""
         try:
             while self._unsent:
                 envelopes, self._unsent = self._unsent, []

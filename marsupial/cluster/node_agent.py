@@ -31,10 +31,10 @@ LOST = b"L"
 """In answer, in place of `channel.ENDED`: the run is over, and nobody knows how."""
 
 POLL_S = 2.0
-"""How long `take` waits for something to tell."""
+"""How long `take` waits for news."""
 
 LEASE_S = 10.0
-"""Who has not been asked, or not answered, for so long counts as gone; servers hold entries of a store as long."""
+"""A gateway or agent that is silent for so long counts as gone; servers hold entries of a store as long."""
 
 _KILL_S = 2.0
 _MOST_BYTES = 32 << 20

@@ -95,7 +95,7 @@ class ClusterRunner:
             self._ended.wait(_RETRY_S)
 
     def _follow(self) -> None:
-        """Start a gateway, and ask how it is until it is lost."""
+        """Start a gateway, and ask for its state until it is lost."""
         found = self._gateway = Launcher(gateway.__name__, *self._words)
         try:
             self._have_loaded()
@@ -110,7 +110,7 @@ class ClusterRunner:
             found.close()
 
     def _asked(self, patience_s: float) -> bool:
-        """Ask the gateway how it is; return whether it answers."""
+        """Ask the gateway for its state; return whether it answers."""
         channel = self.ask(gateway.STATE, None)
         if channel is None:
             return False
@@ -130,14 +130,14 @@ class ClusterRunner:
         return True
 
     def _tell(self, trouble: str, reason: str) -> None:
-        """Enter that the cluster can't be used; it is said once."""
+        """Note that the cluster can't be used; warn once."""
         if self._trouble != (trouble, reason):
             self._warn(f"{trouble}: {reason}" if reason else trouble)
         self._trouble = (trouble, reason)
 
 
 class _NodeReservation:
-    """Room on some node, asked for anew whenever the gateway is lost while one waits."""
+    """Room on some node, requested anew whenever the gateway is lost during the wait."""
 
     def __init__(self, runner: ClusterRunner, cpus: float) -> None:
         self._runner = runner

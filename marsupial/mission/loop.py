@@ -34,7 +34,7 @@ One turn of the loop handles one moment of mission time. Three parts of the stat
   the old plan's drives, then the new plan is fitted to a second survey (`_adopt_after_planning`). Anything that went
   wrong in between triggers another replanning at once.
 
-Two maps exist if others make the map (`marsupial.mission.steady`). The log tells the raw one. Plans are made from a
+Two maps exist if others make the map (`marsupial.mission.steady`). The log holds the raw one. Plans are made from a
 steady one, in which cells that flicker keep a value; a mission that is about to end first tries again without it.
 
 The loop can't run for ever: time is limited, and replannings that follow each other at one moment are counted
@@ -211,7 +211,7 @@ class MissionLoop:
             self._grow_frame(news.moved)
         with self._observer.analysis():
             self._replanning.update(news)
-        # the log tells the raw map, so that a mission can be replayed as its robots reported it
+        # the log holds the raw map, so that a mission can be replayed as its robots reported it
         for kind, seen in ((log.Revealed, self._world.raw_news.revealed), (log.Changed, self._world.raw_news.changed)):
             for name, indices in seen:
                 runs = runs_of(indices, self._raw_world.grid.cells.ravel())

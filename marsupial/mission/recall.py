@@ -3,7 +3,7 @@
 `Recall` estimates how long the way back takes by list scheduling a survey without targets, and compares that with the
 time left. `ReturnPolicy` and `CarriersAlone` are the replanning policies of a team that was called back.
 
-The estimate is made seldom, since two bounds tell when it can't matter yet. The way out took as long as the way back
+The estimate is made seldom, since two bounds show when it can't matter yet. The way out took as long as the way back
 does, so the first half of the mission needs no estimate. And driving on for 1 s uses up at most 2 s of slack (1 s has
 passed, the way back is 1 s longer) plus a share for the reserve, so the next estimate waits for a third of the slack.
 """

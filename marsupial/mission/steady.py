@@ -88,7 +88,7 @@ class SteadyWorld:
 
     def _news(self, news: News, cells: tuple[Ints, Ints]) -> News:
         """Return `news` with these cells instead: those that became known, and those that changed."""
-        # any robot will do: which one saw a cell matters in the log only, and that tells the raw news
+        # any robot will do: which one saw a cell matters in the log only, and that holds the raw news
         reporter = next((name for name, _ in (*news.revealed, *news.changed)), self.robots()[0].name)
         revealed, changed = (((reporter, some),) if len(some) else () for some in cells)
         return replace(news, revealed=revealed, changed=changed)

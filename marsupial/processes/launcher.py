@@ -110,7 +110,7 @@ class Launcher:
         return frame[1]
 
     def last_words(self) -> str:
-        """Return what it said last, or how it ended."""
+        """Return its last output, or how it ended."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_LEAVE_S)
         with self._lock:
@@ -122,7 +122,7 @@ class Launcher:
         return text or ("what it starts is killed" if code is None else f"it {death(code)}")
 
     def close(self) -> None:
-        """End it and everything below it, and wait for that; who waits for an answer gets an error."""
+        """End it and everything below it, and wait for that; callers that wait for an answer get an error."""
         self._ended = True
         with self._lock:
             self._line.close()
@@ -158,7 +158,7 @@ def _have_loaded(launcher: Launcher) -> Channel:
 
 
 def call(wanted: Preload) -> Callable[[], object]:
-    """Return what loads it and can be pickled."""
+    """Return a function that loads it and can be pickled."""
     return partial(importlib.import_module, wanted.__name__) if isinstance(wanted, ModuleType) else wanted
 
 
@@ -226,12 +226,12 @@ class JobRun:
         return event
 
     def send(self, value: object) -> None:
-        """Send a value to a job that talks; one that is over doesn't get it, and its end comes next."""
+        """Send a value to a job that talks; a job that is over doesn't get it, and its end comes next."""
         with contextlib.suppress(OSError):
             self._channel.send(value)
 
     def put(self, value: object) -> bool:
-        """Send a value as far as that goes without waiting; return whether something is left, for `drain`."""
+        """Send what fits of a value without waiting; return whether something is left, for `drain`."""
         self._channel.put_value(value)
         self._channel.flush()
         return self._channel.unsent > 0

@@ -36,7 +36,7 @@ def adopt_orphans() -> None:
 
 
 def die_with_parent(parent: int, signum: int) -> None:
-    """Get `signum` when process `parent`, the single-threaded one that forked us, ends (Linux)."""
+    """Receive `signum` when our single-threaded parent process `parent` ends (Linux)."""
     _prctl(_PR_SET_PDEATHSIG, signum)
     if os.getppid() != parent:
         os.kill(os.getpid(), signum)
@@ -80,9 +80,9 @@ def resident_bytes(pids: list[int]) -> int:
 
 
 def cpu_s(pid: int) -> float | None:
-    """Return the seconds of a processor that `pid` has used, exact enough to tell whether it did anything at all.
+    """Return the processor seconds that `pid` has used, exact enough to show whether it did anything at all.
 
-    None where no clock tells that (Linux has one for each process), or if it has ended.
+    None if it has ended, or where no clock measures that (Linux has one for each process).
     """
     if sys.platform != "linux":
         return None

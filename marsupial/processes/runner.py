@@ -1,6 +1,6 @@
-"""Where supervised processes run: on this machine, or wherever else a runner takes them.
+"""Where supervised processes run: on this machine, or where another runner has room.
 
-Who wants a job run asks a runner for *room*, waits for it, and runs one job there.
+A caller asks a runner for *room*, waits for it, and runs one job there.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Runner(Protocol):
 
 
 class _Here:
-    """Room on this machine, which has as much as is asked for."""
+    """Room on this machine, which is never short of it."""
 
     def wait(self) -> bool:
         return True

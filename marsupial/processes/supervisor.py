@@ -33,13 +33,13 @@ TAIL_BYTES = 4096
 _POLL_S = 0.05
 _QUICK_POLL_S = 0.002
 _LONGEST_POLL_S = 0.2
-"""How long nobody looks after a worker that has rested for so long: of these there are many, waiting for reports. Nor
-is it seen sooner that the job is to end, as signals end no waiting."""
+"""Longest time between two looks at a worker that rests: there are many of these, waiting for reports. Signals end no
+waiting either, so the end of a job may be noticed as late."""
 
 _CHUNK = 1 << 16
 
 _BACKLOG = 16 << 20
-"""Bytes that may wait for one who doesn't read before nothing more is taken from the other."""
+"""Bytes that may wait for one end that doesn't read before the supervisor stops reading from the other."""
 
 
 def supervise(control: socket.socket, scratch: str) -> NoReturn:
@@ -66,7 +66,7 @@ def supervise(control: socket.socket, scratch: str) -> NoReturn:
 
 
 class _Supervisor:
-    """Watches one worker; `run` returns once nothing of the job is left and the end was told."""
+    """Watches one worker; `run` returns once nothing of the job is left and its end was reported."""
 
     def __init__(self, asker: Channel, folder: str, order: JobOrder) -> None:
         self.asker = asker
@@ -100,7 +100,7 @@ class _Supervisor:
         self.stop = self.stop or (ending, detail)
 
     def run(self) -> None:
-        """Watch until the worker is over, end all that is left, tell how it ended."""
+        """Watch the worker until its end, end what it leaves behind, and report how it ended."""
         returncode = self._watch()
         wall_s = time.monotonic() - self.started
         # before the rest of the output is read, so that nothing more is written
@@ -126,7 +126,7 @@ class _Supervisor:
         return None
 
     def _pass_on(self, wait_s: float) -> None:
-        """Take what there is, or wait for it, and send it; who sends faster than the other one reads has to wait."""
+        """Wait for data and pass it on; an end that sends faster than the other one reads has to wait."""
         full = [channel for channel, other in self.other.items() if other.unsent >= _BACKLOG]
         listening = [source for source in self.sources if source not in full]
         sending = [channel for channel in self.other if channel.unsent]

@@ -26,10 +26,10 @@ from marsupial.paths.routes import Route
 from marsupial.sim.world import RobotActivity, SimulatedRobot, SimulatedWorld
 
 PATIENCE_MS = 2_000
-"""How long a robot waits before something is done about it; and then until it is looked after again."""
+"""How long a robot waits until the world looks for a way for it, and then until it looks again."""
 
 _WAKE = -2
-"""Event number of times at which nothing happens but that waiting robots are looked after."""
+"""Event number of times at which nothing happens but a look at waiting robots."""
 
 Claim = tuple[Cell, Cell]
 """The ends of the line that a robot is on: a cell twice, or two neighbouring ones."""
@@ -146,7 +146,7 @@ class WaitingWorld(SimulatedWorld):
         return Interference(waits=self._waits, waited_s=self._waited_ms / 1000, deadlocks=self._deadlocks)
 
     def plan(self, meetings: Iterable[MapMeeting], actions: Iterable[Action]) -> None:
-        """Take in which rover and carrier meet where in the plan in force."""
+        """Note which rover and carrier meet where in the plan in force."""
         cells = {point.name: (point.rover_cell, point.carrier_cell) for point in meetings}
         self._meetings = frozenset(
             (action.robot, action.carrier, *cells[action.place])
@@ -165,7 +165,7 @@ class WaitingWorld(SimulatedWorld):
 
     def _next_moment(self) -> News | None:
         news = super()._next_moment()
-        # who has arrived may be sent on at once: its next command comes before others use its place
+        # a robot that has arrived may go on at once: its next command comes before others use its place
         self._settle(commanded=news is None or not news.finished)
         return self._told(news)
 
@@ -211,13 +211,13 @@ class WaitingWorld(SimulatedWorld):
         return True
 
     def _settle(self, *, commanded: bool) -> None:
-        """Let everybody set off who can, and look after those who have waited for some time.
+        """Start all robots that can set off, and find ways for those that have waited for some time.
 
         `commanded` says whether all robots have had the commands that follow from what happened.
         """
         order = [name for name in self._robots if name in self._blocked]
         waiting = len(order) + 1
-        while len(self._blocked) < waiting:  # who sets off may make room for the next
+        while len(self._blocked) < waiting:  # a robot that sets off may make room for the next
             waiting = len(self._blocked)
             for name in order:
                 if name in self._blocked:

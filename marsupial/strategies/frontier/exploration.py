@@ -104,7 +104,7 @@ class FrontierPace(OnArrival):
         return gone
 
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
-        """Let the rule choose frontier cells; return them as targets and note which robot drives to which."""
+        """Return the frontier cells that the rule chooses as targets; note which robot drives to which."""
         standing = {robot.name for robot in robots if robot.free_at_ms <= self._world.now_ms}
         self._goals = self._open_goals(robots, standing)
         view = self._view(robots)
