@@ -14,7 +14,6 @@ from marsupial.arrays import Ints, Ints32
 from marsupial.maps.reach import spread
 from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
 from marsupial.model import Mask, PlacedRobot, RobotType, Role
-from marsupial.model.feed import Reader
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 
@@ -31,12 +30,22 @@ class GrowingReach:
 
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
-        self._names: frozenset[str] | None = None
+        self._begin(frozenset())
+
+    def _begin(self, names: frozenset[str]) -> None:
+        territory = self._territory
+        self._names = names
         self._standing: dict[str, int] = {}
-        self._areas: dict[str, _Area] = {}
-        self._docks: dict[tuple[str, str], _Dock] = {}
-        self._opened: dict[str, Reader] = {}
+        self._opened = {name: footprint.opened.reader() for name, footprint in territory.footprints.items()}
         self._cleared = territory.cleared.reader()
+        kinds = (*territory.of_role(Role.CARRIER), *territory.of_role(Role.ROVER))
+        self._areas = {kind.name: _Area(territory.footprints[kind.name].standable) for kind in kinds}
+        self._docks = {
+            (carrier.name, rover.name): _Dock(territory, carrier, rover)
+            for carrier in territory.of_role(Role.CARRIER)
+            for rover in territory.of_role(Role.ROVER)
+            if carrier.capacity > 0
+        }
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Reach:
         """Return what the team can reach: live masks, which change with the next call, and their new cells."""
@@ -72,20 +81,6 @@ class GrowingReach:
             fresh=fresh,
             docking={pair: dock.docking for pair, dock in self._docks.items()},
         )
-
-    def _begin(self, names: frozenset[str]) -> None:
-        territory = self._territory
-        self._names, self._standing = names, {}
-        self._opened = {name: footprint.opened.reader() for name, footprint in territory.footprints.items()}
-        self._cleared = territory.cleared.reader()
-        kinds = (*territory.of_role(Role.CARRIER), *territory.of_role(Role.ROVER))
-        self._areas = {kind.name: _Area(territory.footprints[kind.name].standable) for kind in kinds}
-        self._docks = {
-            (carrier.name, rover.name): _Dock(territory, carrier, rover)
-            for carrier in territory.of_role(Role.CARRIER)
-            for rover in territory.of_role(Role.ROVER)
-            if carrier.capacity > 0
-        }
 
     def _starts(self, kind: RobotType, robots: Sequence[PlacedRobot]) -> Ints:
         cells = [self._standing[r.name] for r in robots if r.type == kind.name and r.name in self._standing]

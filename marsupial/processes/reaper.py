@@ -13,6 +13,7 @@ import os
 import signal
 import sys
 import time
+from itertools import product
 from pathlib import Path
 
 import psutil
@@ -106,10 +107,9 @@ def reap() -> dict[int, int]:
 
 
 def _signal_all(pids: list[int], *signums: int) -> None:
-    for pid in pids:
-        for signum in signums:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.kill(pid, signum)
+    for pid, signum in product(pids, signums):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.kill(pid, signum)
 
 
 def kill(pid: int) -> None:
