@@ -21,8 +21,7 @@ from marsupial.cluster.relay import Relay
 from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import launcher, reaper
-from marsupial.processes.jobs import GRACE_S
-from marsupial.processes.worker import JobOrder
+from marsupial.processes.jobs import GRACE_S, JobOrder
 
 ORDER, CANCEL = b"O", b"C"
 """What a gateway asks beside sending messages: begin the run, end it."""

@@ -12,6 +12,7 @@ import signal
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 GIB = 1 << 30
 
@@ -51,6 +52,14 @@ class Job:
     argument: object  # anything that can be pickled
     limits: JobLimits
     talks: bool = False
+
+
+class JobOrder(NamedTuple):
+    """What a supervisor gets; only the worker opens the pickled job, which imports its function by that path."""
+
+    limits: JobLimits
+    path: list[str]
+    job: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

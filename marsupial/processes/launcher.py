@@ -28,8 +28,7 @@ from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import fork_server, reaper
 from marsupial.processes.channel import Channel
-from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, Message, death
-from marsupial.processes.worker import JobOrder
+from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, JobOrder, Message, death
 
 Preload = ModuleType | Callable[[], object]
 """What is loaded once for all jobs: a module to be imported, or a function of a module's top level to be called."""

@@ -1,4 +1,4 @@
-"""The supervisor of one job: it watches the worker, and passes on what asker and worker send each other.
+"""The supervisor of one job, which watches the worker that does it and relays between asker and worker.
 
 Both are forked from the warm, single-threaded fork server (`marsupial.processes.fork_server`). The supervisor keeps the
 tail of the worker's output, measures its memory, and ends it and everything below it when a limit is reached, when the
@@ -11,10 +11,12 @@ import gc
 import math
 import os
 import pickle
+import resource
 import select
 import shutil
 import signal
 import socket
+import sys
 import tempfile
 import time
 import traceback
@@ -24,8 +26,7 @@ from typing import NoReturn
 from marsupial.processes import channel as frames
 from marsupial.processes import reaper
 from marsupial.processes.channel import Channel
-from marsupial.processes.jobs import GRACE_S, Ended, Ending, death, ending_of
-from marsupial.processes.worker import JobOrder, work
+from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, JobOrder, ToolDied, death, ending_of
 
 _Source = Channel | int
 
@@ -37,6 +38,7 @@ _LONGEST_POLL_S = 0.2
 waiting either, so the end of a job may be noticed as late."""
 
 _CHUNK = 1 << 16
+_FILE_BYTES = 1 << 30  # largest file that a worker may write
 
 _BACKLOG = 16 << 20
 """Bytes that may wait for one end that doesn't read before the supervisor stops reading from the other."""
@@ -220,9 +222,56 @@ def _fork_worker(asker: Channel, folder: str, order: JobOrder) -> tuple[int, Cha
             os.dup2(output_in, 1)
             os.dup2(output_in, 2)
             os.close(output_in)
-            work(Channel(theirs), folder, order)
+            _work(Channel(theirs), folder, order)
         finally:
             os._exit(71)
     theirs.close()
     os.close(output_in)
     return pid, Channel(ours), output
+
+
+def _work(channel: Channel, folder: str, order: JobOrder) -> NoReturn:
+    """Do the job and leave the process; its files go into `folder`."""
+    sys.path[:] = order.path
+    os.environ["TMPDIR"] = tempfile.tempdir = folder
+    _set_limits(order.limits)
+    tag, payload = frames.DONE, b""
+    try:
+        job: Job = pickle.loads(order.job)
+        if job.talks:
+            job.function(job.argument, channel)
+        else:
+            for value in job.function(job.argument) or ():
+                channel.send(value)
+    except BaseException as error:
+        traceback.print_exc()
+        tag, payload = frames.FAILED, pickle.dumps(_failure(error))
+    sys.stdout.flush()
+    sys.stderr.flush()
+    channel.send_frame(tag, payload)
+    os._exit(0)
+
+
+def _failure(error: BaseException) -> tuple[Ending, str]:
+    if isinstance(error, ToolDied):
+        return ending_of(error.returncode), str(error)
+    if isinstance(error, MemoryError):
+        return Ending.MEMORY, "ran out of the memory it was allowed"
+    return Ending.CRASHED, f"{type(error).__name__}: {error}"
+
+
+def _set_limits(limits: JobLimits) -> None:
+    _lower(resource.RLIMIT_CORE, 0)
+    _lower(resource.RLIMIT_FSIZE, _FILE_BYTES)
+    if limits.memory_bytes is not None:
+        _lower(resource.RLIMIT_DATA, 2 * limits.memory_bytes)
+    if limits.cpu_s is not None:
+        soft = max(1, math.ceil(limits.cpu_s))
+        resource.setrlimit(resource.RLIMIT_CPU, (soft, soft + 1))
+
+
+def _lower(kind: int, value: int) -> None:
+    _, hard = resource.getrlimit(kind)
+    if hard != resource.RLIM_INFINITY:
+        value = min(value, hard)
+    resource.setrlimit(kind, (value, value))
