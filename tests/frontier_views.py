@@ -11,7 +11,7 @@ from marsupial.maps.targets import Frontier, TargetFinder, cell_at
 from marsupial.maps.territory import Territory
 from marsupial.model import Grid
 from marsupial.paths.fields import PathSearch
-from marsupial.strategies.frontier.view import Explorer, FrontierView
+from marsupial.strategies.frontier.rule import Explorer, FrontierView
 
 
 def moment(

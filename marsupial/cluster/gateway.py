@@ -39,7 +39,7 @@ that is begun."""
 
 _LOOK_S = 1.0
 _SILENCE_S = 90.0
-"""After how long without an answer the connection is given up; Ray itself does so after a minute, nearly always."""
+"""Time without an answer after which the connection is given up; Ray nearly always gives up after a minute."""
 
 _THREADS = 70
 _LEAVE_S = 2.0
@@ -76,7 +76,7 @@ async def _serve(ray: Any, line: socket.socket, asker: int, cluster: Cluster, pa
 
 
 class Gateway:
-    """The connection to a cluster, and who asks for room in it."""
+    """The connection to a cluster, and the requests for room in it."""
 
     def __init__(self, ray: Any, line: socket.socket, terms: Terms) -> None:
         self.ray = ray
@@ -103,10 +103,17 @@ class Gateway:
             if request == ROOM:
                 RelayedRun(self, channel)
             else:
-                _ImmediateAnswer(self, channel, request)
+                self._answer_at_once(channel, request)
+
+    def _answer_at_once(self, channel: Channel, request: bytes) -> None:
+        def take(_tag: bytes, payload: bytes) -> None:
+            relay.send(frames.START, self.answer(request, payload))
+            relay.close()
+
+        relay = Relay(channel, take, lambda: relay.close())
 
     def answer(self, request: bytes, payload: bytes) -> bytes:
-        """Do what is asked for besides room, and return what to say to it."""
+        """Do what a request other than for room asks, and return the answer."""
         if request == PRELOAD:
             self.preload += [one for one in pickle.loads(payload) if one not in self.preload]
             for link in self.links.values():
@@ -126,12 +133,7 @@ class Gateway:
     async def look(self) -> None:
         """Keep a node agent on every node that has processors, and drop those of nodes that are gone.
 
-        Raises
-        ------
-        ConnectionError
-            If the cluster is there but can't be used over this connection any more: the node that it leads to is dead.
-        TimeoutError
-            If nobody answers.
+        Raises ConnectionError if the node of this connection is dead, TimeoutError if nobody answers.
         """
         nodes = [node for node in await asyncio.wait_for(self.call(self.ray.nodes), _SILENCE_S) if node["Alive"]]
         self._seen_s = time.monotonic()
@@ -158,24 +160,8 @@ class Gateway:
         return "no node of the cluster is ready to work", "; ".join(faults)
 
 
-class _ImmediateAnswer:
-    """A request that is answered at once."""
-
-    def __init__(self, gateway: Gateway, channel: Channel, request: bytes) -> None:
-        self._gateway = gateway
-        self._request = request
-        self._relay = Relay(channel, self._take, self._over)
-
-    def _take(self, tag: bytes, payload: bytes) -> None:
-        self._relay.send(frames.START, self._gateway.answer(self._request, payload))
-        self._relay.close()
-
-    def _over(self) -> None:
-        self._relay.close()
-
-
 class RelayedRun:
-    """A run from when room is asked for to its end."""
+    """A run from its request for room to its end."""
 
     def __init__(self, gateway: Gateway, channel: Channel) -> None:
         self.number = next(gateway.numbers)
@@ -220,7 +206,7 @@ class RelayedRun:
             (places.offer if link is not None and link.ready else places.give_back)(place)
 
     async def _begin(self, cpus: float) -> None:
-        """Find a place and tell who asked, unless that one leaves before; it may ask again if this fails."""
+        """Find a place and answer the asker, unless it leaves before; it may ask again if this fails."""
         try:
             self._place = await self._found(cpus)
         finally:

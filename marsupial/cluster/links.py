@@ -20,34 +20,26 @@ _REFUSED_S = 30.0
 
 
 class Link:
-    """A node agent that is started again whenever it is lost, as long as its node is there.
-
-    Attributes
-    ----------
-    ready
-        Whether it takes jobs.
-    fault
-        What is wrong with it, in words; empty if nothing is.
-    """
+    """A node agent that is started again whenever it is lost, while its node is there."""
 
     def __init__(self, gateway: Gateway, node: str) -> None:
         self._gateway = gateway
         self._node = node
         self.runs: dict[int, RelayedRun] = {}
-        self.ready = False
-        self.fault = ""
+        self.ready = False  # whether it takes jobs
+        self.fault = ""  # what is wrong with it, in words; empty if nothing is
         self._gone = False
         self._agent: Any = None
         self._unsent: list[Envelope] = []
         self._posting = False
 
     async def attend(self) -> None:
-        """Start the agent and relay what it tells, again and again, until the node is gone."""
+        """Start the agent and relay what it sends, again and again, until the node is gone."""
         while not self._gone:
             pause_s = _RETRY_S
             try:
                 await self._follow()
-            except Exception as error:  # whatever it is: who is silent or speaks nonsense is lost
+            except Exception as error:  # whatever it is: an agent that is silent or sends nonsense is lost
                 refused = getattr(error, "cause", None)
                 if isinstance(refused, WorkerRefused):
                     pause_s = _REFUSED_S
@@ -93,7 +85,7 @@ class Link:
         self._lost(fault)
 
     async def _post(self) -> None:
-        """Send what there is, all that has come meanwhile together."""
+        """Send all that waits to be sent, in one call."""
         try:
             while self._unsent:
                 envelopes, self._unsent = self._unsent, []
@@ -115,7 +107,7 @@ class Link:
             self._gateway.go(self._end(agent))
 
     async def _end(self, agent: Any) -> None:
-        with contextlib.suppress(Exception):  # it is gone already, or nobody can be told
+        with contextlib.suppress(Exception):  # it is gone already, or cannot be reached
             await self._gateway.call(self._gateway.ray.kill, agent)
 
 

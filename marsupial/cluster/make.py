@@ -1,7 +1,7 @@
-"""Of what make a process on a cluster is: it works for those of the same make only.
+"""The make of a process on a cluster: the versions of what it depends on. It works for callers of the same make only.
 
-Rows of different versions must not stand in one file without a word, nor may a mission be continued by another version.
-So what is asked of a process of a cluster comes with terms, and one that can't meet them refuses.
+Rows of different versions must not stand in one file unnoticed, nor may another version continue a mission. So requests
+to a process of a cluster come with terms, and a process that can't meet them refuses.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 LIBRARIES = ("numpy", "scipy", "numba")
 
 ENGINES = ("unified-planning", "up-aries", "up-tamer")
-"""Packages that missions depend on beside `LIBRARIES`, so far as they are installed."""
+"""Packages that missions depend on beside `LIBRARIES`, if they are installed."""
 
 OURS = ("marsupial",)
 

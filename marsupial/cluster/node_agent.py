@@ -21,8 +21,7 @@ from marsupial.cluster.relay import Relay
 from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import launcher, reaper
-from marsupial.processes.jobs import GRACE_S
-from marsupial.processes.worker import JobOrder
+from marsupial.processes.jobs import GRACE_S, JobOrder
 
 ORDER, CANCEL = b"O", b"C"
 """What a gateway asks beside sending messages: begin the run, end it."""
@@ -31,10 +30,10 @@ LOST = b"L"
 """In answer, in place of `channel.ENDED`: the run is over, and nobody knows how."""
 
 POLL_S = 2.0
-"""How long `take` waits for something to tell."""
+"""How long `take` waits for news."""
 
 LEASE_S = 10.0
-"""Who has not been asked, or not answered, for so long counts as gone; servers hold entries of a store as long."""
+"""A gateway or agent that is silent for so long counts as gone; servers hold entries of a store as long."""
 
 _KILL_S = 2.0
 _MOST_BYTES = 32 << 20
@@ -95,7 +94,7 @@ class NodeAgent:
                 self._runs[run].give(tag, payload)
 
     def tell(self, envelope: Envelope, relay: Relay | None = None) -> None:
-        """Put a envelope among those to be taken; one who sends more than is taken has to wait."""
+        """Queue an envelope for `take`; a run that sends more than the gateway takes has to wait."""
         self._out.append(envelope)
         self._bytes += len(envelope.payload)
         self._news.set()
@@ -139,7 +138,7 @@ class _AgentRun:
             self._end(LOST, str(error).encode())
             return
         self._agent.tell(Envelope(self._number, frames.START))
-        self._relay = Relay(channel, self._take, self._lost)
+        self._relay = Relay(channel, self._take, lambda: self._end(LOST))
         for tag, payload in self._early:
             self.give(tag, payload)
         if self._over:  # all had come at once
@@ -150,9 +149,6 @@ class _AgentRun:
             self._end(tag, payload)
         else:
             self._agent.tell(Envelope(self._number, tag, payload), self._relay)
-
-    def _lost(self) -> None:
-        self._end(LOST)
 
     def _end(self, tag: bytes, payload: bytes = b"") -> None:
         if not self._over:

@@ -26,15 +26,7 @@ class NodePlace(NamedTuple):
 
 
 class Places:
-    """The reservations of a gateway.
-
-    Parameters
-    ----------
-    call
-        Calls a function of Ray that waits, in a thread.
-    go
-        Runs a coroutine beside all others.
-    """
+    """The reservations of a gateway: `call` calls a waiting function of Ray in a thread, `go` starts a coroutine."""
 
     def __init__(
         self, call: Callable[..., Coroutine[Any, Any, Any]], go: Callable[[Coroutine[Any, Any, Any]], None]

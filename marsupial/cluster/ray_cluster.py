@@ -42,7 +42,7 @@ _TO_GET_IT = "to get it: pip install 'marsupial[ray]', in a checkout pip install
 _CLIENT_PORT = 10001
 _STORE_BYTES = 200_000_000
 _HEAD_S = 10
-"""After how long without its head a cluster of our own is given up: nobody starts that head again."""
+"""Time without its head after which a cluster of our own is given up: nobody starts that head again."""
 
 _TOKENS = ("RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH")
 _TRY = "import sys, ray; ray.init(address=sys.argv[1], logging_level='DEBUG', log_to_driver=False); ray.shutdown()"
@@ -91,12 +91,9 @@ def cluster_at(address: str) -> Cluster:
 
 
 def usable(cluster: Cluster) -> Cluster:
-    """Return the cluster after it was found that it can be used, with the settings of Ray made for it.
+    """Return the cluster once it is known to be usable, with the settings of Ray made for it.
 
-    Raises
-    ------
-    UsageError
-        If Ray is not installed, or the cluster can't be reached, does not let us in, or may not be used without token.
+    Raises UsageError if Ray is missing, or the cluster can't be reached, does not let us in, or demands no token.
     """
     _demand_ray()
     reach(cluster)
@@ -116,7 +113,7 @@ def usable(cluster: Cluster) -> Cluster:
 def connected(cluster: Cluster) -> Iterator[Any]:
     """Connect to a usable cluster and yield the module `ray`; numerical libraries get one thread in its workers.
 
-    What Ray has to say goes to stderr.
+    The output of Ray goes to stderr.
     """
     import ray
 
@@ -163,7 +160,7 @@ def reach(cluster: Cluster) -> None:
 
 
 def _settle(cluster: Cluster) -> None:
-    """Make settings of Ray that the user has not made."""
+    """Set the settings of Ray that the user has not set."""
     settings = os.environ
     settings.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     if cluster.here:
@@ -198,7 +195,7 @@ def _tried(command: list[str], seconds: float) -> subprocess.CompletedProcess[by
 
 
 def _meaning(stderr: bytes) -> str | None:
-    """Return what is wrong, in words, if what Ray has said tells."""
+    """Return in words what is wrong, if the output of Ray shows it."""
     said = stderr.decode(errors="replace")
     if "Version mismatch" in said:
         return said[said.index("Version mismatch") :]

@@ -31,14 +31,8 @@ _LOST = "the connection to the cluster was lost"
 class ClusterRunner:
     """Runs jobs on a usable cluster (`ray_cluster.usable`), to which it connects at the first `warm_up`.
 
-    While the cluster can't be used, whoever asks for room waits; runs under way end as killed.
-
-    Parameters
-    ----------
-    packages
-        Of ours, which have to be the same on all nodes.
-    warn
-        Receives a message when the cluster can't be used, with Ray's reason.
+    While the cluster can't be used, whoever asks for room waits; runs under way end as killed. `packages` of ours have
+    to be the same on all nodes; `warn` receives a message when the cluster can't be used, with Ray's reason.
     """
 
     def __init__(
@@ -59,7 +53,7 @@ class ClusterRunner:
         return self._ended.is_set()
 
     def warm_up(self, preload: tuple[Preload, ...] = (), *, wait: bool = False) -> None:
-        """Have every node load what jobs need; one that has not yet takes no jobs, so nothing is waited for."""
+        # a node takes no jobs before it has loaded what they need, so there is nothing to wait for
         with self._lock:
             self._preload.update(dict.fromkeys(pickle.dumps(call(one)) for one in preload))
             if self._keeping.ident is None:
@@ -67,11 +61,10 @@ class ClusterRunner:
         self._have_loaded()
 
     def reserve(self, cpus: float = 1.0) -> Reservation:
-        """Ask for room for a job that is counted as so many processors; 0 is to be had as long as there is a node."""
         return _NodeReservation(self, cpus)
 
     def trouble(self) -> str | None:
-        """Return why the cluster can't be used, if that is so: in words of ours, without addresses or files."""
+        # in words of ours, without addresses or files
         return None if self._trouble is None else self._trouble[0]
 
     def shutdown(self) -> None:
@@ -102,7 +95,7 @@ class ClusterRunner:
             self._ended.wait(_RETRY_S)
 
     def _follow(self) -> None:
-        """Start a gateway, and ask how it is until it is lost."""
+        """Start a gateway, and ask for its state until it is lost."""
         found = self._gateway = Launcher(gateway.__name__, *self._words)
         try:
             self._have_loaded()
@@ -117,7 +110,7 @@ class ClusterRunner:
             found.close()
 
     def _asked(self, patience_s: float) -> bool:
-        """Ask the gateway how it is; return whether it answers."""
+        """Ask the gateway for its state; return whether it answers."""
         channel = self.ask(gateway.STATE, None)
         if channel is None:
             return False
@@ -137,14 +130,14 @@ class ClusterRunner:
         return True
 
     def _tell(self, trouble: str, reason: str) -> None:
-        """Enter that the cluster can't be used; it is said once."""
+        """Note that the cluster can't be used; warn once."""
         if self._trouble != (trouble, reason):
             self._warn(f"{trouble}: {reason}" if reason else trouble)
         self._trouble = (trouble, reason)
 
 
 class _NodeReservation:
-    """Room on some node, asked for anew whenever the gateway is lost while one waits."""
+    """Room on some node, requested anew whenever the gateway is lost during the wait."""
 
     def __init__(self, runner: ClusterRunner, cpus: float) -> None:
         self._runner = runner
@@ -154,7 +147,6 @@ class _NodeReservation:
         self._closed = False
 
     def wait(self) -> bool:
-        """Wait for room; also as long as the cluster is away."""
         while not (self._closed or self._runner.ended):
             channel = self._runner.ask(gateway.ROOM, self._cpus)
             if channel is not None:
@@ -177,7 +169,6 @@ class _NodeReservation:
         return False
 
     def run(self, job: Job) -> JobRun:
-        """Start the job; one whose node is lost meanwhile ends as killed."""
         with self._lock:
             channel, self._channel = self._channel, None
         if channel is None:

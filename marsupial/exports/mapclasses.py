@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from marsupial.maps.reach import parts, standable
+from marsupial.maps.footprint import standable
+from marsupial.maps.reach import parts
 from marsupial.model import OBSTACLE, UNKNOWN, CellArray, Grid, Mask, RobotType, Role
 from marsupial.replay.palette import LIGHT, REACH
 

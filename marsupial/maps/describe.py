@@ -14,7 +14,7 @@ import numpy as np
 
 from marsupial.maps.footprint import Footprint, disc, footprint_of
 from marsupial.maps.reach import parts
-from marsupial.maps.specks import find_specks, painted, without_specks
+from marsupial.maps.repairs import find_specks, painted, without_specks
 from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, LegendEntry, MapReading, Mask
 from marsupial.model.robots import RobotType, Role, TeamMember, default_types
 from marsupial.wording import counted
@@ -156,24 +156,21 @@ def _reaches(grid: Grid, kinds: Sequence[RobotType]) -> tuple[tuple[TypeReach, .
         labels, count = parts(footprint.standable)
         sizes = np.bincount(labels.ravel(), minlength=2)[1:]
         largest = int(sizes.argmax()) + 1
+        # a robot there, entirely on the map, covers a border cell
+        span = int(footprint.offsets.max())
+        inside = (labels == largest)[span : grid.height - span, span : grid.width - span]
+        at_border = bool(inside.size) and bool(inside[[0, -1]].any() or inside[:, [0, -1]].any())
         reach.append(
             TypeReach(
                 type=kind.name,
                 radius_m=kind.radius_m,
                 area_m2=int(sizes[largest - 1]) * grid.cell_area_m2,
                 parts=count,
-                at_border=_at_border(labels == largest, kind, grid.resolution_m),
+                at_border=at_border,
             )
         )
         footprints.append(footprint)
     return tuple(reach), footprints
-
-
-def _at_border(places: Mask, kind: RobotType, resolution_m: float) -> bool:
-    """Return whether a robot at one of these places, entirely on the map, covers a border cell."""
-    span = int(disc(kind.radius_m / resolution_m).max())
-    inside = places[span : len(places) - span, span : places.shape[1] - span]
-    return bool(inside.size) and bool(inside[[0, -1]].any() or inside[:, [0, -1]].any())
 
 
 def _content_warnings(

@@ -52,8 +52,7 @@ def _left(whole: Reach, reached: Mapping[str, Mask], regions: Mapping[str, Ints3
     """Return where rovers could be set down on ground that is not reached yet, by type."""
     left: dict[str, Mask] = {}
     for (_, rover), docking in whole.docking.items():
-        cells = docking.cells & (regions[rover] > 0) & ~reached[rover]
-        left[rover] = left[rover] | cells if rover in left else cells
+        left[rover] = left.get(rover, False) | (docking.cells & (regions[rover] > 0) & ~reached[rover])
     return left
 
 

@@ -14,7 +14,6 @@ from marsupial.arrays import Ints, Ints32
 from marsupial.maps.reach import spread
 from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
 from marsupial.model import Mask, PlacedRobot, RobotType, Role
-from marsupial.model.feed import Reader
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 
@@ -31,12 +30,22 @@ class GrowingReach:
 
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
-        self._names: frozenset[str] | None = None
+        self._begin(frozenset())
+
+    def _begin(self, names: frozenset[str]) -> None:
+        territory = self._territory
+        self._names = names
         self._standing: dict[str, int] = {}
-        self._areas: dict[str, _Area] = {}
-        self._docks: dict[tuple[str, str], _Dock] = {}
-        self._opened: dict[str, Reader] = {}
+        self._opened = {name: footprint.opened.reader() for name, footprint in territory.footprints.items()}
         self._cleared = territory.cleared.reader()
+        kinds = (*territory.of_role(Role.CARRIER), *territory.of_role(Role.ROVER))
+        self._areas = {kind.name: _Area(territory.footprints[kind.name].standable) for kind in kinds}
+        self._docks = {
+            (carrier.name, rover.name): _Dock(territory, carrier, rover)
+            for carrier in territory.of_role(Role.CARRIER)
+            for rover in territory.of_role(Role.ROVER)
+            if carrier.capacity > 0
+        }
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Reach:
         """Return what the team can reach: live masks, which change with the next call, and their new cells."""
@@ -73,20 +82,6 @@ class GrowingReach:
             docking={pair: dock.docking for pair, dock in self._docks.items()},
         )
 
-    def _begin(self, names: frozenset[str]) -> None:
-        territory = self._territory
-        self._names, self._standing = names, {}
-        self._opened = {name: footprint.opened.reader() for name, footprint in territory.footprints.items()}
-        self._cleared = territory.cleared.reader()
-        kinds = (*territory.of_role(Role.CARRIER), *territory.of_role(Role.ROVER))
-        self._areas = {kind.name: _Area(territory.footprints[kind.name].standable) for kind in kinds}
-        self._docks = {
-            (carrier.name, rover.name): _Dock(territory, carrier, rover)
-            for carrier in territory.of_role(Role.CARRIER)
-            for rover in territory.of_role(Role.ROVER)
-            if carrier.capacity > 0
-        }
-
     def _starts(self, kind: RobotType, robots: Sequence[PlacedRobot]) -> Ints:
         cells = [self._standing[r.name] for r in robots if r.type == kind.name and r.name in self._standing]
         return np.array(cells, dtype=np.int64)
@@ -104,8 +99,10 @@ class _Area:
     def give_up(self, start: int, landings: Sequence[Mask]) -> None:
         """Remove the part around a former start from the area, unless a landing is in it."""
         if self.cells.flat[start] and not any(cells.flat[start] for cells in landings):
-            kept = np.logical_or.reduce([np.zeros_like(self.cells), *landings])
-            _give_up(self.cells, kept, start, self._queue)
+            self._queue[0] = start
+            part = self._queue[: spread(self.cells, np.zeros_like(self.cells), True, self._queue, 1)]
+            if not any(cells.ravel()[part].any() for cells in landings):
+                self.cells.ravel()[part] = False
 
     def grow(self, starts: Ints, opened: Ints) -> Ints:
         """Add starts and newly allowed cells; return the cells new to the area."""
@@ -132,29 +129,6 @@ class _Dock:
         fresh = changed[(self._nearest.origins(changed) >= 0) & self._standable.ravel()[changed] & ~cells[changed]]
         cells[fresh] = True
         return fresh
-
-
-@native
-def _give_up(out: Mask, kept: Mask, start: int, queue: Ints32) -> None:
-    """Remove what is connected to a cell from the area `out` (height, width), unless a cell of `kept` is in it."""
-    height, width = out.shape
-    out[start // width, start % width] = False
-    queue[0] = start
-    head, tail = 0, 1
-    while head < tail:
-        y, x = queue[head] // width, queue[head] % width
-        head += 1
-        if kept[y, x]:
-            for k in range(tail):
-                out[queue[k] // width, queue[k] % width] = True
-            return
-        for direction in range(4):
-            u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
-            v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
-            if 0 <= u < width and 0 <= v < height and out[v, u]:
-                out[v, u] = False
-                queue[tail] = v * width + u
-                tail += 1
 
 
 @native

@@ -29,38 +29,30 @@ class Lookout:
         self._looked_ms = -LOOK_MS
         self.exploration_ms: int | None = None  # time since which nothing has been left to explore, or None
         self._looks = Looks()
-        self._analysed: tuple[Territory, Surveyor] | None = self._analysis()
+        self._analysed: Surveyor | None = self._analysis()
         self._coming: dict[str, list[Ints]] = {}  # revealed cells by robot: one late update costs less than many
 
-    def _analysis(self) -> tuple[Territory, Surveyor]:
+    def _analysis(self) -> Surveyor:
         territory = Territory(self._world.grid, tuple(self._kinds.values()))
-        return territory, Surveyor(territory, self._homes, self._goal, self._looks)
+        return Surveyor(territory, self._homes, self._goal, self._looks)
 
-    def _current(self) -> tuple[Territory, Surveyor]:
-        """Return the analysis, updated by what was revealed; a new one if known cells changed."""
+    @property
+    def _surveyor(self) -> Surveyor:
+        """The analysis of the map, updated by what was revealed; a new one if known cells changed."""
         if self._analysed is None:
             self._analysed = self._analysis()
         else:
             for parts in self._coming.values():
-                self._analysed[0].reveal(np.concatenate(parts))
+                self._analysed.territory.reveal(np.concatenate(parts))
         self._coming.clear()
         return self._analysed
 
-    @property
-    def _territory(self) -> Territory:
-        return self._current()[0]
-
-    @property
-    def _surveyor(self) -> Surveyor:
-        return self._current()[1]
-
     def route(self, kind: str, start: Cell, goal: Cell, heading: int | None = None) -> tuple[Cell, ...] | None:
-        """Return the route of a robot type over the known map (`Surveyor.route`)."""
         return self._surveyor.route(kind, start, goal, heading)
 
     @property
     def wake_ms(self) -> int | None:
-        """When to survey what was seen since the last time; None if nothing was."""
+        # newly seen cells are surveyed together, once `LOOK_MS` has passed
         return self._looked_ms + LOOK_MS if self._fresh else None
 
     @property
@@ -68,7 +60,7 @@ class Lookout:
         return self._fresh and self._world.now_ms >= self._looked_ms + LOOK_MS
 
     def update(self, news: News) -> None:
-        """Note revealed cells; discard the analysis if known cells or the frame changed."""
+        # an analysis holds only while known cells and the frame stay as they are
         if news.moved is not None:
             self._move(news.moved)
         if news.moved is not None or news.changed:
@@ -83,7 +75,6 @@ class Lookout:
         self._looks = self._looks.moved(shift)
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
-        """Return the remaining targets, and the frontiers that are no targets."""
         targets = () if status is Status.COMPLETE else self._surveyor.targets(self._world.robots())
         return self._surveyor.remaining(targets, reason)
 

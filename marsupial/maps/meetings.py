@@ -26,11 +26,10 @@ import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.maps.reach import groups, middle, spread
-from marsupial.maps.targets import Target
+from marsupial.maps.targets import Target, cell_at
 from marsupial.maps.territory import Reach, Territory, dock_range_cells, ways_from
 from marsupial.maps.window import Window
 from marsupial.model import Cell, MapMeeting, Mask, PlacedRobot, Role
-from marsupial.native import native
 
 STRETCH_M = 6.0  # length of border in metres that one meeting point serves
 
@@ -127,7 +126,7 @@ class _Pair:
         for area, border in self._borders():
             for cells in groups(border, self._dock.shape):
                 here = [index for index, areas in served if area in areas or area == _NO_AREA]
-                taken = [index for index in here if _apart(index, cells, self._width) <= _KEPT_POINT_CELLS]
+                taken = [index for index in here if _near(index, cells, self._width, _KEPT_POINT_CELLS).any()]
                 for index in _spread(cells, taken, stretch, self._width):
                     found.append(self._point(index))
                     served.append((index, self._areas_near(found[-1].rover_cell)))
@@ -164,7 +163,7 @@ class _Pair:
     def _borders(self) -> Iterator[tuple[int, Ints]]:
         """Yield each area with its border, then as `_NO_AREA` the docking cells with a target beside no area."""
         for area, cells in sorted(self._cells_of.items(), key=lambda item: int(item[1].min())):
-            yield area, np.unique(_beside(cells, self._dock))
+            yield area, _beside(cells, self._dock)
         viewpoints = [target.viewpoints[self._rover] for target in self._rover_only()]
         lone = {self._index(c) for c in viewpoints if self._dock[c.y, c.x] and not self._areas_near(c)}
         yield _NO_AREA, np.array(sorted(lone), dtype=np.int64)
@@ -194,13 +193,14 @@ class _Pair:
         best = np.argmin(distance)
         if not np.isfinite(distance.ravel()[best]):
             return []
-        return [self._named(self._cell(int(window.on_map(best, self._width))), carrier_cell)]
+        return [self._named(cell_at(int(window.on_map(best, self._width)), self._width), carrier_cell)]
 
     def _fits(self, point: MapMeeting) -> bool:
         return (point.carrier_type, point.rover_type) == (self._carrier, self._rover)
 
     def _point(self, index: int) -> MapMeeting:
-        return self._named(self._cell(index), self._cell(int(self._docking.carrier_at(np.array([index]))[0])))
+        carrier = int(self._docking.carrier_at(np.array([index]))[0])
+        return self._named(cell_at(index, self._width), cell_at(carrier, self._width))
 
     def _named(self, rover_cell: Cell, carrier_cell: Cell) -> MapMeeting:
         return MapMeeting(
@@ -211,48 +211,33 @@ class _Pair:
             rover_type=self._rover,
         )
 
-    def _cell(self, index: int) -> Cell:
-        return Cell(index % self._width, index // self._width)
-
     def _index(self, cell: Cell) -> int:
         return cell.y * self._width + cell.x
 
 
-def _apart(index: int, cells: Ints, width: int) -> float:
-    """Return the distance, in cells, from a cell to the nearest of `cells`."""
-    return float(np.hypot(cells % width - index % width, cells // width - index // width).min())
+def _near(index: int, others: Ints, width: int, limit: float) -> Mask:
+    """Return which of other cells (n,) are at most `limit` cells from one."""
+    dx, dy = others % width - index % width, others // width - index // width
+    return np.asarray(dx * dx + dy * dy <= limit**2)
 
 
 def _spread(cells: Ints, taken: Sequence[int], stretch: float, width: int) -> list[int]:
     """Choose cells of a border, greedily, so that each is within half a stretch of a chosen or taken one."""
-
-    def near(index: int, others: Ints) -> Mask:
-        dx, dy = others % width - index % width, others // width - index // width
-        return np.asarray(dx * dx + dy * dy <= (stretch / 2) ** 2)
-
     rest = cells
     for index in taken:
-        rest = rest[~near(index, rest)]
+        rest = rest[~_near(index, rest, width, stretch / 2)]
     chosen: list[int] = []
     while len(rest):
         index = int(middle(rest, width))
         chosen.append(index)
-        rest = rest[~near(index, rest)]
+        rest = rest[~_near(index, rest, width, stretch / 2)]
     return chosen
 
 
-@native
 def _beside(cells: Ints, dock: Mask) -> Ints:
-    """Return the docking cells beside these (row-major), with repetitions."""
+    """Return the docking cells beside these, row-major and ascending."""
     height, width = dock.shape
-    found = np.empty(4 * len(cells), dtype=np.int64)
-    count = 0
-    for cell in cells:
-        y, x = cell // width, cell % width
-        for direction in range(4):
-            u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
-            v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
-            if 0 <= u < width and 0 <= v < height and dock[v, u]:
-                found[count] = v * width + u
-                count += 1
-    return found[:count]
+    y, x = np.divmod(cells, width)
+    near = [cells[y > 0] - width, cells[y < height - 1] + width, cells[x > 0] - 1, cells[x < width - 1] + 1]
+    beside = np.unique(np.concatenate(near))
+    return beside[dock.ravel()[beside]]

@@ -13,8 +13,6 @@ from marsupial.maps.footprint import standable
 from marsupial.model import Grid, Mask, RobotType
 from marsupial.native import inlined, native
 
-__all__ = ["groups", "largest_reach", "parts", "standable"]
-
 
 def parts(mask: Mask) -> tuple[Ints32, int]:
     """Return the labels (height, width) of connected parts, from 1 in the order of first cells, and their number."""

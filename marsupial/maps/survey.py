@@ -50,7 +50,7 @@ from marsupial.maps.landings import Landings, Looks
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells, within_range
-from marsupial.maps.travel import AllGround, Poses, shared_lengths, travel_times, ways_by_type
+from marsupial.maps.travel import AllGround, Poses, travel_times, ways_by_type
 from marsupial.maps.unseen import UnseenPart
 from marsupial.model import Cell, FrameShift, Goal, RobotReport, RobotType, Role, Unseen
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
@@ -98,7 +98,7 @@ class Surveyor:
     """
 
     def __init__(self, territory: Territory, homes: Mapping[str, Cell], goal: Goal, looks: Looks | None = None) -> None:
-        self._territory = territory
+        self.territory = territory
         self._looks = Looks() if looks is None else looks
         self.finder = TargetFinder(territory)
         self._homes = homes
@@ -113,15 +113,15 @@ class Surveyor:
 
     @cached_property
     def _all_ground(self) -> AllGround:
-        return AllGround(self._territory, self._memory)
+        return AllGround(self.territory, self._memory)
 
     @cached_property
     def _landings(self) -> Landings:
-        return Landings(self._territory, self._looks)
+        return Landings(self.territory, self._looks)
 
     @cached_property
     def _unseen(self) -> UnseenPart:
-        return UnseenPart(self._territory)
+        return UnseenPart(self.territory)
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the present targets."""
@@ -149,12 +149,12 @@ class Surveyor:
         self._look(where)
         if any(len(frontier.cells) for frontier in self._frontiers.values()):
             return self._frontiers
-        rovers = {robot.type for robot in where if self._territory.kinds[robot.type].role is Role.ROVER}
+        rovers = {robot.type for robot in where if self.territory.kinds[robot.type].role is Role.ROVER}
         return self._landings.frontiers(self._reach.by_type, rovers)
 
     def lengths(self, kind: str, start: Cell, cells: Ints, heading: int | None = None) -> Floats:
         """Return the lengths (n,) in cells of a robot type's routes to n cells (row-major), inf for none."""
-        width = self._territory.grid.width
+        width = self.territory.grid.width
         return self._ways[kind].lengths(start, np.stack([cells % width, cells // width], axis=1), heading)
 
     def survey(
@@ -177,7 +177,7 @@ class Surveyor:
         self._look(where)
         reach, targets = self._reach, self.targets(active) if targets is None else tuple(targets)
         meetings = (
-            find_meetings(self._territory, reach, targets, where, keep) if docking else Meetings(points=(), connects={})
+            find_meetings(self.territory, reach, targets, where, keep) if docking else Meetings(points=(), connects={})
         )
         states = tuple(self._state(robot, now_ms) for robot in active)
         poses = self._poses(active, states, targets, meetings, reach)
@@ -196,14 +196,14 @@ class Surveyor:
 
     def _look(self, robots: tuple[PlacedRobot, ...]) -> None:
         """Find reach and frontiers, unless that was done for the same map and robots."""
-        now = (self._territory.revision, robots)
+        now = (self.territory.revision, robots)
         if now != self._looked_at:
             self._looked_at = now
             self._reach = self._growing.reach(robots)
             self._frontiers = self.finder.frontiers(self._reach)
 
     def _state(self, robot: RobotReport, now_ms: int) -> RobotState:
-        carrier = self._territory.kinds[robot.type].role is Role.CARRIER
+        carrier = self.territory.kinds[robot.type].role is Role.CARRIER
         home = carrier and self._goal.return_home and robot.name in self._homes
         return RobotState(
             name=robot.name,
@@ -222,7 +222,7 @@ class Surveyor:
         meetings: Meetings,
         reach: Reach,
     ) -> Poses:
-        poses: dict[str, Mapping[str, Cell]] = {}
+        poses: dict[str, Mapping[str, Cell]] = {}  # in the order of `Situation.places`
         for robot, state in zip(robots, states, strict=True):
             if state.place is not None and robot.cell is not None:
                 poses[state.place] = {robot.type: robot.cell}
@@ -237,7 +237,7 @@ class Surveyor:
     def _meeting_poses(self, point: MapMeeting, reach: Reach) -> Mapping[str, Cell]:
         """Return the poses at a meeting point of all types that can use it, not only of those it was made for."""
         poses: dict[str, Cell] = {}
-        for kind in self._territory.kinds.values():
+        for kind in self.territory.kinds.values():
             cell = point.carrier_cell if kind.role is Role.CARRIER else point.rover_cell
             if reach.by_type[kind.name][cell.y, cell.x] and self._close_enough(kind, point):
                 poses[kind.name] = cell
@@ -247,10 +247,10 @@ class Surveyor:
         """Return whether robots of a type can dock with all types of the other role at a meeting point."""
         if kind.name in (point.carrier_type, point.rover_type):
             return True
-        others = (other for other in self._territory.kinds.values() if other.role is not kind.role)
+        others = (other for other in self.territory.kinds.values() if other.role is not kind.role)
         # the docking range is symmetric, so the order of carrier and rover does not matter
-        limit = min(dock_range_cells(kind, other, self._territory.grid.resolution_m) for other in others)
-        return within_range(point.carrier_cell, point.rover_cell, limit, self._territory.see_through)
+        limit = min(dock_range_cells(kind, other, self.territory.grid.resolution_m) for other in others)
+        return within_range(point.carrier_cell, point.rover_cell, limit, self.territory.see_through)
 
     def _situation(
         self,
@@ -261,10 +261,7 @@ class Surveyor:
         headings: Mapping[str, int | None],
         ending: bool,
     ) -> Situation:
-        kinds = tuple(planning_type(kind) for kind in self._territory.kinds.values())
-        homes = tuple(state.home for state in states if state.home is not None)
-        names = [state.place for state in states if state.place is not None]
-        names += [target.name for target in targets] + [point.name for point in meetings.points] + list(homes)
+        kinds = tuple(planning_type(kind) for kind in self.territory.kinds.values())
         goal = SituationGoal()
         if ending:
             goal = SituationGoal(
@@ -277,22 +274,18 @@ class Surveyor:
                 TargetInfo(name=t.name, explorers=frozenset(t.viewpoints), reveal_m2=t.reveal_m2) for t in targets
             ),
             meetings=tuple(point.name for point in meetings.points),
-            homes=homes,
-            travel_ms=self._travel_ms(names, poses, headings),
+            homes=tuple(state.home for state in states if state.home is not None),
+            travel_ms=self._travel_ms(poses, headings),
             goal=goal,
         )
 
-    def _travel_ms(
-        self, names: Sequence[str], poses: Poses, headings: Mapping[str, int | None]
-    ) -> Mapping[str, TravelTable]:
+    def _travel_ms(self, poses: Poses, headings: Mapping[str, int | None]) -> Mapping[str, TravelTable]:
         """Return each robot type's travel times between places; types with the same routes share a search."""
-        metres = self._territory.grid.resolution_m
-        tables = {}
+        metres = self.territory.grid.resolution_m
+        tables: dict[str, TravelTable] = {}
         for ways in dict.fromkeys(self._ways.values()):
-            kinds = [self._territory.kinds[name] for name, its in self._ways.items() if its is ways]
-            between = ways.matrix if len(kinds) == 1 else shared_lengths(ways, kinds, names, poses)
-            for kind in kinds:
-                tables[kind.name] = travel_times(kind, names, poses, between, metres, headings)
+            kinds = [self.territory.kinds[name] for name, its in self._ways.items() if its is ways]
+            tables |= travel_times(kinds, poses, ways.matrix, metres, headings)
         return tables
 
     def _direct(self, situation: Situation, poses: Poses) -> Mapping[str, Mapping[str, int]]:
@@ -303,9 +296,9 @@ class Surveyor:
         for carrier in situation.of_role(Role.CARRIER):
             if carrier.place is None:
                 continue
-            kind = self._territory.kinds[carrier.type]
+            kind = self.territory.kinds[carrier.type]
             lengths = search.lengths(poses[carrier.place][carrier.type], cells)
-            times = travel_table_ms(lengths, self._territory.grid.resolution_m, kind.speed_mps)
+            times = travel_table_ms(lengths, self.territory.grid.resolution_m, kind.speed_mps)
             direct[carrier.name] = {
                 target.name: int(time)
                 for target, time in zip(situation.targets, times, strict=True)

@@ -20,26 +20,34 @@ from marsupial.paths.ways import Ways, ways_of
 
 Poses = Mapping[str, Mapping[str, Cell]]  # the cell of each place, per robot type that can use it
 
-LengthsBetween = Callable[[Sequence[Cell], Sequence[int | None]], Floats]
-"""Returns the lengths (k, k) in cells between k cells, given the headings there."""
-
 
 def travel_times(
-    kind: RobotType,
-    names: Sequence[str],
+    kinds: Sequence[RobotType],
     poses: Poses,
-    lengths_between: LengthsBetween,
+    lengths_between: Callable[[Sequence[Cell], Sequence[int | None]], Floats],
     resolution_m: float,
     headings: Mapping[str, int | None] | None = None,
-) -> TravelTable:
-    """Return the travel times (ms) of a robot type between places; `headings` are those of robots that stand there."""
-    rows = [i for i, name in enumerate(names) if kind.name in poses[name]]
-    table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
-    if rows:
-        cells = [poses[names[i]][kind.name] for i in rows]
-        lengths = lengths_between(cells, [(headings or {}).get(names[i]) for i in rows])
-        table[np.ix_(rows, rows)] = travel_table_ms(lengths, resolution_m, kind.speed_mps)
-    return table
+) -> dict[str, TravelTable]:
+    """Return the travel times (ms) between places of robot types that share their routes, from one search.
+
+    `lengths_between` returns the lengths (k, k) in cells between k cells, given the headings of robots that stand
+    there; `headings` has those by place.
+    """
+    names = list(poses)
+    # the cells where some type stands, with the headings there, numbered
+    numbers: dict[tuple[Cell, int | None], int] = {}
+    rows, ends = {}, {}
+    for kind in kinds:
+        rows[kind.name] = [i for i, name in enumerate(names) if kind.name in poses[name]]
+        there = [(poses[names[i]][kind.name], (headings or {}).get(names[i])) for i in rows[kind.name]]
+        ends[kind.name] = [numbers.setdefault(end, len(numbers)) for end in there]
+    lengths = lengths_between([cell for cell, _ in numbers], [heading for _, heading in numbers])
+    tables = {}
+    for kind in kinds:
+        at, row = ends[kind.name], rows[kind.name]
+        table = tables[kind.name] = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
+        table[np.ix_(row, row)] = travel_table_ms(lengths[np.ix_(at, at)], resolution_m, kind.speed_mps)
+    return tables
 
 
 def ways_by_type(territory: Territory, memory: SearchMemory) -> dict[str, Ways]:
@@ -53,18 +61,6 @@ def ways_by_type(territory: Territory, memory: SearchMemory) -> dict[str, Ways]:
             own = shared.setdefault((id(footprint), kind.diagonal), own)
         found[name] = own
     return found
-
-
-def shared_lengths(ways: Ways, kinds: Sequence[RobotType], names: Sequence[str], poses: Poses) -> LengthsBetween:
-    """Return the lengths between cells of robot types that share their routes, from one search."""
-    cells = dict.fromkeys(poses[name][kind.name] for kind in kinds for name in names if kind.name in poses[name])
-    number, table = {cell: i for i, cell in enumerate(cells)}, ways.matrix(list(cells))
-
-    def between(cells: Sequence[Cell], _headings: Sequence[int | None]) -> Floats:
-        at = [number[cell] for cell in cells]
-        return table[np.ix_(at, at)]
-
-    return between
 
 
 class AllGround:

@@ -77,25 +77,21 @@ class UnseenPart:
 
     def _rovers_only(self, reach: Reach) -> float:
         rovers, carriers = self._terrains(Role.ROVER), self._terrains(Role.CARRIER)
-        only, ground = self._known(rovers - carriers), self._known(rovers | carriers)
-        area = self._territory.grid.cell_area_m2
-        only += area * self._behind_narrow_doors(reach)
-        return (only + FIRST_GUESS * FIRST_GUESS_M2) / (ground + FIRST_GUESS_M2)
+        only = self._known(rovers - carriers) + self._territory.grid.cell_area_m2 * self._behind_narrow_doors(reach)
+        return (only + FIRST_GUESS * FIRST_GUESS_M2) / (self._known(rovers | carriers) + FIRST_GUESS_M2)
 
     def _behind_narrow_doors(self, reach: Reach) -> int:
         """Return how many cells rovers get to where a carrier has room, but no way to them."""
         cut = self._territory.known.cut
         carriers, rovers = self._territory.of_role(Role.CARRIER), self._territory.of_role(Role.ROVER)
         prints = self._territory.footprints
-        beyond: Mask = np.zeros_like(self._territory.see_through[cut])
-        for kind in carriers:
-            beyond |= prints[kind.name].standable[cut]
-        for kind in carriers:
-            beyond &= ~reach.by_type[kind.name][cut]
-        within = np.zeros_like(beyond)
-        for kind in rovers:
-            within |= reach.by_type[kind.name][cut]
-        return int(np.count_nonzero(beyond & within))
+        nowhere: Mask = np.zeros_like(self._territory.see_through[cut])
+        room = np.logical_or.reduce([nowhere, *(prints[kind.name].standable[cut] for kind in carriers)])
+        by_carriers, by_rovers = (
+            np.logical_or.reduce([nowhere, *(reach.by_type[kind.name][cut] for kind in kinds)])
+            for kinds in (carriers, rovers)
+        )
+        return int(np.count_nonzero(room & ~by_carriers & by_rovers))
 
     def _shared(self) -> float:
         rovers, carriers = self._terrains(Role.ROVER), self._terrains(Role.CARRIER)

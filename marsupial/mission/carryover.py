@@ -20,24 +20,16 @@ def shifted(plan: Plan, by_ms: int) -> Plan:
     return Plan(actions=tuple(replace(action, start_ms=action.start_ms + by_ms) for action in plan.actions))
 
 
-def tolerance_cells(explorers: Iterable[str], ranges_cells: Mapping[str, float]) -> float:
-    """Return how far a target may move and still be the same, in cells: half of its explorers' shortest range."""
-    return 0.5 * min(ranges_cells[name] for name in explorers)
-
-
 def same_target(target: Target, others: Sequence[Target], ranges_cells: Mapping[str, float]) -> Target | None:
-    """Return the nearest of `others` that counts as the same target, or None."""
-    limit = tolerance_cells(target.viewpoints, ranges_cells)
-    x, y = target.cell
-    best: tuple[int, str] | None = None
-    found = None
-    for other in others:
-        apart = (other.cell.x - x) ** 2 + (other.cell.y - y) ** 2
-        if apart > limit * limit or (best is not None and (apart, other.name) >= best):
-            continue
-        if not target.viewpoints.keys().isdisjoint(other.viewpoints):
-            best, found = (apart, other.name), other
-    return found
+    """Return the nearest of `others` that counts as the same target, or None.
+
+    A target may move by half of its explorers' shortest range and still be the same.
+    """
+    limit, (x, y) = 0.5 * min(ranges_cells[name] for name in target.viewpoints), target.cell
+    apart = {other.name: (other.cell.x - x) ** 2 + (other.cell.y - y) ** 2 for other in others}
+    near = (other for other in others if apart[other.name] <= limit * limit)
+    same = (other for other in near if not target.viewpoints.keys().isdisjoint(other.viewpoints))
+    return min(same, key=lambda other: (apart[other.name], other.name), default=None)
 
 
 def same_targets(
@@ -53,6 +45,12 @@ def same_targets(
             other = same_target(target, others, ranges_cells)
         found.append(other)
     return found
+
+
+def renamed(targets: Sequence[Target], others: Sequence[Target], ranges_cells: Mapping[str, float]) -> dict[str, str]:
+    """Return the names among `others` of the targets that still exist, by their former name."""
+    now = same_targets(targets, others, ranges_cells)
+    return {old.name: new.name for old, new in zip(targets, now, strict=True) if new is not None}
 
 
 def carried_over(actions: Sequence[Action], situation: Situation, renamed: Mapping[str, str]) -> Plan | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 
 from marsupial.maps.travel import Poses
 from marsupial.mission.observer import Observer
@@ -76,10 +76,11 @@ class Executor:
         self._goals = shift.cells(self._goals)
         self._routes = {name: [shift.cell(cell) for cell in route] for name, route in self._routes.items()}
         self._poses = {shift.place(name): shift.cells(cells) for name, cells in self._poses.items()}
-        moved = {id(action): shift.action(action) for queue in self._queues.values() for action in queue}
+        # a docking is the same action for both its robots, and stays so
+        running = [action for _, action in self._running.values()]
+        moved = {id(action): shift.action(action) for action in chain(running, *self._queues.values())}
         self._queues = {name: deque(moved[id(action)] for action in queue) for name, queue in self._queues.items()}
-        going = {id(action): shift.action(action) for _, action in self._running.values()}
-        self._running = {name: (revision, going[id(action)]) for name, (revision, action) in self._running.items()}
+        self._running = {name: (revision, moved[id(action)]) for name, (revision, action) in self._running.items()}
         self.deployments.at = {rover: shift.place(name) for rover, name in self.deployments.at.items()}
 
     def stop_blocked(self, standing: Standing) -> tuple[str, ...]:

@@ -34,7 +34,7 @@ One turn of the loop handles one moment of mission time. Three parts of the stat
   the old plan's drives, then the new plan is fitted to a second survey (`_adopt_after_planning`). Anything that went
   wrong in between triggers another replanning at once.
 
-Two maps exist if others make the map (`marsupial.mission.steady`). The log tells the raw one. Plans are made from a
+Two maps exist if others make the map (`marsupial.mission.steady`). The log holds the raw one. Plans are made from a
 steady one, in which cells that flicker keep a value; a mission that is about to end first tries again without it.
 
 The loop can't run for ever: time is limited, and replannings that follow each other at one moment are counted
@@ -43,8 +43,7 @@ The loop can't run for ever: time is limited, and replannings that follow each o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -52,7 +51,7 @@ import numpy as np
 from marsupial.maps.footprint import fits
 from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
-from marsupial.mission.carryover import carried_over, same_targets, shifted
+from marsupial.mission.carryover import carried_over, renamed, shifted
 from marsupial.mission.executor import Executor
 from marsupial.mission.goals import achieved, homes_of, unmet
 from marsupial.mission.observer import Observer
@@ -115,7 +114,7 @@ class MissionLoop:
         self._homes = homes_of(world.robots(), kinds) if order.homes is None else order.homes
         self._reachable = order.reachable
         circumstances = world, kinds, self._homes, order.goal
-        with self._analysis():
+        with self._observer.analysis():
             self._replanning: Replanning = (
                 replanning or self._strategy.replanning(*circumstances) or OnNews(*circumstances)
             )
@@ -127,7 +126,7 @@ class MissionLoop:
         self._rounds = Rounds()
         self._recall: Recall | None = Recall(world, kinds, order.goal, order.limits.time_ms)  # None once it is called
         self._planning_ms = self._busy_ms = 0
-        self._patience = Patience(world, kinds, observer) if order.waits else None
+        self._patience = Patience(world, kinds, observer, may_wait=order.waits)
         self._pending: tuple[Action, ...] = ()  # actions of a plan that is not adopted yet
         self._refused = 0
         self._triggers_while_planning: Triggers = ()
@@ -139,8 +138,8 @@ class MissionLoop:
         while True:
             if cancelled is not None and cancelled():
                 return self._end(Status.CANCELLED, "cancelled")
-            if triggers:
-                ended = self._replan_if_ready(triggers)
+            if triggers and self._patience.ready():
+                ended = self._patience.over(self._replan_or_release(triggers))
                 if ended is not None:
                     return self._end(*ended)
             if self._call_back():
@@ -158,7 +157,7 @@ class MissionLoop:
         """Switch to the return policy when the time left is only just enough; return whether that happened."""
         if self._recall is None or self._replanning.exploration_ms is not None:
             return False
-        with self._analysis():
+        with self._observer.analysis():
             if not self._recall.due(self._homes, self._executor, self._planning_ms):
                 return False
             self._replanning = ReturnPolicy(self._world, self._kinds, self._homes, self._order.goal)
@@ -187,16 +186,16 @@ class MissionLoop:
         until, wake_ms = self._order.limits.time_ms, self._replanning.wake_ms
         if self._recall is not None and self._replanning.exploration_ms is None:
             until = min(until, max(self._world.now_ms, self._recall.wake_ms(self._busy_ms)))
-        if self._patience is not None and self._patience.waits:
+        if self._patience.waits:
             wake_ms = self._patience.wake_ms
         if wake_ms is not None:
             until = min(until, max(self._world.now_ms, wake_ms))
         news = self._world.advance(until)
         done = self._apply(news)
         blocked = self._stop_blocked(news)
-        with self._analysis():
+        with self._observer.analysis():
             triggers = blocked + self._replanning.look(news, done, self._executor)
-        return triggers if self._patience is None else self._patience.after(triggers, news)
+        return self._patience.after(triggers, news)
 
     def _stop_blocked(self, news: News) -> Triggers:
         """Stop robots whose drives changed cells block; return the trigger for a new plan, if any robot stopped."""
@@ -210,9 +209,9 @@ class MissionLoop:
         """Apply news; return finished actions."""
         if news.moved is not None:
             self._grow_frame(news.moved)
-        with self._analysis():
+        with self._observer.analysis():
             self._replanning.update(news)
-        # the log tells the raw map, so that a mission can be replayed as its robots reported it
+        # the log holds the raw map, so that a mission can be replayed as its robots reported it
         for kind, seen in ((log.Revealed, self._world.raw_news.revealed), (log.Changed, self._world.raw_news.changed)):
             for name, indices in seen:
                 runs = runs_of(indices, self._raw_world.grid.cells.ravel())
@@ -244,22 +243,14 @@ class MissionLoop:
         self._pending = tuple(map(shift.action, self._pending))
         self._executor.move(shift)
 
-    def _replan_if_ready(self, triggers: Triggers) -> tuple[Status, str] | None:
-        """Replan unless the mission waits for a better map; return how the mission ends if it does."""
-        if self._patience is None:
-            return self._replan_or_release(triggers)
-        return self._patience.over(self._replan_or_release(triggers)) if self._patience.ready() else None
-
     def _replan_or_release(self, triggers: Triggers) -> tuple[Status, str] | None:
         """Replan; before the mission ends, try again with flickering cells as they are reported."""
-        ended = self._replan(triggers)
-        while ended is not None and ended[0] is not Status.FAILED:
+        while (ended := self._replan(triggers)) is not None and ended[0] is not Status.FAILED:
             news = self._world.release()
             if news is None:
                 break
-            with self._analysis():
+            with self._observer.analysis():
                 self._replanning.update(news)
-            ended = self._replan(triggers)
         return ended
 
     def _replan(self, triggers: Triggers) -> tuple[Status, str] | None:
@@ -267,7 +258,8 @@ class MissionLoop:
         if all(robot.lost for robot in self._world.robots()):
             return Status.FAILED, "every robot is lost"
         survey = self._survey()
-        if self._goal_met(survey):
+        left = unmet(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
+        if not (left or self._executor.running):
             if self._recall is None:
                 survey = self._explore_with_carriers(survey)
                 if not survey.targets:
@@ -297,8 +289,6 @@ class MissionLoop:
         )
         checked_decision(self._strategy.name, decision)
         self._observer.planned(decision.report)
-        if self._order.planning_time is PlanningTime.CHARGED:
-            self._planning_ms = round(decision.report.wall_s * 1000)
         return decision
 
     def _follow(self, triggers: Triggers, survey: Survey, decision: Decision) -> tuple[Status, str] | None:
@@ -310,7 +300,8 @@ class MissionLoop:
             return Status.FAILED, f"strategy {self._strategy.name} made an invalid plan: {verdict.violation}"
         stalled = not decision.plan.actions and not self._executor.running
         if self._order.planning_time is PlanningTime.CHARGED:
-            self._adopt_after_planning(triggers, survey, decision)
+            self._planning_ms = round(decision.report.wall_s * 1000)
+            self._adopt_after_planning(triggers, survey, decision.plan.actions)
         else:
             self._adopt(triggers, survey, decision.plan)
         if stalled:
@@ -322,10 +313,10 @@ class MissionLoop:
         why = why_stalled(survey, self._world, reason)
         return self._out_of_time(why) if self._recall is None else (Status.STALLED, why)
 
-    def _adopt_after_planning(self, triggers: Triggers, survey: Survey, decision: Decision) -> None:
-        """Let the planning time pass, then follow the part of the plan that is still possible."""
-        self._followed, self._pending = survey, decision.plan.actions
-        self._continue_old_plan(round(decision.report.wall_s * 1000))
+    def _adopt_after_planning(self, triggers: Triggers, survey: Survey, actions: tuple[Action, ...]) -> None:
+        """Let the planning time pass, then follow the part of a plan that is still possible."""
+        self._followed, self._pending = survey, actions
+        self._continue_old_plan()
         survey, pending = self._followed, self._pending  # re-indexed if the map has grown
         later = self._survey(pending, late=True)
         physical = replace(later.situation, goal=SituationGoal())
@@ -336,10 +327,8 @@ class MissionLoop:
     def _planning_triggers(self) -> Triggers:
         """Return what happened during planning and asks for another plan."""
         setbacks, self._triggers_while_planning = self._triggers_while_planning, ()
-        waits = self._patience is not None and self._patience.waits
-        if not setbacks and self._executor.idle and not waits:
-            return (Trigger(Cause.OVERTAKEN),)
-        return setbacks
+        overtaken = not setbacks and self._executor.idle and not self._patience.waits
+        return (Trigger(Cause.OVERTAKEN),) if overtaken else setbacks
 
     def _adopt(self, triggers: Triggers, survey: Survey, plan: Plan) -> None:
         now = self._world.now_ms
@@ -361,9 +350,9 @@ class MissionLoop:
         )
         self._executor.adopt(plan, survey.poses, self._revision)
 
-    def _continue_old_plan(self, duration_ms: int) -> None:
-        """Let time pass while robots drive as planned before; start no docking or undocking."""
-        until = min(self._world.now_ms + duration_ms, self._order.limits.time_ms)
+    def _continue_old_plan(self) -> None:
+        """Let the planning time pass while robots drive as planned before; start no docking or undocking."""
+        until = min(self._world.now_ms + self._planning_ms, self._order.limits.time_ms)
         while self._world.now_ms < until:
             self._executor.start_due(drives_only=True)
             news = self._world.advance(until)
@@ -376,29 +365,12 @@ class MissionLoop:
         used |= set(self._executor.deployed_at.values())
         meetings = () if self._followed is None else self._followed.meetings
         keep = [point for point in meetings if point.name in used]
-        with self._analysis():
+        with self._observer.analysis():
             return self._replanning.survey(self._executor, keep, late=late)
-
-    @contextmanager
-    def _analysis(self) -> Iterator[None]:
-        """Tell the observer when map analysis begins and ends: its time is reported apart from planning."""
-        self._observer.analysing()
-        try:
-            yield
-        finally:
-            self._observer.analysed()
 
     def _renamed(self, survey: Survey) -> dict[str, str]:
         """Return the new names of the followed survey's targets that `survey` still has."""
-        known = () if self._followed is None else self._followed.targets
-        now = same_targets(known, survey.targets, self._ranges)
-        return {old.name: new.name for old, new in zip(known, now, strict=True) if new is not None}
-
-    def _goal_met(self, survey: Survey) -> bool:
-        """Return whether the goal beyond exploring is met and no action is running."""
-        if self._executor.running:
-            return False
-        return not unmet(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
+        return renamed(() if self._followed is None else self._followed.targets, survey.targets, self._ranges)
 
     def _end(self, status: Status, reason: str) -> log.MissionEnded:
         robots = self._world.robots()

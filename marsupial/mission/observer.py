@@ -6,7 +6,8 @@ the methods that they need. `Observers` passes everything on to several of them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from marsupial.model import Mask, MissionEvent, PlanningReport
 
@@ -31,6 +32,15 @@ class Observer:
 
     def analysed(self) -> None:
         """Called when that analysis is finished."""
+
+    @contextmanager
+    def analysis(self) -> Iterator[None]:
+        """Call `analysing` and `analysed` around an analysis: its time is reported apart from planning."""
+        self.analysing()
+        try:
+            yield
+        finally:
+            self.analysed()
 
 
 class Observers(Observer):

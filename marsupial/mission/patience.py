@@ -22,12 +22,13 @@ Ending = tuple[Status, str]
 
 
 class Patience:
-    """Makes a mission wait, instead of ending, while robots can't stand where they are on the known map.
+    """Makes a mission that `may_wait` do so, instead of ending, while robots can't stand where they are on its map.
 
     The wait for the first usable map is limited by the mission's time limit only, later waits by `WAIT_MS`.
     """
 
-    def __init__(self, world: World, kinds: Mapping[str, RobotType], observer: Observer) -> None:
+    def __init__(self, world: World, kinds: Mapping[str, RobotType], observer: Observer, *, may_wait: bool) -> None:
+        self._may_wait = may_wait
         self._world = world
         self._kinds = kinds
         self._observer = observer
@@ -45,8 +46,7 @@ class Patience:
     def ready(self) -> bool:
         """Return whether planning makes sense: not while all robots on the ground stand where they can't."""
         there = [robot for robot in self._world.robots() if not robot.lost and robot.cell is not None]
-        stranded = self._find_stranded()
-        if there and len(stranded) == len(there) and not self._is_overdue():
+        if there and len(self._find_stranded()) == len(there) and not self._is_overdue():
             self._wait()
             return False
         self._begun = True
@@ -54,8 +54,7 @@ class Patience:
 
     def over(self, ended: Ending | None) -> Ending | None:
         """Return how the mission ends, or None if it doesn't or if it waits instead."""
-        stranded = self._find_stranded()
-        if ended is None or not stranded or ended[0] not in (Status.COMPLETE, Status.STALLED):
+        if not self._find_stranded() or ended is None or ended[0] not in (Status.COMPLETE, Status.STALLED):
             self.waits = False
             self._since_ms = -1
             self._report("")
@@ -80,7 +79,7 @@ class Patience:
         grid = self._world.grid
         self._stranded = tuple(
             robot
-            for robot in self._world.robots()
+            for robot in (self._world.robots() if self._may_wait else ())
             if not robot.lost and robot.cell is not None and not fits(grid, self._kinds[robot.type], robot.cell)
         )
         return self._stranded

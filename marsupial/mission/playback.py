@@ -53,26 +53,6 @@ class CoveragePoint:
 CellEvent = log.Revealed | log.Changed
 
 
-class _KnownMap:
-    """The known map at any moment: updated step by step going forward, rebuilt from the start going back."""
-
-    def __init__(self, mission: log.MissionStarted, reveals: Sequence[CellEvent]) -> None:
-        self._cells = _unknown(mission)
-        self._reveals = reveals
-        self._times = [event.t_ms for event in reveals]
-        self._done = 0
-
-    def at(self, t_ms: int) -> CellArray:
-        wanted = bisect_right(self._times, t_ms)
-        if wanted < self._done:
-            self._cells.fill(UNKNOWN)
-            self._done = 0
-        for event in self._reveals[self._done : wanted]:
-            paint(self._cells, event.runs)
-        self._done = wanted
-        return self._cells.copy()
-
-
 class Playback:
     """The state of a mission at any moment, with cells in the last frame; a mission may be unfinished."""
 
@@ -86,7 +66,8 @@ class Playback:
         self.plans = tuple(event for event in events if isinstance(event, log.Planned))
         self.ended = events[-1] if isinstance(events[-1], log.MissionEnded) else None
         reveals = tuple(event for event in events if isinstance(event, log.Revealed | log.Changed))
-        self._map = _KnownMap(mission, reveals)
+        # the known map after so many of the reveals
+        self._cells, self._reveals, self._painted = _unknown(mission), reveals, 0
         self.coverage = _coverage(mission, reveals)
         self.timeline = _timeline(events)
         self.moments = _moments(events)
@@ -108,7 +89,14 @@ class Playback:
 
     def cells_at(self, t_ms: int) -> CellArray:
         """Return the known map (height, width) at `t_ms`; going back in time rebuilds it from the start."""
-        return self._map.at(t_ms)
+        wanted = bisect_right(self._reveals, t_ms, key=lambda event: event.t_ms)
+        if wanted < self._painted:
+            self._cells.fill(UNKNOWN)
+            self._painted = 0
+        for event in self._reveals[self._painted : wanted]:
+            paint(self._cells, event.runs)
+        self._painted = wanted
+        return self._cells.copy()
 
     def coverage_at(self, t_ms: int) -> CoveragePoint:
         """Return how much was known at `t_ms`."""

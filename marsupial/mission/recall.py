@@ -3,14 +3,14 @@
 `Recall` estimates how long the way back takes by list scheduling a survey without targets, and compares that with the
 time left. `ReturnPolicy` and `CarriersAlone` are the replanning policies of a team that was called back.
 
-The estimate is made seldom, since two bounds tell when it can't matter yet. The way out took as long as the way back
+The estimate is made seldom, since two bounds show when it can't matter yet. The way out took as long as the way back
 does, so the first half of the mission needs no estimate. And driving on for 1 s uses up at most 2 s of slack (1 s has
 passed, the way back is 1 s longer) plus a share for the reserve, so the next estimate waits for a third of the slack.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 
 from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey, Surveyor
@@ -67,7 +67,10 @@ class Recall:
         territory = Territory(self._world.grid, tuple(self._kinds.values()))
         survey = returning(Surveyor(territory, homes, self._goal), self._world)
         needed_ms = serve(survey.situation)[0].makespan_ms
-        reserve_ms = round(SPARE_SHARE * needed_ms) + self._spare_ms + planning_ms + self._sortie_ms(out)
+        # the longest time to set down one of these rovers that is still aboard, and to pick it up again
+        aboard = [self._kinds[r.type] for r in self._world.robots() if r.name in out and r.carrier is not None]
+        sortie_ms = max((kind.undock_ms + kind.dock_ms for kind in aboard), default=0)
+        reserve_ms = round(SPARE_SHARE * needed_ms) + self._spare_ms + planning_ms + sortie_ms
         spare_ms = self._limit_ms - now_ms - needed_ms - reserve_ms
         self._next_ms = now_ms + max(STEP_MS, spare_ms // 3)
         return spare_ms <= 0
@@ -79,11 +82,6 @@ class Recall:
         planned = {action.robot for action in undocks if action.start_ms <= soon_ms}
         rovers = (r for r in self._world.robots() if self._kinds[r.type].role is Role.ROVER and not r.lost)
         return frozenset(rover.name for rover in rovers if rover.carrier is None or rover.name in planned)
-
-    def _sortie_ms(self, out: Set[str]) -> int:
-        """Return the longest time to set down one of these rovers that is still aboard, and to pick it up again."""
-        aboard = [self._kinds[r.type] for r in self._world.robots() if r.name in out and r.carrier is not None]
-        return max((kind.undock_ms + kind.dock_ms for kind in aboard), default=0)
 
 
 def returning(surveyor: Surveyor, world: World, keep: Sequence[MapMeeting] = ()) -> Survey:

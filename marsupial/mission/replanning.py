@@ -75,7 +75,10 @@ class OnNews(Lookout):
             self._known = tuple(target for target in self._known if target.name not in explored)
         if work.idle:
             return (Trigger(Cause.CARRIED_OUT),)
-        free = bool(done) and self._unemployed({robot for action in done for robot in action.robots}, work)
+        freed = {robot for action in done for robot in action.robots}
+        team = self._world.robots() if freed else ()
+        on_ground = [r.name for r in team if r.name in freed and r.carrier is None and not r.lost]
+        free = work.unemployed(on_ground)
         # comparing targets costs an analysis of the map, so only look when something can have changed
         if not (explored or self._due or free):
             return ()
@@ -121,8 +124,3 @@ class OnNews(Lookout):
     def _paired(self, targets: Sequence[Target], others: Sequence[Target]) -> Iterable[tuple[Target, Target | None]]:
         """Return each target with its match among `others`, or None."""
         return zip(targets, same_targets(targets, others, self._ranges), strict=True)
-
-    def _unemployed(self, robots: set[str], work: PlanProgress) -> bool:
-        return work.unemployed(
-            r.name for r in self._world.robots() if r.name in robots and r.carrier is None and not r.lost
-        )

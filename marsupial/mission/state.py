@@ -87,7 +87,6 @@ class MissionTracker(Observer):
         self._resolution_m = 1.0
 
     def event(self, event: log.MissionEvent) -> None:
-        """Update the state."""
         self.t_ms = event.t_ms
         match event:
             case log.MissionStarted():

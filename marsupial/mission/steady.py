@@ -43,7 +43,6 @@ class SteadyWorld:
 
     @property
     def grid(self) -> Grid:
-        """The filtered map."""
         return self._world.grid if self._flicker is None else self._grid
 
     @property
@@ -51,7 +50,6 @@ class SteadyWorld:
         return self._world.now_ms
 
     def advance(self, until_ms: int) -> News:
-        """Let time pass until something happens; return the filtered news."""
         self.raw_news = news = self._world.advance(until_ms)
         cells = self._world.grid.cells
         begins = self._flicker is None and bool(news.changed)
@@ -90,7 +88,7 @@ class SteadyWorld:
 
     def _news(self, news: News, cells: tuple[Ints, Ints]) -> News:
         """Return `news` with these cells instead: those that became known, and those that changed."""
-        # any robot will do: which one saw a cell matters in the log only, and that tells the raw news
+        # any robot will do: which one saw a cell matters in the log only, and that holds the raw news
         reporter = next((name for name, _ in (*news.revealed, *news.changed)), self.robots()[0].name)
         revealed, changed = (((reporter, some),) if len(some) else () for some in cells)
         return replace(news, revealed=revealed, changed=changed)

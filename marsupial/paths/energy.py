@@ -22,8 +22,8 @@ from marsupial.arrays import Cells, Floats, Ints
 from marsupial.errors import UsageError
 from marsupial.model import SQRT2, Cell, Mask, RobotType
 from marsupial.paths import energy_kernels as kernels
+from marsupial.paths.framed import NOWHERE, FramedGrid
 from marsupial.paths.routes import Route, heading_of, route_length, route_of, turn_between
-from marsupial.paths.workspace import NOWHERE, FramedGrid
 
 _FREE = -1  # heading of a search whose first step needs no turn
 
@@ -112,12 +112,10 @@ class EnergySearch:
         return np.where(reached, counts @ weights, np.inf)
 
     def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
-        """Return the length in cells of the way of least energy to each wanted cell; inf where there is none."""
         counts, reached = self._walked(source, wanted, heading)
         return np.where(reached, counts[:, 0] + counts[:, 1] * self._diagonal, np.inf)
 
     def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
-        """Return the lengths (k, k) in cells of the ways of least energy between `cells`, from initial `headings`."""
         headings = [None] * len(cells) if headings is None else headings
         table = np.full((len(cells), len(cells)), np.inf)
         free = [i for i, heading in enumerate(headings) if heading is None]
@@ -131,7 +129,6 @@ class EnergySearch:
         return table
 
     def route(self, start: Cell, goal: Cell, heading: int | None = None) -> Route | None:
-        """Return a route of least energy, both ends included, always the same one; None if there is none."""
         end = self._frame.indices([goal])
         self._search(start, end, heading)
         least = float(self._least(end)[0])

@@ -3,7 +3,7 @@
 Motion is eight-connected: a step costs 1, a diagonal one sqrt 2 and needs both cells beside it passable; cells outside
 the grid are impassable. The costs are those that A* finds. Three layers answer:
 
-    field, route ---------------------------------> flood, one cell after the other   workspace.py, kernels.py
+    field, route ---------------------------------> flood, one cell after the other   kernels.py
     lengths ----------------> the faster search: /
     matrix -> Distances ---/  jump point search ----> corner to corner                 jumps.py
               distances.py, openings.py: only the pairs whose distance may have changed
@@ -23,19 +23,25 @@ import numpy as np
 from marsupial.arrays import Cells, Floats, Ints
 from marsupial.model import SQRT2, Cell, Mask
 from marsupial.model.feed import Feed, Reader
+from marsupial.paths import kernels
 from marsupial.paths.distances import Distances
+from marsupial.paths.framed import NOWHERE, FramedGrid
 from marsupial.paths.jumps import JumpMemory, Jumps
 from marsupial.paths.routes import Route, route_of
-from marsupial.paths.workspace import NOWHERE, FloodMemory, Workspace
 
 RAGGED = 0.2  # diagonal steps per open cell at which a jump point search takes as long as a flood
 
 
 class SearchMemory:
-    """Working memory for masks of one shape (height, width); several `PathSearch` may share it, used one at a time."""
+    """Working memory for masks of one shape (height, width); several `PathSearch` may share it, used one at a time.
+
+    Filling tens of megabytes costs more than most searches on a large map, so memory is kept, and only the cells
+    touched by the last flood are reset.
+    """
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self._shape = shape
+        self.stale = 0  # number of cells touched by the last flood
 
     @cached_property
     def jumps(self) -> JumpMemory:
@@ -43,9 +49,18 @@ class SearchMemory:
         return JumpMemory(self._shape)
 
     @cached_property
-    def flood(self) -> FloodMemory:
-        """Memory of floods."""
-        return FloodMemory(self._shape)
+    def flood(self) -> kernels.Buffers:
+        """Memory of floods, without passable cells, which each search has for itself."""
+        frame = FramedGrid(*self._shape)
+        return kernels.Buffers(
+            passable=np.zeros(0, dtype=np.uint8),
+            cost=np.full(frame.size, np.inf),
+            arrival=np.empty(frame.size, dtype=np.uint8),
+            offsets=frame.offsets,
+            queue=np.empty(3 * frame.size, dtype=np.uint32),
+            touched=np.empty(frame.size, dtype=np.uint32),
+            diagonal=SQRT2,
+        )
 
 
 class PathSearch:
@@ -63,6 +78,7 @@ class PathSearch:
         self.passable = passable
         height, width = passable.shape
         self._memory = memory or SearchMemory((height, width))
+        self._frame = FramedGrid(height, width)
         self._opened = opened
         self._framed_news: Reader | None = None
         self._jumps_news: Reader | None = None
@@ -76,9 +92,9 @@ class PathSearch:
         return Jumps((height, width), self._diagonal, self._memory.jumps)
 
     @cached_property
-    def _work(self) -> Workspace:
-        height, width = self.passable.shape
-        return Workspace(height, width, self._diagonal, self._memory.flood)
+    def _buffers(self) -> kernels.Buffers:
+        passable = np.zeros(self._frame.size, dtype=np.uint8)
+        return self._memory.flood._replace(passable=passable, diagonal=self._diagonal)
 
     def field(self, source: Cell, wanted: Sequence[Cell] | None = None, limit: float = math.inf) -> Floats:
         """Return the distance of every cell (height, width) from `source`, inf for those not reached.
@@ -86,16 +102,17 @@ class PathSearch:
         The search may stop once all `wanted` cells are final, and at the distance `limit`, in cells.
         """
         start = self._framed([source])
-        if not self._work.passable(start)[0]:
+        passable = self._buffers.passable
+        if not passable[start[0]]:
             return np.full(self.passable.shape, np.inf)
-        goals = NOWHERE
-        if wanted is not None:
-            goals = np.append(start, self._work.indices(wanted))
-        goals = goals[self._work.passable(goals)]
-        return self._work.field(self._work.search(start, goals, limit))
+        goals = NOWHERE if wanted is None else np.append(start, self._frame.indices(wanted))
+        final = self._flood(start, goals[passable[goals] > 0], limit)
+        field = self._frame.inside(self._buffers.cost).copy()
+        if final < math.inf:
+            field[field >= final] = np.inf
+        return field
 
     def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
-        """Return the distance of each wanted cell from `source`, stopping once all of them are final."""
         self._update_jumps()
         start, cells = self._indices([source]), self._indices(wanted)
         costs = np.full(cells.size, np.inf)
@@ -105,7 +122,7 @@ class PathSearch:
         return costs
 
     def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
-        """Return the distances (k, k) between all cells; one on impassable ground is at inf, even from itself."""
+        # a cell on impassable ground is at inf, even from itself
         self._update_jumps()
         unique, place = np.unique(self._indices(cells), return_inverse=True)
         table = np.full((unique.size, unique.size), np.inf)
@@ -115,22 +132,36 @@ class PathSearch:
         return table[np.ix_(place, place)]
 
     def route(self, start: Cell, goal: Cell, heading: int | None = None) -> Route | None:
-        """Return a shortest route, both ends included, always the same one; None if there is none."""
-        ends = self._framed([start, goal])
-        if not self._work.passable(ends).all():
+        ends, buffers = self._framed([start, goal]), self._buffers
+        if not buffers.passable[ends].all():
             return None
-        self._work.search(ends[1:], ends[:1])
-        if not np.isfinite(self._work.costs(ends[:1])[0]):
+        self._flood(ends[1:], ends[:1])
+        if not math.isfinite(buffers.cost[ends[0]]):
             return None
-        return route_of(start, self._work.descent(ends[0]))
+        steps = np.empty(int(buffers.cost[ends[0]]) + 1, dtype=np.uint8)
+        count = int(kernels.descend(buffers, np.uint64(ends[0]), steps))
+        return route_of(start, (steps[:count] + ord("0")).tobytes().decode("ascii"))
 
     def _framed(self, cells: Sequence[Cell] | Ints) -> Cells:
+        """Return the framed index of each cell, after an update of the flood's passable cells to the present mask."""
         if self._framed_news is not None:
-            self._work.open(self._framed_news.cells())
+            self._buffers.passable[self._frame.framed(self._framed_news.cells())] = 1
         else:
-            self._work.load(self.passable)
+            self._frame.inside(self._buffers.passable)[:] = self.passable
             self._framed_news = None if self._opened is None else self._opened.reader()
-        return self._work.indices(cells)
+        return self._frame.indices(cells)
+
+    def _flood(self, source: Cells, wanted: Cells, limit: float = math.inf) -> float:
+        """Search outward from a passable cell; return the length below which costs are final."""
+        memory, buffers = self._memory, self._buffers
+        # above a quarter of the cells a sequential fill beats resetting scattered ones
+        if 4 * memory.stale > buffers.cost.size:
+            buffers.cost.fill(np.inf)
+            memory.stale = 0
+        longest = limit + kernels.TOLERANCE
+        final, touched = kernels.flood(buffers, np.uint64(memory.stale), source, wanted, longest)
+        memory.stale = int(touched)
+        return float(final)
 
     def _update_jumps(self) -> None:
         """Update the jump point search and the remembered distances to the present mask."""
@@ -166,5 +197,5 @@ class PathSearch:
         width = self.passable.shape[1]
         y, x = np.divmod(np.append(wanted, source), width)
         framed = self._framed(np.stack([x, y], axis=1))
-        self._work.search(framed[-1:], framed[:-1])
-        return self._work.costs(framed[:-1])
+        self._flood(framed[-1:], framed[:-1])
+        return self._buffers.cost[framed[:-1]]

@@ -1,7 +1,7 @@
 """The channel between the processes of a job: frames over a socket, both ways.
 
 A frame is a one-byte tag, the length in four bytes, and that many bytes. Its size is bounded, so that a job gone wild
-can't fill the memory of those who listen.
+can't fill the memory of its listeners.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import socket
 import struct
 from collections.abc import Iterator
 
-START = b"S"  # the order to begin with; in answer, the process id of who has begun
+START = b"S"  # the order to begin with; in answer, the process id of the supervisor
 MESSAGE = b"M"  # a pickled value, either way
 DONE = b"D"  # from the worker: nothing more comes
 FAILED = b"F"  # from the worker: pickled (ending, detail)
@@ -23,7 +23,7 @@ MAX_BYTES = 64 << 20
 
 _HEADER = struct.Struct("!cI")
 _CHUNK = 1 << 16  # bytes a socket takes or gives at a time
-_POLL_S = 0.2  # who waits to send isn't woken when its own end is closed meanwhile
+_POLL_S = 0.2  # closing a channel does not wake a thread that waits to send over it
 
 
 class FrameTooBig(ValueError):
@@ -31,7 +31,7 @@ class FrameTooBig(ValueError):
 
 
 class Channel:
-    """One end of a channel. `send` and `receive` wait, the rest is for those who wait for several things at once.
+    """One end of a channel. `send` and `receive` wait; the rest serves event loops.
 
     One thread may send while another one receives.
     """

@@ -15,6 +15,7 @@ import select
 import shutil
 import signal
 import socket
+import sys
 import tempfile
 from collections.abc import Iterator
 
@@ -32,7 +33,7 @@ def main(fd: int, asker: int) -> None:
     """Serve what process `asker` wants over the socket `fd`, until it is closed or its owner has died."""
     reaper.adopt_orphans()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _leave)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     scratch = tempfile.mkdtemp(prefix="marsupial-")
     try:
         with socket.socket(fileno=fd) as line:
@@ -44,17 +45,15 @@ def main(fd: int, asker: int) -> None:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def _leave(*_: object) -> None:
-    raise SystemExit
-
-
 def _serve(line: socket.socket, asker: int, scratch: str) -> None:
     supervisors: set[int] = set()
     loaded: set[bytes] = set()
     while os.getppid() == asker:
         ready, _, _ = select.select([line], [], [], _POLL_S)
         supervisors -= reaper.reap().keys()
-        _end_strays(supervisors)
+        for pid in reaper.children(os.getpid()):
+            if pid not in supervisors:  # left by a supervisor that was killed: we did not start it
+                reaper.kill(pid)
         if not ready:
             continue
         request, fds, _, _ = socket.recv_fds(line, 1, 1)
@@ -113,10 +112,3 @@ def _fork_supervisor(line: socket.socket, fd: int, scratch: str) -> int:
         supervise(socket.socket(fileno=fd), scratch)
     os.close(fd)
     return pid
-
-
-def _end_strays(supervisors: set[int]) -> None:
-    """End what a killed supervisor has left: children of ours that we didn't start."""
-    for pid in reaper.children(os.getpid()):
-        if pid not in supervisors:
-            reaper.kill(pid)

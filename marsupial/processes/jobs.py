@@ -1,8 +1,8 @@
-"""What passes between those who ask for a job in a child process and those who run it.
+"""The values that pass between those who ask for a job in a child process and those who run it.
 
 A job is a function of some module's top level and one argument; both are pickled, so the child imports the function.
-Every value it yields is streamed back as it comes, or it is given the channel and talks with the asker. A run ends with
-one `Ended`, which tells finished, crashed, killed by another process, out of memory and out of time apart.
+Every value it yields is streamed back at once, or it gets the channel and talks with the asker. A run ends with one
+`Ended`, which tells finished, crashed, killed by another process, out of memory and out of time apart.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import signal
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 GIB = 1 << 30
 
@@ -32,42 +33,33 @@ class Ending(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobLimits:
-    """What a job and all its descendants may use.
+    """What a job and all its descendants may use; None for no limit."""
 
-    Parameters
-    ----------
-    wall_s
-        Wall-clock seconds from the start of the job's process.
-    memory_bytes
-        Resident memory of all its processes together, measured about 20 times a second; of a single process that
-        rests it is looked 5 times a second whether it still does. Each process alone also
-        gets twice as much as a hard limit on its data, which stops what allocates faster than that. None for no limit.
-    cpu_s
-        Processor seconds per process, rounded up to whole ones; None for no limit.
-    """
-
-    wall_s: float = math.inf
+    wall_s: float = math.inf  # wall-clock seconds from the start of the job's process
+    # resident memory of all its processes together, measured about 20 times a second (5 times while a single process
+    # rests). A hard limit of twice as much on the data of each process stops what allocates faster than that.
     memory_bytes: int | None = 2 * GIB
-    cpu_s: float | None = None
+    cpu_s: float | None = None  # processor seconds per process, rounded up to whole ones
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """One piece of work.
+    """One piece of work."""
 
-    Parameters
-    ----------
-    function
-        Takes the argument and is a generator of the values to be sent back; one that `talks` takes the argument and
-        the worker's `Channel`, by which it sends and receives values until it returns.
-    argument
-        Anything that can be pickled.
-    """
-
+    # takes the argument and generates the values to send back; one that `talks` takes the argument and the worker's
+    # `Channel`, and sends and receives values until it returns
     function: Callable[..., Iterable[object] | None]
-    argument: object
+    argument: object  # anything that can be pickled
     limits: JobLimits
     talks: bool = False
+
+
+class JobOrder(NamedTuple):
+    """What a supervisor gets; only the worker opens the pickled job, which imports its function by that path."""
+
+    limits: JobLimits
+    path: list[str]
+    job: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,37 +72,17 @@ class Message:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ended:
-    """The end of a job.
-
-    Parameters
-    ----------
-    detail
-        One sentence for people.
-    output
-        The last few kilobytes the job's processes wrote to stdout and stderr.
-    wall_s
-        How long it ran.
-    peak_bytes
-        Most resident memory measured.
-    """
+    """The end of a job."""
 
     ending: Ending
-    detail: str
-    output: str = ""
+    detail: str  # one sentence for people
+    output: str = ""  # the last few kilobytes that the job's processes wrote to stdout and stderr
     wall_s: float = 0.0
-    peak_bytes: int = 0
+    peak_bytes: int = 0  # most resident memory measured
 
 
 class ToolDied(Exception):
-    """Raised inside a job whose own child program died; it decides how the job ended.
-
-    Parameters
-    ----------
-    name
-        What the program is called.
-    returncode
-        As `subprocess` gives it: an exit code, or minus the number of a signal.
-    """
+    """Raised inside a job whose own child program died: `returncode` decides how the job ended."""
 
     def __init__(self, name: str, returncode: int) -> None:
         super().__init__(f"{name} {death(returncode)}")
@@ -122,17 +94,15 @@ _OUT_OF_MEMORY = ("bad_alloc", "memory allocation of", "out of memory", "MemoryE
 
 
 def death(returncode: int) -> str:
-    """Say in words how a process ended; `returncode` as `subprocess` gives it."""
+    """Return in words how a process ended; `returncode` is that of `subprocess`: minus the number of a signal."""
     if returncode >= 0:
         return f"ended with exit code {returncode}"
-    try:
-        return f"was ended by signal {signal.Signals(-returncode).name}"
-    except ValueError:
-        return f"was ended by signal {-returncode}"
+    known = -returncode in set(signal.Signals)
+    return f"was ended by signal {signal.Signals(-returncode).name if known else -returncode}"
 
 
 def ending_of(returncode: int, output: str = "") -> Ending:
-    """Return how a job ended whose process nobody of us stopped, from its return code and last output."""
+    """Return how a job ended whose process we did not stop, from its return code and last output."""
     if -returncode in _FROM_OUTSIDE:
         return Ending.KILLED
     if returncode == -signal.SIGXCPU:

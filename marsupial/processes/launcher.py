@@ -28,8 +28,7 @@ from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import fork_server, reaper
 from marsupial.processes.channel import Channel
-from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, Message, death
-from marsupial.processes.worker import JobOrder
+from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, JobOrder, Message, death
 
 Preload = ModuleType | Callable[[], object]
 """What is loaded once for all jobs: a module to be imported, or a function of a module's top level to be called."""
@@ -51,10 +50,7 @@ _CODE = "import sys; sys.path[:] = {path!r}; from {module} import main; main({fd
 
 
 class Launcher:
-    """A running fork server, or what else starts jobs when it is asked, and the socket to it.
-
-    The process runs the function `main` of `module`, with the socket, our process id, and `words`.
-    """
+    """A running fork server or gateway, and the socket to it: it runs `main` of `module` with `words`."""
 
     def __init__(self, module: str = fork_server.__name__, *words: str) -> None:
         self.owner = os.getpid()
@@ -98,10 +94,7 @@ class Launcher:
         return channel
 
     def answer(self, channel: Channel) -> bytes:
-        """Wait for the answer: everything that was asked for before is loaded.
-
-        Raises InternalError if it ends, was ended, or takes minutes.
-        """
+        """Wait for the answer: what was asked for before is loaded; InternalError if it ends or takes minutes."""
         frame = None
         try:
             frame = channel.receive_frame(_START_S)
@@ -116,7 +109,7 @@ class Launcher:
         return frame[1]
 
     def last_words(self) -> str:
-        """Return what it said last, or how it ended."""
+        """Return its last output, or how it ended."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_LEAVE_S)
         with self._lock:
@@ -128,7 +121,7 @@ class Launcher:
         return text or ("what it starts is killed" if code is None else f"it {death(code)}")
 
     def close(self) -> None:
-        """End it and everything below it, and wait for that; who waits for an answer gets an error."""
+        """End it and everything below it, and wait for that; callers that wait for an answer get an error."""
         self._ended = True
         with self._lock:
             self._line.close()
@@ -164,21 +157,15 @@ def _have_loaded(launcher: Launcher) -> Channel:
 
 
 def call(wanted: Preload) -> Callable[[], object]:
-    """Return what loads it and can be pickled."""
+    """Return a function that loads it and can be pickled."""
     return partial(importlib.import_module, wanted.__name__) if isinstance(wanted, ModuleType) else wanted
 
 
 def warm_up(*, wait: bool = True, preload: tuple[Preload, ...] = ()) -> None:
-    """Start the fork server, if it isn't running, and have it load what jobs need.
+    """Start the fork server unless it runs, and make it load `preload`, as every server that replaces it will.
 
-    Parameters
-    ----------
-    wait
-        Whether to return only once that is done (a few seconds); jobs wait for it anyway, before their time counts.
-    preload
-        What it is to load, as will every fork server that replaces it; what it has loaded already costs nothing.
-
-    Raises InternalError if the fork server can't be started and `wait`.
+    With `wait`, return only once that is done (a few seconds), and raise InternalError if the server can't be started.
+    Jobs wait for it anyway, before their time counts.
     """
     _preload.update(dict.fromkeys(preload))
     launcher = _current()
@@ -204,12 +191,7 @@ class JobRun:
     """A running job: iterate over it to get what it sends, then exactly one `Ended`.
 
     `cancel` and `send` may be called from another thread while one waits for the next value. When `close` returns,
-    nothing of the job is running any more.
-
-    Parameters
-    ----------
-    kill
-        Ends at once what answers over the channel, because it should have ended long ago.
+    nothing of the job is running any more. `kill` ends at once a process that should have ended long ago.
     """
 
     def __init__(self, channel: Channel, limits: JobLimits, kill: Callable[[], object]) -> None:
@@ -220,11 +202,9 @@ class JobRun:
         self._over = False
 
     def __iter__(self) -> JobRun:
-        """Return itself."""
         return self
 
     def __next__(self) -> Message | Ended:
-        """Wait for the next value or the end."""
         if self._over:
             raise StopIteration
         frame = self._frame()
@@ -245,12 +225,12 @@ class JobRun:
         return event
 
     def send(self, value: object) -> None:
-        """Send a value to a job that talks; one that is over doesn't get it, and its end comes next."""
+        """Send a value to a job that talks; a job that is over doesn't get it, and its end comes next."""
         with contextlib.suppress(OSError):
             self._channel.send(value)
 
     def put(self, value: object) -> bool:
-        """Send a value as far as that goes without waiting; return whether something is left, for `drain`."""
+        """Send what fits of a value without waiting; return whether something is left, for `drain`."""
         self._channel.put_value(value)
         self._channel.flush()
         return self._channel.unsent > 0
@@ -287,11 +267,9 @@ class JobRun:
 
 
 def run(job: Job) -> JobRun:
-    """Start `job` in a child process.
+    """Start `job` in a child process; raise InternalError if the fork server can't be started.
 
-    Its time counts from when it has a process: what is being loaded for jobs is waited for before.
-
-    Raises InternalError if the fork server can't be started.
+    Its time counts from when it has a process, not while the fork server still loads what jobs need.
     """
     channel, supervisor = begin(order_of(job))
     return JobRun(channel, job.limits, partial(reaper.kill, supervisor))
@@ -303,20 +281,17 @@ def order_of(job: Job) -> JobOrder:
 
 
 def begin(order: JobOrder) -> tuple[Channel, int]:
-    """Have an order carried out, and return the channel to its supervisor, and the process id of that.
+    """Start an order; return the channel to its supervisor, and the supervisor's process id.
 
     A fork server that was killed is replaced, but not over and over. Raises InternalError if it can't be started.
     """
-    for _ in range(_TRIES - 1):
+    tries_left = _TRIES
+    while True:
         launcher = _current()
+        channel = launcher.ask(fork_server.NEW_JOB, order)
         try:
-            return _begun(launcher, order)
+            return channel, int(launcher.answer(channel))
         except InternalError:
-            if not launcher.was_killed():
+            tries_left -= 1
+            if not tries_left or not launcher.was_killed():
                 raise
-    return _begun(_current(), order)
-
-
-def _begun(launcher: Launcher, order: JobOrder) -> tuple[Channel, int]:
-    channel = launcher.ask(fork_server.NEW_JOB, order)
-    return channel, int(launcher.answer(channel))

@@ -13,6 +13,7 @@ import os
 import signal
 import sys
 import time
+from itertools import product
 from pathlib import Path
 
 import psutil
@@ -36,7 +37,7 @@ def adopt_orphans() -> None:
 
 
 def die_with_parent(parent: int, signum: int) -> None:
-    """Get `signum` when process `parent`, the single-threaded one that forked us, ends (Linux)."""
+    """Receive `signum` when our single-threaded parent process `parent` ends (Linux)."""
     _prctl(_PR_SET_PDEATHSIG, signum)
     if os.getppid() != parent:
         os.kill(os.getpid(), signum)
@@ -68,23 +69,21 @@ def descendants(pid: int) -> list[int]:
 
 def resident_bytes(pids: list[int]) -> int:
     """Return the resident memory of these processes, where known without what they share through files."""
-    return sum(_resident(pid) for pid in pids)
-
-
-def _resident(pid: int) -> int:
-    try:
-        if not _PROC:
-            return int(psutil.Process(pid).memory_info().rss)
-        _, resident, shared, *_ = Path(f"/proc/{pid}/statm").read_text().split()
-        return (int(resident) - int(shared)) * _PAGE
-    except (OSError, psutil.Error):  # it ended meanwhile
-        return 0
+    total = 0
+    for pid in pids:
+        with contextlib.suppress(OSError, psutil.Error):  # it ended meanwhile
+            if _PROC:
+                _, resident, shared, *_ = Path(f"/proc/{pid}/statm").read_text().split()
+                total += (int(resident) - int(shared)) * _PAGE
+            else:
+                total += int(psutil.Process(pid).memory_info().rss)
+    return total
 
 
 def cpu_s(pid: int) -> float | None:
-    """Return the seconds of a processor that `pid` has used, exact enough to tell whether it did anything at all.
+    """Return the processor seconds that `pid` has used, exact enough to show whether it did anything at all.
 
-    None where no clock tells that (Linux has one for each process), or if it has ended.
+    None if it has ended, or where no clock measures that (Linux has one for each process).
     """
     if sys.platform != "linux":
         return None
@@ -108,10 +107,9 @@ def reap() -> dict[int, int]:
 
 
 def _signal_all(pids: list[int], *signums: int) -> None:
-    for pid in pids:
-        for signum in signums:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.kill(pid, signum)
+    for pid, signum in product(pids, signums):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.kill(pid, signum)
 
 
 def kill(pid: int) -> None:
@@ -122,10 +120,7 @@ def kill(pid: int) -> None:
 def end_below(pid: int, grace_s: float) -> dict[int, int]:
     """End every process below `pid`: TERM, `grace_s` seconds, then KILL until none is left.
 
-    Returns
-    -------
-    dict
-        Return codes of those that were children of the calling process and were collected here.
+    Return the return codes of the children of this process that were collected.
     """
     ended: dict[int, int] = {}
     asked: set[int] = set()

@@ -1,6 +1,6 @@
-"""Where supervised processes run: on this machine, or wherever else a runner takes them.
+"""Where supervised processes run: on this machine, or where another runner has room.
 
-Who wants a job run asks a runner for *room*, waits for it, and runs one job there.
+A caller asks a runner for *room*, waits for it, and runs one job there.
 """
 
 from __future__ import annotations
@@ -19,40 +19,33 @@ class Reservation(Protocol):
     """
 
     def wait(self) -> bool:
-        """Wait for the place; False if it was closed meanwhile."""
-        ...
+        """Wait for the place; return False if it was closed meanwhile."""
 
     def run(self, job: Job) -> JobRun:
         """Start the one job. Raises InternalError if no process can be started here."""
-        ...
 
     def close(self) -> None:
         """Give the place up, unless a job has it."""
-        ...
 
 
 class Runner(Protocol):
     """Runs jobs in processes that always end."""
 
     def warm_up(self, preload: tuple[Preload, ...] = (), *, wait: bool = False) -> None:
-        """Have loaded what jobs need, as far as it isn't; see `launcher.warm_up`. Raises InternalError if `wait`."""
-        ...
+        """Load what jobs need and is not loaded yet; see `launcher.warm_up`. Raises InternalError if `wait`."""
 
     def reserve(self, cpus: float = 1.0) -> Reservation:
-        """Ask for room for a job that is counted as so many processors, where they are counted; returns at once."""
-        ...
+        """Ask for room for a job that counts as so many processors, where they are counted; returns at once."""
 
     def trouble(self) -> str | None:
-        """Return why no job can be run at present, if that is so."""
-        ...
+        """Return why no job can run at present, or None if one can."""
 
     def shutdown(self) -> None:
         """End all jobs, and the waiting for room."""
-        ...
 
 
 class _Here:
-    """Room on this machine, which has as much as is asked for."""
+    """Room on this machine, which is never short of it."""
 
     def wait(self) -> bool:
         return True
@@ -77,7 +70,6 @@ class LocalRunner:
         return None
 
     def shutdown(self) -> None:
-        """End the fork server; the next job starts a new one."""
         launcher.shutdown()
 
 

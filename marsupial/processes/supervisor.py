@@ -1,4 +1,4 @@
-"""The supervisor of one job: it watches the worker, and passes on what asker and worker send each other.
+"""The supervisor of one job, which watches the worker that does it and relays between asker and worker.
 
 Both are forked from the warm, single-threaded fork server (`marsupial.processes.fork_server`). The supervisor keeps the
 tail of the worker's output, measures its memory, and ends it and everything below it when a limit is reached, when the
@@ -11,10 +11,12 @@ import gc
 import math
 import os
 import pickle
+import resource
 import select
 import shutil
 import signal
 import socket
+import sys
 import tempfile
 import time
 import traceback
@@ -24,8 +26,7 @@ from typing import NoReturn
 from marsupial.processes import channel as frames
 from marsupial.processes import reaper
 from marsupial.processes.channel import Channel
-from marsupial.processes.jobs import GRACE_S, Ended, Ending, death, ending_of
-from marsupial.processes.worker import JobOrder, work
+from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, JobOrder, ToolDied, death, ending_of
 
 _Source = Channel | int
 
@@ -33,13 +34,14 @@ TAIL_BYTES = 4096
 _POLL_S = 0.05
 _QUICK_POLL_S = 0.002
 _LONGEST_POLL_S = 0.2
-"""How long nobody looks after a worker that has rested for so long: of these there are many, waiting for reports. Nor
-is it seen sooner that the job is to end, as signals end no waiting."""
+"""Longest time between two looks at a worker that rests: there are many of these, waiting for reports. Signals end no
+waiting either, so the end of a job may be noticed as late."""
 
 _CHUNK = 1 << 16
+_FILE_BYTES = 1 << 30  # largest file that a worker may write
 
 _BACKLOG = 16 << 20
-"""Bytes that may wait for one who doesn't read before nothing more is taken from the other."""
+"""Bytes that may wait for one end that doesn't read before the supervisor stops reading from the other."""
 
 
 def supervise(control: socket.socket, scratch: str) -> NoReturn:
@@ -66,7 +68,7 @@ def supervise(control: socket.socket, scratch: str) -> NoReturn:
 
 
 class _Supervisor:
-    """Watches one worker; `run` returns once nothing of the job is left and the end was told."""
+    """Watches one worker; `run` returns once nothing of the job is left and its end was reported."""
 
     def __init__(self, asker: Channel, folder: str, order: JobOrder) -> None:
         self.asker = asker
@@ -100,12 +102,15 @@ class _Supervisor:
         self.stop = self.stop or (ending, detail)
 
     def run(self) -> None:
-        """Watch until the worker is over, end all that is left, tell how it ended."""
+        """Watch the worker until its end, end what it leaves behind, and report how it ended."""
         returncode = self._watch()
         wall_s = time.monotonic() - self.started
         # before the rest of the output is read, so that nothing more is written
         returncode = reaper.end_below(os.getpid(), GRACE_S).get(self.pid, returncode)
-        self._drain()
+        # what the worker had still written when it ended; nobody holds the other ends any more
+        for end, read in ((self.worker, self._read_worker), (self.output, self._read_output)):
+            while select.select([end], [], [], 0)[0] and read():
+                pass
         self.asker.send_frame(frames.ENDED, pickle.dumps(self._ended(returncode, wall_s)))
 
     def _watch(self) -> int | None:
@@ -116,13 +121,14 @@ class _Supervisor:
             ended = reaper.reap()
             if self.pid in ended:
                 return ended[self.pid]
-            self._judge_time()
+            if time.monotonic() - self.started >= self.limits.wall_s:
+                self._end(Ending.TIMEOUT, f"stopped at its limit of {self.limits.wall_s:g} s")
             if time.monotonic() - self.measured_s >= _POLL_S and not self._rests():
                 self._judge_memory()
         return None
 
     def _pass_on(self, wait_s: float) -> None:
-        """Take what there is, or wait for it, and send it; who sends faster than the other one reads has to wait."""
+        """Wait for data and pass it on; an end that sends faster than the other one reads has to wait."""
         full = [channel for channel, other in self.other.items() if other.unsent >= _BACKLOG]
         listening = [source for source in self.sources if source not in full]
         sending = [channel for channel in self.other if channel.unsent]
@@ -134,10 +140,6 @@ class _Supervisor:
             self.worker.flush()
         if self.asker.unsent and not self.asker.flush():
             self._end(Ending.CANCELLED, "the one who asked for it is gone")
-
-    def _judge_time(self) -> None:
-        if time.monotonic() - self.started >= self.limits.wall_s:
-            self._end(Ending.TIMEOUT, f"stopped at its limit of {self.limits.wall_s:g} s")
 
     def _rests(self) -> bool:
         """Return whether the worker, with nothing below it, has done nothing since the last look; poll less then."""
@@ -177,25 +179,16 @@ class _Supervisor:
         is_open = self.worker.fill()
         try:
             for tag, payload in self.worker.frames():
-                self._take(tag, payload)
+                if tag == frames.MESSAGE:
+                    self.asker.put(tag, payload)
+                elif tag == frames.FAILED:
+                    self.failed = pickle.loads(payload)
+                elif tag == frames.DONE:
+                    self.done = True
         except frames.FrameTooBig as error:
             self._end(Ending.CRASHED, str(error))
             return False
         return is_open
-
-    def _take(self, tag: bytes, payload: bytes) -> None:
-        if tag == frames.MESSAGE:
-            self.asker.put(tag, payload)
-        elif tag == frames.FAILED:
-            self.failed = pickle.loads(payload)
-        elif tag == frames.DONE:
-            self.done = True
-
-    def _drain(self) -> None:
-        """Take what the worker had still written when it ended; nobody holds the other ends any more."""
-        for end, read in ((self.worker, self._read_worker), (self.output, self._read_output)):
-            while select.select([end], [], [], 0)[0] and read():
-                pass
 
     def _ended(self, returncode: int | None, wall_s: float) -> Ended:
         output = self.tail.decode(errors="replace")
@@ -229,9 +222,56 @@ def _fork_worker(asker: Channel, folder: str, order: JobOrder) -> tuple[int, Cha
             os.dup2(output_in, 1)
             os.dup2(output_in, 2)
             os.close(output_in)
-            work(Channel(theirs), folder, order)
+            _work(Channel(theirs), folder, order)
         finally:
             os._exit(71)
     theirs.close()
     os.close(output_in)
     return pid, Channel(ours), output
+
+
+def _work(channel: Channel, folder: str, order: JobOrder) -> NoReturn:
+    """Do the job and leave the process; its files go into `folder`."""
+    sys.path[:] = order.path
+    os.environ["TMPDIR"] = tempfile.tempdir = folder
+    _set_limits(order.limits)
+    tag, payload = frames.DONE, b""
+    try:
+        job: Job = pickle.loads(order.job)
+        if job.talks:
+            job.function(job.argument, channel)
+        else:
+            for value in job.function(job.argument) or ():
+                channel.send(value)
+    except BaseException as error:
+        traceback.print_exc()
+        tag, payload = frames.FAILED, pickle.dumps(_failure(error))
+    sys.stdout.flush()
+    sys.stderr.flush()
+    channel.send_frame(tag, payload)
+    os._exit(0)
+
+
+def _failure(error: BaseException) -> tuple[Ending, str]:
+    if isinstance(error, ToolDied):
+        return ending_of(error.returncode), str(error)
+    if isinstance(error, MemoryError):
+        return Ending.MEMORY, "ran out of the memory it was allowed"
+    return Ending.CRASHED, f"{type(error).__name__}: {error}"
+
+
+def _set_limits(limits: JobLimits) -> None:
+    _lower(resource.RLIMIT_CORE, 0)
+    _lower(resource.RLIMIT_FSIZE, _FILE_BYTES)
+    if limits.memory_bytes is not None:
+        _lower(resource.RLIMIT_DATA, 2 * limits.memory_bytes)
+    if limits.cpu_s is not None:
+        soft = max(1, math.ceil(limits.cpu_s))
+        resource.setrlimit(resource.RLIMIT_CPU, (soft, soft + 1))
+
+
+def _lower(kind: int, value: int) -> None:
+    _, hard = resource.getrlimit(kind)
+    if hard != resource.RLIM_INFINITY:
+        value = min(value, hard)
+    resource.setrlimit(kind, (value, value))

@@ -11,21 +11,107 @@ Lost robots are taken to be out of the way.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from marsupial.model import Action, Cell, Grid, MapMeeting, News, PlacedRobot, RobotReport, RobotType, Role
+import numpy as np
+
+from marsupial.maps.footprint import standable
+from marsupial.maps.targets import cell_at
+from marsupial.model import UNKNOWN, Action, Cell, Grid, MapMeeting, Mask, News, RobotReport, RobotType, Role
 from marsupial.model.mission import Interference
+from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import Route
-from marsupial.sim.clearance import Claim, Clearance, gap
-from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import RobotActivity, SimulatedRobot, SimulatedWorld
 
 PATIENCE_MS = 2_000
-"""How long a robot waits before something is done about it; and then until it is looked after again."""
+"""How long a robot waits until the world looks for a way for it, and then until it looks again."""
 
 _WAKE = -2
-"""Event number of times at which nothing happens but that waiting robots are looked after."""
+"""Event number of times at which nothing happens but a look at waiting robots."""
+
+Claim = tuple[Cell, Cell]
+"""The ends of the line that a robot is on: a cell twice, or two neighbouring ones."""
+
+_ROUNDING = 1e-9  # how much nearer than the sum of their radii robots count as touching: sums of radii are rounded
+
+
+class Clearance:
+    """Finds room and ways for robots on a known map, whose cells become known but never change."""
+
+    def __init__(self, grid: Grid, kinds: Mapping[str, RobotType]) -> None:
+        self._grid = grid
+        self._apart = {
+            (a.name, b.name): (a.radius_m + b.radius_m) / grid.resolution_m - _ROUNDING
+            for a in kinds.values()
+            for b in kinds.values()
+        }
+        self._standable: dict[str, tuple[int, Mask]] = {}  # by type: how many cells were known, and what follows
+
+    def apart(self, kind: RobotType, other: RobotType) -> float:
+        """Return how far two robots have to be apart, in cells: the sum of their radii."""
+        return self._apart[kind.name, other.name]
+
+    def ground(self, kind: RobotType) -> Mask:
+        """Return the mask of known cells on which a robot can stand; it must not be changed."""
+        known = int(np.count_nonzero(self._grid.cells != UNKNOWN))
+        if self._standable.get(kind.name, (0,))[0] != known:
+            self._standable[kind.name] = known, standable(self._grid, kind)
+        return self._standable[kind.name][1]
+
+    def room(self, kind: RobotType, here: Cell, others: Iterable[tuple[RobotType, Claim]]) -> Mask:
+        """Return the mask of those on which a robot can stand clear of these others, and of the cell where it is."""
+        room = self.ground(kind).copy()
+        for other, claim in others:
+            _bar(room, claim, self.apart(kind, other))
+        room[here.y, here.x] = True
+        return room
+
+    def route(self, kind: RobotType, start: Cell, goal: Cell, room: Mask | None = None) -> Route | None:
+        """Return the shortest route, in a room or else anywhere on known ground."""
+        return PathSearch(self.ground(kind) if room is None else room, kind.diagonal).route(start, goal)
+
+    def refuge(self, kind: RobotType, here: Cell, room: Mask, way: Iterable[Cell], other: RobotType) -> Route | None:
+        """Return the route to the nearest cell in a room that is clear of the way of another robot."""
+        lengths = PathSearch(room, kind.diagonal).field(here)
+        free = room.copy()
+        free[here.y, here.x] = False
+        _bar(free, way, self.apart(kind, other))
+        lengths[~free] = math.inf
+        nearest = int(lengths.argmin())
+        if not math.isfinite(lengths.flat[nearest]):
+            return None
+        return self.route(kind, here, cell_at(nearest, room.shape[1]), room)
+
+
+def gap(one: Claim, other: Claim) -> float:
+    """Return the distance in cells between two claims."""
+    (p, q), (a, b) = one, other
+    if (p.x + q.x, p.y + q.y) == (a.x + b.x, a.y + b.y) and p != q and a != b:
+        return 0.0  # they swap cells, or cross: diagonals of one square are the only lines that cross
+    return min(_off(p, other), _off(q, other), _off(a, one), _off(b, one))
+
+
+def _off(cell: Cell, claim: Claim) -> float:
+    """Return the distance of a cell from a claim."""
+    a, b = claim
+    x, y, dx, dy = cell.x - a.x, cell.y - a.y, b.x - a.x, b.y - a.y
+    share = 0.0 if a == b else min(max((x * dx + y * dy) / (dx * dx + dy * dy), 0.0), 1.0)
+    return math.hypot(x - share * dx, y - share * dy)
+
+
+def _bar(mask: Mask, cells: Iterable[Cell], apart: float) -> None:
+    """Take out of a mask all cells nearer than `apart` to one of these."""
+    reach = math.ceil(apart)
+    span = np.arange(-reach, reach + 1)
+    near = np.hypot(span[:, None], span[None, :]) < apart
+    height, width = mask.shape
+    for cell in cells:
+        top, left = max(0, cell.y - reach), max(0, cell.x - reach)
+        bottom, right = min(height, cell.y + reach + 1), min(width, cell.x + reach + 1)
+        x, y = cell.x - reach, cell.y - reach
+        mask[top:bottom, left:right] &= ~near[top - y : bottom - y, left - x : right - x]
 
 
 @dataclass(slots=True)
@@ -46,15 +132,7 @@ class Wait:
 class WaitingWorld(SimulatedWorld):
     """A simulated `World` in which robots wait until there is room for their next step."""
 
-    def __init__(
-        self,
-        truth: Grid,
-        kinds: Mapping[str, RobotType],
-        robots: Sequence[PlacedRobot],
-        failures: Mapping[str, int] | None = None,
-        sensor: Sensor | None = None,
-    ) -> None:
-        super().__init__(truth, kinds, robots, failures, sensor)
+    def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
         self._clearance = Clearance(self._grid, kinds)
         self._blocked: dict[str, Wait] = {}  # robots that can't set off
         self._docking: dict[str, Cell] = {}  # where rovers stand until they are aboard
@@ -68,7 +146,7 @@ class WaitingWorld(SimulatedWorld):
         return Interference(waits=self._waits, waited_s=self._waited_ms / 1000, deadlocks=self._deadlocks)
 
     def plan(self, meetings: Iterable[MapMeeting], actions: Iterable[Action]) -> None:
-        """Take in which rover and carrier meet where in the plan in force."""
+        """Note which rover and carrier meet where in the plan in force."""
         cells = {point.name: (point.rover_cell, point.carrier_cell) for point in meetings}
         self._meetings = frozenset(
             (action.robot, action.carrier, *cells[action.place])
@@ -87,7 +165,7 @@ class WaitingWorld(SimulatedWorld):
 
     def _next_moment(self) -> News | None:
         news = super()._next_moment()
-        # who has arrived may be sent on at once: its next command comes before others use its place
+        # a robot that has arrived may go on at once: its next command comes before others use its place
         self._settle(commanded=news is None or not news.finished)
         return self._told(news)
 
@@ -133,13 +211,13 @@ class WaitingWorld(SimulatedWorld):
         return True
 
     def _settle(self, *, commanded: bool) -> None:
-        """Let everybody set off who can, and look after those who have waited for some time.
+        """Start all robots that can set off, and find ways for those that have waited for some time.
 
         `commanded` says whether all robots have had the commands that follow from what happened.
         """
         order = [name for name in self._robots if name in self._blocked]
         waiting = len(order) + 1
-        while len(self._blocked) < waiting:  # who sets off may make room for the next
+        while len(self._blocked) < waiting:  # a robot that sets off may make room for the next
             waiting = len(self._blocked)
             for name in order:
                 if name in self._blocked:

@@ -1,7 +1,7 @@
 """A simulated world in which robots keep out of each other's footprints (`--interference`).
 
 `SimulatedWorld` lets robots share cells and pass through each other. Here two robots on the ground are never nearer
-than the sum of their radii. The mission loop is not told: it sees robots that arrive later, or take another way.
+than the sum of their radii. The mission loop does not know: it sees robots that arrive later, or take another way.
 
 How it works
 ------------
@@ -19,7 +19,7 @@ How it works
       ▼
     the drive fails, and the strategy plans anew
 
-A robot that was asked aside while it had nothing to do stays there. If it is to dock, it comes back for that. A docking
+An idle robot that made room stays there. If it is to dock, it comes back for that. A docking
 or undocking begins once both robots are in place, and the ground on which a rover is set down is clear.
 """
 
@@ -30,14 +30,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from marsupial.maps.territory import dock_range_cells, within_range
-from marsupial.model import Cell, Grid, Mask, PlacedRobot, RobotReport, RobotType
+from marsupial.model import Cell, Mask, RobotReport, RobotType
 from marsupial.paths.routes import Route, passing_times_ms, route_length
 from marsupial.sim.claims import PATIENCE_MS, Wait, WaitingWorld
-from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import RobotActivity, SimulatedRobot
 
 DETOUR_M = 10.0
-"""How much longer a way around may be than the way through: others are asked aside instead of longer ones."""
+"""How much longer a detour may be than the way through; if it is longer, other robots make room instead."""
 
 LET_PASS_MS = 60_000
 """How long a robot waits aside at most for another one to pass."""
@@ -48,15 +47,12 @@ GIVE_UP_MS = 60_000
 
 @dataclass(slots=True)
 class _Aside:
-    """A robot that makes room: for whom, where it stood, where its own drive leads, if any, and how long it waits.
+    """A robot that makes room."""
 
-    `winner` is None while it returns to where it is to dock.
-    """
-
-    winner: str | None
-    spot: Cell
-    goal: Cell | None
-    until_ms: int
+    winner: str | None  # for whom; None while it returns to where it is to dock
+    spot: Cell  # where it stood
+    goal: Cell | None  # where its own drive leads, if anywhere
+    until_ms: int  # how long it waits
     arrived: bool = False
 
 
@@ -74,16 +70,9 @@ class _Handover:
 class CrowdedWorld(WaitingWorld):
     """A simulated `World` in which robots keep out of each other's footprints, and out of deadlocks."""
 
-    def __init__(
-        self,
-        truth: Grid,
-        kinds: Mapping[str, RobotType],
-        robots: Sequence[PlacedRobot],
-        failures: Mapping[str, int] | None = None,
-        sensor: Sensor | None = None,
-    ) -> None:
-        super().__init__(truth, kinds, robots, failures, sensor)
-        self._posts = {robot.name: robot.cell for robot in robots}  # where commands have left them
+    def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
+        super()._set_up(kinds)
+        self._posts = {robot.name: robot.cell for robot in self._robots.values()}  # where commands have left them
         self._aside: dict[str, _Aside] = {}
         self._handovers: list[_Handover] = []
 
@@ -156,7 +145,7 @@ class CrowdedWorld(WaitingWorld):
         return lost
 
     def _rest(self, robot: SimulatedRobot) -> None:
-        """Let a robot stand that has no command."""
+        """Stop a robot that has no command."""
         self._aside.pop(robot.name, None)
         self._stop_waiting(robot)
         robot.due += 1
@@ -330,7 +319,7 @@ class CrowdedWorld(WaitingWorld):
         super().dock(asked.rover, asked.carrier)
 
     def _in_place(self, asked: _Handover, rover: SimulatedRobot, carrier: SimulatedRobot) -> bool:
-        """Return whether both robots are free and near enough; who was asked aside is sent back if it is too far."""
+        """Return whether both robots are free and near enough; one that made room and is too far is sent back."""
         if any(robot.activity is not RobotActivity.NONE for robot in (rover, carrier)):
             return False
         at = rover.cell if asked.landing is None else asked.landing

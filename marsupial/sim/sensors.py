@@ -31,7 +31,6 @@ class FieldOfView:
         self._truth: Grid | None = None
 
     def visible(self, truth: Grid, kind: RobotType, cell: Cell) -> npt.NDArray[np.int64]:
-        """Return the cells in line of sight; the next call overwrites the array."""
         if truth is not self._truth:
             self._truth, self._sight = truth, Sight(truth.cells, truth.opaque_codes())
         return self._sight.visible(cell, kind.sensor_range_m / truth.resolution_m)

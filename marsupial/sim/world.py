@@ -95,6 +95,10 @@ class SimulatedWorld:
                 self._push(0, name, robot.due)
         for name, t_ms in sorted((failures or {}).items()):
             self._push(t_ms, name, _LOSS)
+        self._set_up(kinds)
+
+    def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
+        """Set up what a derived class adds; the world is complete."""
 
     @property
     def grid(self) -> Grid:

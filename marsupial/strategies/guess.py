@@ -207,16 +207,9 @@ def _extended(
     metres: Floats,
     speed_mps: Mapping[str, float],
 ) -> Situation:
-    """Return the situation with these squares added as targets.
+    """Return the situation with these squares added as targets, halls before rooms.
 
-    Parameters
-    ----------
-    squares
-        Halls before rooms.
-    driving
-        The types that drive through gates; the others are carried to the doors of rooms.
-    metres
-        Path lengths (squares, gates).
+    Robots of the types `driving` drive through gates, at `metres` (squares, gates); others are carried to rooms' doors.
     """
     targets = [TargetInfo(name=one.target, explorers=one.explorers) for one in squares]
     rooms = [one for one in squares if one.room]
@@ -246,8 +239,8 @@ def _extended(
         if kind.role is Role.ROVER:
             # in and out of rooms by their doors
             table[doors, doors] = 0
-            table[:, inside] = _longer(table[:, doors], ROOM_MS)
-            table[inside] = _longer(table[doors], ROOM_MS)
+            table[:, inside] = np.where(table[:, doors] == UNREACHABLE, UNREACHABLE, table[:, doors] + ROOM_MS)
+            table[inside] = np.where(table[doors] == UNREACHABLE, UNREACHABLE, table[doors] + ROOM_MS)
         np.fill_diagonal(table, 0)
         travel[kind.name] = table
     return replace(
@@ -256,11 +249,6 @@ def _extended(
         meetings=(*situation.meetings, *(one.entry for one in rooms)),
         travel_ms=travel,
     )
-
-
-def _longer(times: TravelTable, ms: int) -> TravelTable:
-    """Return these times and `ms` more, where there is a path."""
-    return np.where(times == UNREACHABLE, UNREACHABLE, times + ms)
 
 
 def _fastest(times: Floats, known: TravelTable) -> TravelTable:

@@ -82,7 +82,8 @@ def _drafted(start: Outlook, jobs: list[Job]) -> _TripPlan:
     by_ms = _tours(outlook, left)
     idle = [rover for rover in _on_ground(outlook) if not outlook.has_work(rover)]
     for option, target in jobs:
-        if option.retrieved and _possible(outlook, option, target):
+        now = outlook.options(option.robot, retrievable={option.explorer}) if option.retrieved else []
+        if any(o.explorer == option.explorer and o.end_ms[target] < NEVER for o in now):
             outlook.take(option, target)
             idle = [rover for rover in idle if rover != option.explorer]
     return _TripPlan(outlook=outlook, left=left, by_ms=by_ms, idle=idle)
@@ -111,15 +112,9 @@ def _next_job(draft: _TripPlan, carriers: list[str], jobs: list[Job]) -> Job | N
     """Return the earliest job of the best assignment of carriers without a job, or None."""
     taken = {name for option, _ in jobs for name in (option.robot, option.explorer)}
     retrievable = {rover for rover in _on_ground(draft.outlook) if rover not in taken}
-    options = [
-        [
-            option.only(draft.left | _much_sooner(draft, option))
-            for option in draft.outlook.options(carrier, retrievable=retrievable)
-        ]
-        for carrier in carriers
-        if carrier not in taken
-    ]
-    chosen = draft.outlook.assign(options)
+    free = [carrier for carrier in carriers if carrier not in taken]
+    options = [draft.outlook.options(carrier, retrievable=retrievable) for carrier in free]
+    chosen = draft.outlook.assign([[o.only(draft.left | _much_sooner(draft, o)) for o in mine] for mine in options])
     return chosen[0] if chosen else None
 
 
@@ -127,11 +122,6 @@ def _much_sooner(draft: _TripPlan, option: Option) -> Mask:
     """Return the targets of rovers on the ground that justify setting down a further rover."""
     spare = not option.retrieved and option.robot != option.explorer
     return np.asarray(spare & (draft.by_ms < NEVER) & (option.end_ms + GAIN_MS <= draft.by_ms))
-
-
-def _possible(outlook: Outlook, option: Option, target: int) -> bool:
-    options = outlook.options(option.robot, retrievable={option.explorer})
-    return any(o.explorer == option.explorer and o.end_ms[target] < NEVER for o in options)
 
 
 def _on_ground(outlook: Outlook) -> list[str]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from functools import partial
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
@@ -42,42 +41,15 @@ def frontier_rule(name: str) -> type[FrontierRule]:
     return rule
 
 
-def _temporal(planner: str | Engine, budget: Budget, name: str = "temporal") -> Decider:
-    from marsupial.planning.engines import mission_engine
-    from marsupial.strategies.frontier.rule import with_parameters
-    from marsupial.strategies.temporal import Temporal, TemporalParts
-
-    _, given, parameters = name.partition("/")
-    parts = with_parameters(TemporalParts, parameters) if given else None
-    return Temporal(mission_engine(planner, budget), budget, parts, name)
-
-
-def _with_planner(target: str, planner: str | Engine, budget: Budget) -> Decider:
-    from marsupial.planning.engines import mission_engine
-
-    made: Decider = resolve_name(target)(mission_engine(planner, budget), budget)
-    return made
-
-
-def _without_planner(target: str, planner: str | Engine, budget: Budget) -> Decider:
-    made: Decider = resolve_name(target)()
-    return made
-
-
-def _frontier(rule: str, planner: str | Engine, budget: Budget) -> Decider:
-    from marsupial.strategies.frontier.exploration import FrontierStrategy
-
-    return FrontierStrategy(frontier_rule(rule)())
-
-
-STRATEGIES: Mapping[str, Callable[[str | Engine, Budget], Decider]] = {
-    "temporal": _temporal,
-    "wurm2010": partial(_with_planner, "marsupial.papers.wurm2010.strategy:ShortestPlan"),
-    "heuristic": partial(_without_planner, "marsupial.strategies.heuristic:Heuristic"),
-    "heuristic-plus": partial(_without_planner, "marsupial.strategies.heuristic_plus:HeuristicPlus"),
-    "assignment": partial(_without_planner, "marsupial.strategies.one_step:OneStep"),
-    **{rule: partial(_frontier, rule) for rule in RULES},
+STRATEGIES: Mapping[str, str] = {
+    "temporal": "marsupial.strategies.temporal:Temporal",
+    "wurm2010": "marsupial.papers.wurm2010.strategy:ShortestPlan",
+    "heuristic": "marsupial.strategies.heuristic:Heuristic",
+    "heuristic-plus": "marsupial.strategies.heuristic_plus:HeuristicPlus",
+    "assignment": "marsupial.strategies.one_step:OneStep",
+    **RULES,
 }
+"""All strategies of marsupial's own, rules included."""
 
 PLANNING_STRATEGIES = frozenset(info.name for info in infos.OWN if info.asks_planner)
 """The strategies that ask a planner."""
@@ -132,16 +104,23 @@ def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Decider:
     EngineUnavailable
         If the strategy belongs to an installed package and can't be used, or its planner can't.
     """
-    if name in STRATEGIES:
-        return STRATEGIES[name](planner, budget)
-    base, _, parameters = name.partition("/")
+    base, given, parameters = name.partition("/")
     if base in RULES:
         from marsupial.strategies.frontier.exploration import FrontierStrategy
         from marsupial.strategies.frontier.rule import with_parameters
 
-        return FrontierStrategy(with_parameters(frontier_rule(base), parameters), name)
+        rule = frontier_rule(base)
+        return FrontierStrategy(with_parameters(rule, parameters) if given else rule(), name)
     if base == "temporal":
-        return _temporal(planner, budget, name)
+        from marsupial.strategies.frontier.rule import with_parameters
+        from marsupial.strategies.temporal import Temporal, TemporalParts
+
+        parts = with_parameters(TemporalParts, parameters) if given else None
+        return Temporal(*_planning(planner, budget), parts, name)
+    if name in STRATEGIES:
+        make = resolve_name(STRATEGIES[name])
+        made: Decider = make(*_planning(planner, budget)) if _asks(make) else make()
+        return made
     found = _extension(name)
     if found is None:
         raise UsageError(unknown_name("strategy", name, strategy_names()))
@@ -173,6 +152,13 @@ def _extension_info(found: Extension) -> StrategyInfo:
     return replace(info, name=name, asks_planner=_asks(make))
 
 
+def _planning(planner: str | Engine, budget: Budget) -> tuple[Engine, Budget]:
+    """Return the arguments with which strategies are created that ask a planner."""
+    from marsupial.planning.engines import mission_engine
+
+    return mission_engine(planner, budget), budget
+
+
 def _asks(make: object) -> bool:
     return bool(getattr(make, "asks_planner", False))
 
@@ -186,10 +172,8 @@ def _loaded(found: Extension) -> Callable[..., Decider]:
 
 
 def _made(found: Extension, planner: str | Engine, budget: Budget) -> Decider:
-    from marsupial.planning.engines import mission_engine
-
     make = _loaded(found)
-    arguments = (mission_engine(planner, budget), budget) if _asks(make) else ()
+    arguments = _planning(planner, budget) if _asks(make) else ()
     try:
         made = make(*arguments)
         if not callable(made.decide):

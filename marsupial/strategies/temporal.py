@@ -61,7 +61,6 @@ from marsupial.model import (
     Grid,
     Objective,
     ObjectiveName,
-    Plan,
     PricedArrival,
     RobotType,
     Role,
@@ -108,16 +107,7 @@ class TemporalParts:
 class Temporal(Strategy):
     """Follows the best plan for known and guessed targets.
 
-    Parameters
-    ----------
-    engine
-        The planner, called at each replanning.
-    budget
-        Its budget for each call.
-    parts
-        The parts that are in use.
-    name
-        Its name in logs.
+    `engine` is called with `budget` at each replanning; `parts` are those in use, `name` is its name in logs.
     """
 
     asks_planner = True
@@ -179,8 +169,9 @@ class Temporal(Strategy):
             plan, unserved = served
             return len(unserved), objective.value(situation, plan)
 
-        listing = Listing(situation)
-        previous, by_rule = briefing.previous, _by_rule(briefing) if parts.choice else []
+        listing, previous = Listing(situation), briefing.previous
+        by_rule = [rule.decide(briefing).plan for rule in RULES] if parts.choice else []
+        by_rule = [plan for plan in by_rule if plan.actions and check(known, plan, targets=plan.explored).valid]
         kept, others = completed(listing, previous), completed(listing, *by_rule)
         if parts.choice or not kept:
             others.append(listing.serve())
@@ -193,9 +184,3 @@ class Temporal(Strategy):
         # `min` takes the first of equals: the previous plan, then the engine's
         plan, unserved = min(kept + completed(listing, answer.plan) + others, key=rank)
         return guessed.real_part(plan), unserved & known.target_by_name.keys(), answer
-
-
-def _by_rule(briefing: Briefing) -> list[Plan]:
-    """Return the valid plans of the rules."""
-    plans = (rule.decide(briefing).plan for rule in RULES)
-    return [plan for plan in plans if plan.actions and check(briefing.situation, plan, targets=plan.explored).valid]

@@ -7,7 +7,8 @@ from scipy import ndimage
 from marsupial.errors import MapError
 from marsupial.generators import GENERATORS
 from marsupial.generators.papers import SIDE, WALLED, scattered
-from marsupial.maps.reach import parts, standable
+from marsupial.maps.footprint import standable
+from marsupial.maps.reach import parts
 from marsupial.model import FLOOR, OBSTACLE, ROUGH, Grid, RobotType, Role
 
 SIZES = {

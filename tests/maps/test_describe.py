@@ -1,6 +1,8 @@
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+import drawn_maps
 import numpy as np
 import pytest
 
@@ -11,13 +13,7 @@ from marsupial.model.robots import RobotType, default_types
 
 CARRIER, ROVER = default_types(2)
 
-SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}
-
-
-def draw(*rows: str, resolution_m: float = 0.5) -> Grid:
-    """Return the grid of a drawing whose last row is row 0."""
-    cells = [[SYMBOLS[c] for c in row] for row in reversed(rows)]
-    return Grid(cells=np.array(cells, dtype=np.uint8), resolution_m=resolution_m)
+draw = partial(drawn_maps.draw, resolution_m=0.5)
 
 
 def reading_of(grid: Grid, *, walled: bool = False, warnings: tuple[str, ...] = ()) -> MapReading:
@@ -28,7 +24,7 @@ ROOM = draw(
     "?????",
     "?###?",
     "?#.#?",
-    "?#~#?",
+    "?#,#?",
     "?###?",
 )
 
@@ -151,7 +147,7 @@ def test_reach_is_the_largest_part_each_type_can_stand_in() -> None:
 
 
 def test_terrain_a_type_can_not_drive_on_is_not_in_its_reach() -> None:
-    carrier, rover = describe(draw("#####", "#.~.#", "#####"), (replace(CARRIER, radius_m=0.1), ROVER)).reach
+    carrier, rover = describe(draw("#####", "#.,.#", "#####"), (replace(CARRIER, radius_m=0.1), ROVER)).reach
     assert (carrier.area_m2, carrier.parts) == (0.25, 2)
     assert (rover.area_m2, rover.parts) == (0.75, 1)
 

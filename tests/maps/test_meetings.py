@@ -3,6 +3,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from itertools import combinations
 
+import pytest
 from drawn_maps import ONE_DOOR, aboard, carrier, draw, random_cells, rover, standing, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,6 +17,7 @@ from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Gr
 CARRIER, ROVER = carrier(), rover()
 KINDS = (CARRIER, ROVER)
 
+CLOSED = tuple(row.replace("?", "#") for row in ONE_DOOR)
 CLOSE_DOORS = (
     "######?######",
     "#...........#",
@@ -72,31 +74,23 @@ def test_a_long_border_has_several_points_apart_from_each_other() -> None:
     assert all(abs(a.x - b.x) > STRETCH_M / 2 for a, b in combinations(cells, 2))
 
 
-def test_an_area_with_nothing_to_explore_in_it_has_no_point() -> None:
-    rows = tuple(row.replace("?", "#") for row in ONE_DOOR)
-    assert at_borders(rows)[0] == []
-
-
-def test_an_area_that_carriers_can_explore_too_has_no_point() -> None:
-    rows = ("??????", "......", ".c....", "......")
+@pytest.mark.parametrize(("rows", "explored"), [(CLOSED, True), (("??????", "......", ".c....", "......"), False)])
+def test_an_area_that_needs_no_rover_has_no_point(rows: tuple[str, ...], explored: bool) -> None:
     cells, _, targets = at_borders(rows)
-    assert targets
-    assert cells == []
+    assert (cells, targets == ()) == ([], explored)
 
 
 def test_an_area_with_a_rover_in_it_has_a_point_at_its_door() -> None:
-    rows = tuple(row.replace("?", "#") for row in ONE_DOOR)
-    robots = (standing("c", *where("c", *rows)), standing("r", Cell(8, 7), "rover"))
-    found, targets, _ = analysed(draw(*rows), *robots)
+    robots = (standing("c", *where("c", *CLOSED)), standing("r", Cell(8, 7), "rover"))
+    found, targets, _ = analysed(draw(*CLOSED), *robots)
     assert targets == ()
     assert [point.rover_cell for point in found.points] == [Cell(4, 5)]
     assert found.connects[found.points[0].name] == frozenset()
 
 
 def test_a_rover_that_a_carrier_can_come_to_is_met_where_it_stands() -> None:
-    rows = tuple(row.replace("?", "#") for row in ONE_DOOR)
-    robots = (standing("c", *where("c", *rows)), standing("r", Cell(8, 3), "rover"))
-    (point,) = analysed(draw(*rows), *robots)[0].points
+    robots = (standing("c", *where("c", *CLOSED)), standing("r", Cell(8, 3), "rover"))
+    (point,) = analysed(draw(*CLOSED), *robots)[0].points
     assert (point.rover_cell, point.carrier_cell) == (Cell(8, 3), Cell(8, 2))
 
 

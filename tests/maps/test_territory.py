@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from at_once import grow
+from at_once import origins
 from drawn_maps import aboard, carrier, draw, mask_of, picture, random_cells, rover, standing, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -135,8 +135,8 @@ def test_a_territory_that_grew_equals_one_made_at_once(truth: CellArray, data: s
         assert np.array_equal(reach.by_type[name], reach_of(again, robots).by_type[name])
         assert not (reach.by_type[name] & ~grown.footprints[name].standable).any()
     docking = reach.docking["carrier", "rover"]
-    distance, nearest = grow(grown.see_through, reach.by_type["carrier"], dock_range_cells(CARRIER, ROVER, 1.0))
-    cells = np.isfinite(distance) & grown.footprints["rover"].standable
+    nearest = origins(grown.see_through, reach.by_type["carrier"], dock_range_cells(CARRIER, ROVER, 1.0))
+    cells = (nearest >= 0) & grown.footprints["rover"].standable
     assert np.array_equal(docking.cells, cells)
     assert np.array_equal(docking.carrier_at(np.flatnonzero(cells)), nearest[cells])
 

@@ -22,7 +22,7 @@ from situations import (
 )
 
 from marsupial.maps.targets import Target
-from marsupial.mission.carryover import carried_over, same_target, tolerance_cells
+from marsupial.mission.carryover import carried_over, same_target
 from marsupial.model import Action, ActionName, Cell, Plan, Situation, SituationGoal
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
@@ -45,10 +45,9 @@ def target(name: str, x: int, y: int = 0, *kinds: str) -> Target:
 
 
 def test_a_target_may_shift_by_half_the_shortest_range_of_its_explorers() -> None:
-    assert tolerance_cells(["carrier"], RANGES) == 4.0
-    assert tolerance_cells(["carrier", "rover"], RANGES) == 2.0
     assert same_target(target("old", 0), [target("new", 4)], RANGES) is not None
     assert same_target(target("old", 0), [target("new", 5)], RANGES) is None
+    assert same_target(target("old", 0, 0, "carrier", "rover"), [target("new", 2)], RANGES) is not None
     assert same_target(target("old", 0, 0, "carrier", "rover"), [target("new", 3)], RANGES) is None
 
 

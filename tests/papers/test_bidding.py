@@ -14,8 +14,7 @@ from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Budget, Cell, DriveStarted
 from marsupial.papers.alkhawaldah.experiment import HOPPER, cell_world
 from marsupial.papers.alkhawaldah.rule import Bidding
 from marsupial.papers.sheng2006.rule import Sheng
-from marsupial.strategies.frontier.rule import counted
-from marsupial.strategies.frontier.view import Explorer, FrontierView
+from marsupial.strategies.frontier.rule import Explorer, FrontierView, counted
 
 HALLWAY = draw(
     "???????????",

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from marsupial.maps.targets import Frontier
 from marsupial.papers.mei2006.rules import Orientation, WidestFrontier, clockwise
-from marsupial.strategies.frontier.view import Explorer, FrontierView
+from marsupial.strategies.frontier.rule import Explorer, FrontierView
 
 NORTH, EAST, SOUTH, WEST = 2, 0, 6, 4
 

@@ -20,12 +20,7 @@ from marsupial.papers.mei2006 import experiment as mei
 from marsupial.papers.mei2006.paths import RoutePairs
 from marsupial.papers.wurm2008 import experiment as wurm2008
 
-HOLDS, PARTLY, FAILS, OPEN = (
-    StatementVerdict.HOLDS,
-    StatementVerdict.PARTLY,
-    StatementVerdict.FAILS,
-    StatementVerdict.OPEN,
-)
+HOLDS, _, FAILS, OPEN = StatementVerdict
 
 
 def terms(runs: int = 2, maps: Path = Path("/nowhere")) -> ExperimentTerms:
@@ -139,13 +134,8 @@ def test_weights_near_the_line_that_are_best_are_found_so() -> None:
     found = outcome(comparison, time_s, runs=1)
     assert verdicts("alkhawaldah-weights", found) == [HOLDS, HOLDS, HOLDS]
     names = set(written(found))
-    assert names == {
-        "checklist.md",
-        "tables.md",
-        "figures/figures-3-to-7.svg",
-        "figures/figures-3-to-7.png",
-        "report.html",
-    }
+    figures = {"figures/figures-3-to-7.svg", "figures/figures-3-to-7.png"}
+    assert names == {"checklist.md", "tables.md", "report.html", *figures}
     far = outcome(comparison, lambda trial: 100.0 - max(weights_of(trial)) + min(weights_of(trial)), runs=1)
     assert verdicts("alkhawaldah-weights", far) == [FAILS, FAILS, FAILS]
 
@@ -169,7 +159,7 @@ def ways_of(trial: Trial) -> tuple[float, float]:
 def driven(ways: Callable[[Trial], tuple[float, float]], monkeypatch: pytest.MonkeyPatch) -> ComparisonOutcome:
     """Return an outcome with these distances and energies, and curves that cross; routes are compared on one map."""
     pairs = RoutePairs(shortest=np.array([[100.0, 120.0]]), cheapest=np.array([[100.7, 110.0]]))
-    monkeypatch.setattr(mei, "routes_table", lambda *, cuts_corners: pairs)
+    monkeypatch.setattr(mei, "path_table", lambda *, cuts_corners: pairs)
     comparison = mei.comparison(terms())
     results = [(trial, ways(trial)) for trial in comparison.trials()]
     rows = tuple(replace(invented(t).row, distance_m=d, energy_j=e) for t, (d, e) in results)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from marsupial.model import FLOOR, UNKNOWN, Cell, CellArray, Grid, RobotType
 from marsupial.papers.wurm2008.rules import Segments, assignment
 from marsupial.papers.wurm2008.segmentation import segment
-from marsupial.strategies.frontier.view import Explorer, FrontierView
+from marsupial.strategies.frontier.rule import Explorer, FrontierView
 
 SLIM = carrier("slim", radius_m=0.15)
 WIDE = carrier("wide", radius_m=0.6)

@@ -1,8 +1,10 @@
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from drawn_maps import carrier
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paths_grids import SQRT2, cells_of, is_legal, is_open, masks
@@ -10,7 +12,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from marsupial.errors import UsageError
-from marsupial.model import FLOOR, Cell, EnergyModel, Mask, RobotType, Role
+from marsupial.model import Cell, EnergyModel, Mask
 from marsupial.paths.energy import EnergySearch, MotionCosts, costs_of, route_energy
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import STEPS, route_length
@@ -19,12 +21,7 @@ PAPER = MotionCosts()
 OPEN = np.ones((40, 40), dtype=np.bool_)
 
 energies = st.floats(0, 30, allow_subnormal=False)
-motions = st.builds(
-    MotionCosts,
-    distance=st.floats(0.05, 20),
-    stop=energies,
-    turn=st.tuples(energies, energies, energies, energies),
-)
+motions = st.builds(MotionCosts, distance=st.floats(0.05, 20), stop=energies, turn=st.tuples(*[energies] * 4))
 facing = st.one_of(st.none(), st.integers(0, 7))
 
 
@@ -40,7 +37,7 @@ def least_energies(
     heading: int | None,
     *,
     diagonal: float = SQRT2,
-    cuts_corners: bool = False,
+    cuts: bool = False,
 ) -> np.ndarray:
     """Return scipy's least energies from `source` to all cells, by the graph of the paper with a node per state."""
     height, width = passable.shape
@@ -60,7 +57,7 @@ def least_energies(
         for ahead, (dx, dy) in enumerate(STEPS):
             b = Cell(a.x + dx, a.y + dy)
             ends_open = is_open(passable, a) and is_open(passable, b)
-            if is_legal(passable, a, b) or (cuts_corners and ends_open):
+            if is_legal(passable, a, b) or (cuts and ends_open):
                 for after in range(8):
                     drive = motion.distance * (diagonal if ahead & 1 else 1.0)
                     add(node(a, ahead), node(b, after), drive + changing(motion, ahead, after))
@@ -81,7 +78,7 @@ def test_fields_are_those_of_the_graph_of_states(data: st.DataObject) -> None:
     source, cuts = data.draw(cells_of(passable, margin=1)), data.draw(st.booleans())
     diagonal = data.draw(st.sampled_from((1.0, 1.2, SQRT2)))
     field = EnergySearch(passable, motion, diagonal=diagonal, cuts_corners=cuts).field(source, heading)
-    expected = least_energies(passable, motion, source, heading, diagonal=diagonal, cuts_corners=cuts)
+    expected = least_energies(passable, motion, source, heading, diagonal=diagonal, cuts=cuts)
     assert field == pytest.approx(expected, rel=1e-8, abs=1e-8)
 
 
@@ -173,13 +170,6 @@ def test_costs_that_make_no_sense_are_refused(wrong: dict[str, float]) -> None:
 
 
 def test_the_costs_of_a_robot_type_are_in_joules_per_cell() -> None:
-    kind = RobotType(
-        name="carrier",
-        role=Role.CARRIER,
-        speed_mps=0.5,
-        sensor_range_m=5.0,
-        radius_m=0.0,
-        terrains=frozenset({FLOOR}),
-        energy=EnergyModel(idle_w=7.0, drive_w=10.0, metre_j=3.0, stop_j=1.0, turn_j=(0.1, 0.2, 0.3, 0.4)),
-    )
+    energy = EnergyModel(idle_w=7.0, drive_w=10.0, metre_j=3.0, stop_j=1.0, turn_j=(0.1, 0.2, 0.3, 0.4))
+    kind = replace(carrier(), speed_mps=0.5, energy=energy)
     assert costs_of(kind, 1.0) == MotionCosts(distance=23.0, stop=1.0, turn=(0.1, 0.2, 0.3, 0.4))

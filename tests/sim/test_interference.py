@@ -10,23 +10,22 @@ import pytest
 from drawn_maps import draw, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_missions import carrier_at, kinds_of, rover_at, rover_on
+from small_missions import Recorder, carrier_at, kinds_of, rover_at, rover_on
 
 from marsupial.formats.loglines import LogDecoder, LogEncoder
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library import missions
 from marsupial.library.metrics import Summary
-from marsupial.mission.observer import Observer
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import Cell, Grid
-from marsupial.model.mission import Interference, MapMeeting, MissionEvent, PlacedRobot, Status
+from marsupial.model.mission import Interference, MapMeeting, PlacedRobot, Status
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import MissionLimits
 from marsupial.model.world import News
 from marsupial.paths.fields import PathSearch
-from marsupial.sim.clearance import Claim, gap
+from marsupial.sim.claims import Claim, gap
 from marsupial.sim.interference import GIVE_UP_MS, CrowdedWorld
 from marsupial.sim.world import SimulatedWorld
 
@@ -155,12 +154,18 @@ def test_two_robots_that_meet_in_a_lane_pass_each_other_at_a_niche() -> None:
     assert world.interference().deadlocks > 0
 
 
-def test_a_robot_with_nothing_to_do_makes_room_and_stays_there() -> None:
-    world = crowd(LANE, carrier_at(1, 2, 1), carrier_at(5, 2, 2))
-    send(world, "c1", Cell(9, 2))
+@pytest.mark.parametrize(
+    ("rows", "middle", "left_at"),
+    [(LANE, Cell(5, 2), Cell(5, 1)), (HALL, Cell(3, 2), Cell(3, 2))],
+    ids=["it makes room in a lane and stays there", "in a hall the other one drives around it"],
+)
+def test_a_robot_with_nothing_to_do_lets_another_one_pass(rows: Sequence[str], middle: Cell, left_at: Cell) -> None:
+    world = crowd(rows, carrier_at(1, 2, 1), carrier_at(*middle, 2))
+    goal = Cell(2 * middle.x - 1, 2)
+    send(world, "c1", goal)
     ended(world, "c1")
     assert not world.faults
-    assert at(world) == {"c1": Cell(9, 2), "c2": Cell(5, 1)}
+    assert at(world) == {"c1": goal, "c2": left_at}
 
 
 def test_a_robot_that_makes_room_takes_a_command_as_any_other() -> None:
@@ -172,14 +177,6 @@ def test_a_robot_that_makes_room_takes_a_command_as_any_other() -> None:
     ended(world, "c2")
     assert not world.faults
     assert at(world)["c2"] == Cell(1, 2)
-
-
-def test_a_robot_drives_around_one_that_stands_in_a_hall() -> None:
-    world = crowd(HALL, carrier_at(1, 2, 1), carrier_at(3, 2, 2))
-    send(world, "c1", Cell(5, 2))
-    ended(world, "c1")
-    assert not world.faults
-    assert at(world) == {"c1": Cell(5, 2), "c2": Cell(3, 2)}
 
 
 def test_a_drive_that_nobody_can_make_room_for_fails() -> None:
@@ -281,19 +278,11 @@ def test_no_two_robots_ever_overlap_and_every_drive_ends(found: tuple[tuple[str,
     assert not world.faults
 
 
-class Events(Observer):
-    def __init__(self) -> None:
-        self.events: list[MissionEvent] = []
-
-    def event(self, event: MissionEvent) -> None:
-        self.events.append(event)
-
-
 def explore(name: str, strategy: str, carriers: int, rovers: int, seed: int = 1) -> tuple[Summary, Playback]:
     scenario = replace(
         builtin_scenario(name, carriers, rovers), interference=True, limits=MissionLimits(time_ms=7_200_000)
     )
-    events = Events()
+    events = Recorder()
     summary = missions.simulate(
         scenario, strategy=strategy, planner="greedy", budget=Budget(steps=1), seed=seed, observer=events
     )

@@ -1,4 +1,4 @@
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -179,12 +179,6 @@ def test_a_carried_robot_moves_with_its_carrier_and_sees_nothing() -> None:
     assert report_of(world, "r1").cell == Cell(6, 1)
 
 
-def test_a_carried_robot_can_not_be_driven() -> None:
-    world = world_of(carrier_at(1, 1), rover_on("c1"))
-    with pytest.raises(InternalError, match="r1 can't drive"):
-        world.drive("r1", (Cell(1, 1), Cell(2, 1)))
-
-
 def test_a_busy_robot_takes_no_command() -> None:
     world = world_of(carrier_at(1, 1), rover_on("c1"))
     world.drive("c1", EAST)
@@ -194,21 +188,26 @@ def test_a_busy_robot_takes_no_command() -> None:
         world.drive("c1", EAST)
 
 
-def test_a_drive_has_to_start_where_the_robot_is() -> None:
-    with pytest.raises(InternalError, match="c1 can't drive from"):
-        world_of(carrier_at(1, 1)).drive("c1", (Cell(2, 1), Cell(3, 1)))
-
-
-def test_no_rover_docks_on_a_full_carrier() -> None:
-    world = world_of(carrier_at(1, 1), rover_on("c1", 1), rover_at(2, 1, 2))
-    with pytest.raises(InternalError, match="r2 can't dock on c1"):
-        world.dock("r2", "c1")
-
-
-def test_no_rover_undocks_from_a_carrier_it_is_not_on() -> None:
-    world = world_of(carrier_at(1, 1, 1), carrier_at(3, 1, 2), rover_on("c1"))
-    with pytest.raises(InternalError, match="r1 is not on c2"):
-        world.undock("r1", "c2", Cell(4, 1))
+@pytest.mark.parametrize(
+    ("team", "command", "refusal"),
+    [
+        ([rover_on("c1")], lambda world: world.drive("r1", EAST[:2]), "r1 can't drive"),
+        ([], lambda world: world.drive("c1", EAST[1:3]), "c1 can't drive from"),
+        ([rover_on("c1", 1), rover_at(2, 1, 2)], lambda world: world.dock("r2", "c1"), "r2 can't dock on c1"),
+        ([carrier_at(3, 1, 2), rover_on("c1")], lambda world: world.undock("r1", "c2", EAST[3]), "r1 is not on c2"),
+    ],
+    ids=[
+        "a carried robot drives",
+        "a drive starts elsewhere",
+        "the carrier is full",
+        "the rover is on another carrier",
+    ],
+)
+def test_a_command_is_refused_that_does_not_fit_where_robots_are(
+    team: list[PlacedRobot], command: Callable[[SimulatedWorld], None], refusal: str
+) -> None:
+    with pytest.raises(InternalError, match=refusal):
+        command(world_of(carrier_at(1, 1, 1), *team))
 
 
 def test_a_lost_robot_stays_where_it_is_and_takes_no_command() -> None:

@@ -113,15 +113,11 @@ def test_an_engine_without_an_answer_is_covered_and_reported(outcome: Outcome) -
     assert decision.report.detail == f"fake: {outcome} (so it is)"
 
 
-def test_an_engine_that_yields_nothing_at_all_is_covered() -> None:
-    decision = Temporal(FakeEngine(), BUDGET).decide(brief(one_hall()))
+@pytest.mark.parametrize("plans", [None, (Plan(actions=()),)], ids=["nothing at all", "nothing to do"])
+def test_an_engine_that_finds_nothing_where_there_is_something_to_do_is_covered(plans: tuple[Plan] | None) -> None:
+    decision = Temporal(FakeEngine(*(() if plans is None else found(*plans))), BUDGET).decide(brief(one_hall()))
     assert names(decision.plan) == ["t1", "t2"]
-    assert decision.report.outcome is Outcome.NO_PLAN
-
-
-def test_an_engine_that_finds_nothing_to_do_where_there_is_something_is_covered() -> None:
-    decision = Temporal(FakeEngine(*found(Plan(actions=()))), BUDGET).decide(brief(one_hall()))
-    assert names(decision.plan) == ["t1", "t2"]
+    assert (decision.report.outcome is Outcome.NO_PLAN) == (plans is None)
 
 
 def test_an_engine_that_is_not_there_is_no_matter_for_the_fallback() -> None:
@@ -154,16 +150,12 @@ def test_between_equals_the_previous_plan_is_kept() -> None:
     assert Temporal(FakeEngine(*found(one)), BUDGET).decide(brief(situation, other)).plan == other
 
 
-def test_a_better_plan_replaces_the_previous_one() -> None:
+@pytest.mark.parametrize("previous", [("t2", "t1"), ("t1",)], ids=["slower", "without a target"])
+def test_a_better_plan_replaces_the_previous_one(previous: tuple[str, ...]) -> None:
     situation = one_hall()
-    slow, fast = in_order(situation, "t2", "t1"), in_order(situation, "t1", "t2")
-    assert Temporal(FakeEngine(*found(fast)), BUDGET).decide(brief(situation, slow)).plan == fast
-
-
-def test_a_previous_plan_that_leaves_a_target_out_is_replaced() -> None:
-    situation = one_hall()
-    both = in_order(situation, "t1", "t2")
-    assert Temporal(FakeEngine(*found(both)), BUDGET).decide(brief(situation, in_order(situation, "t1"))).plan == both
+    better = in_order(situation, "t1", "t2")
+    decision = Temporal(FakeEngine(*found(better)), BUDGET).decide(brief(situation, in_order(situation, *previous)))
+    assert decision.plan == better
 
 
 def test_the_previous_plan_is_the_first_candidate() -> None:

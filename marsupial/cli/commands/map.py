@@ -61,14 +61,14 @@ def describe_map(
     if clean is not None:
         _write_clean(clean, grid, kinds)
     if boundary is not None:
-        from marsupial.maps.boundary import closed
+        from marsupial.maps.repairs import closed
 
         _write_map(boundary, closed(grid), "closed along the hull of its obstacles")
 
 
 def _write_clean(out: Path, grid: Grid, kinds: Sequence[RobotType]) -> None:
     from marsupial.maps.describe import cells_below
-    from marsupial.maps.specks import without_specks
+    from marsupial.maps.repairs import without_specks
 
     smallest = min(kinds, key=lambda kind: kind.radius_m)
     cleaned, number = without_specks(grid, cells_below(smallest, grid))

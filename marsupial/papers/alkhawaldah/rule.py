@@ -13,8 +13,7 @@ import numpy as np
 from marsupial.arrays import Floats
 from marsupial.model.grid import UNKNOWN
 from marsupial.paths.routes import STEPS
-from marsupial.strategies.frontier.rule import Bidders, counted
-from marsupial.strategies.frontier.view import Explorer, FrontierView
+from marsupial.strategies.frontier.rule import Bidders, Explorer, FrontierView, counted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -55,12 +55,9 @@ def _contender(of_neighbours: float, of_partner: float) -> Contender:
 
 def _times(outcome: ComparisonOutcome, world: str) -> Floats:
     """Return the mean steps (W_n, W_p), NaN without data."""
-    times = np.full((len(VALUES), len(VALUES)), np.nan)
-    for (i, of_neighbours), (j, of_partner) in product(enumerate(VALUES), enumerate(VALUES)):
-        found = outcome.estimate(Case(world, ROBOTS, 0), _contender(of_neighbours, of_partner), TIME)
-        if found is not None:
-            times[i, j] = found.mean
-    return times
+    found = [outcome.estimate(Case(world, ROBOTS, 0), _contender(*pair), TIME) for pair in product(VALUES, VALUES)]
+    means = [np.nan if one is None else one.mean for one in found]
+    return np.array(means).reshape(len(VALUES), len(VALUES))
 
 
 def best(times: Floats) -> Flags:

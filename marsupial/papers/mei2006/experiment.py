@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from marsupial.mission.observer import Observer
 from marsupial.model import FLOOR, OBSTACLE, Budget, Cell, EnergyModel, Grid, RobotType, Role, Routes, Scenario
 from marsupial.model.mission import DriveEnded, DriveStarted, MissionEvent
 from marsupial.papers.mei2006 import paths
-from marsupial.papers.mei2006.paths import PRINTED_LONGER, PRINTED_SAVED, RoutePairs
+from marsupial.papers.mei2006.paths import PRINTED_LONGER, PRINTED_SAVED, path_table
 from marsupial.paths.routes import route_of
 
 NAME, CORNER = "mei", "mei-corner"
@@ -101,12 +100,6 @@ def _case(name: str) -> Case:
     return Case(name, 1, 0)
 
 
-@cache
-def routes_table(*, cuts_corners: bool) -> RoutePairs:
-    """Return the comparison of routes with both rules of movement."""
-    return paths.path_table(cuts_corners=cuts_corners)
-
-
 def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
     """Return Figs. 8 to 10 as a table with the printed numbers, and the routes of section V-B."""
     return [*_corner_tables(outcome), *([_routes()] if outcome.rows else [])]
@@ -147,7 +140,7 @@ def _routes() -> ReportTable:
         heads=("movement", "pairs", "energy saved", "printed", "longer", "printed"),
     )
     for rule, cuts in (("past corners, as in the paper", True), ("corners kept, as everywhere in marsupial", False)):
-        pairs = routes_table(cuts_corners=cuts)
+        pairs = path_table(cuts_corners=cuts)
         saved, longer = (
             f"{percent(mean)} ({percent(in_all)})"
             for mean, in_all in ((pairs.saved, pairs.saved_in_all), (pairs.longer, pairs.longer_in_all))
@@ -223,7 +216,7 @@ def corner_findings(outcome: ComparisonOutcome) -> list[Finding]:
 
 
 def _routes_save(outcome: ComparisonOutcome) -> Finding:
-    found = routes_table(cuts_corners=True) if outcome.rows else None
+    found = path_table(cuts_corners=True) if outcome.rows else None
     held: list[bool | None] = [None, None]
     evidence: tuple[str, ...] = ()
     if found is not None:

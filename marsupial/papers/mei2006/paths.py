@@ -13,6 +13,7 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -84,6 +85,7 @@ def route_pairs(
     return RoutePairs(shortest=np.array(shortest).reshape(-1, 2), cheapest=np.array(cheapest).reshape(-1, 2))
 
 
+@cache  # a report's table and its finding need the same pairs, which take long
 def path_table(*, cuts_corners: bool = True, maps: int = MAPS, ends: int = ENDS, side: int = SIDE) -> RoutePairs:
     """Return the pairs of maps with the seeds 1, 2, 3 and so on."""
     seeds = range(1, maps + 1)

@@ -10,7 +10,7 @@ References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -21,22 +21,19 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.sight import Sight
-from marsupial.strategies.frontier.view import Explorer, FrontierView
+from marsupial.strategies.frontier.rule import Explorer, FrontierRule, FrontierView
 
 FULL_TURN = 2 * np.pi
 ANGLE_DIGITS = 9  # decimals to which equal angles agree
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _SensingRule(ABC):
+class _SensingRule(FrontierRule):
     """Base of both rules: go to a frontier cell of the sensing region, else to the closest one outside."""
 
-    each_step: ClassVar[bool] = True
-    gives_up: ClassVar[bool] = True
     most_robots: ClassVar[int | None] = 1
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return the robot's next goal, if it needs one and can reach any."""
         chosen: dict[str, int] = {}
         for robot in view.robots:
             if robot.goal is not None:

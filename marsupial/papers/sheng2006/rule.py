@@ -16,8 +16,7 @@ import numpy as np
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.footprint import disc
 from marsupial.model.grid import UNKNOWN, Grid
-from marsupial.strategies.frontier.rule import Bidders, counted
-from marsupial.strategies.frontier.view import Explorer, FrontierView
+from marsupial.strategies.frontier.rule import Bidders, Explorer, FrontierView, counted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

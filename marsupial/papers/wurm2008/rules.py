@@ -23,22 +23,19 @@ from marsupial.arrays import Floats, Ints
 from marsupial.maps.reach import groups
 from marsupial.papers.wurm2008.segmentation import segment
 from marsupial.planning.matching import least_assignment
-from marsupial.strategies.frontier.view import FrontierView
+from marsupial.strategies.frontier.rule import FrontierRule, FrontierView
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Segments:
+class Segments(FrontierRule):
     """Algorithm 1."""
 
     name: ClassVar[str] = "segmentation"
     each_step: ClassVar[bool] = False
-    gives_up: ClassVar[bool] = True
-    most_robots: ClassVar[int | None] = None
 
     discount: float = 0.5  # factor on the cost of a robot's own segment, a constant that the paper does not give
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return for each robot the nearest cell of a frontier in its segment, if it can reach one."""
         cells = np.unique(np.concatenate([frontier.cells for frontier in view.frontiers.values()]))
         ways = _ways(view, cells)
         terrains = frozenset[int]().union(*(robot.kind.terrains for robot in view.robots))
@@ -56,16 +53,13 @@ class Segments:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ClosestFrontier:
+class ClosestFrontier(FrontierRule):
     """Assigns the closest frontier without a robot."""
 
     name: ClassVar[str] = "closest-frontier"
     each_step: ClassVar[bool] = False
-    gives_up: ClassVar[bool] = True
-    most_robots: ClassVar[int | None] = None
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return for each robot without a goal the nearest cell of its frontier, if it can reach one."""
         taken = {robot.goal for robot in view.robots if robot.goal is not None}
         chosen: dict[str, int] = {}
         for robot in view.robots:

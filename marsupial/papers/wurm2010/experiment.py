@@ -65,33 +65,15 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
     """Return the findings on the statements of section IV-C and the conclusion."""
+    faster = "Temporal planning explores significantly faster than the baseline with every team in both environments"
+    higher = "Exploration quality in the office with two rovers per carrier is significantly higher"
+    alike = "Quality in the maze is much as in the office"
     return [
-        _everywhere(
-            outcome,
-            TIME,
-            [OFFICE, MAZE],
-            ROVERS,
-            "Temporal planning explores significantly faster than the baseline with every team in both environments",
-            "section IV-C, Fig. 7",
-        ),
+        _everywhere(outcome, TIME, [OFFICE, MAZE], ROVERS, faster, "section IV-C, Fig. 7"),
         _few_carriers_are_enough(outcome),
         _knee_depends_on_the_environment(outcome),
-        _everywhere(
-            outcome,
-            QUALITY,
-            [OFFICE],
-            (FIGURE_6_ROVERS,),
-            "Exploration quality in the office with two rovers per carrier is significantly higher",
-            "section IV-C, Fig. 6",
-        ),
-        _everywhere(
-            outcome,
-            QUALITY,
-            [MAZE],
-            (FIGURE_6_ROVERS,),
-            "Quality in the maze is much as in the office",
-            "caption of Fig. 6",
-        ),
+        _everywhere(outcome, QUALITY, [OFFICE], (FIGURE_6_ROVERS,), higher, "section IV-C, Fig. 6"),
+        _everywhere(outcome, QUALITY, [MAZE], (FIGURE_6_ROVERS,), alike, "caption of Fig. 6"),
         _larger_teams_gain_more(outcome),
         _large_teams_work(outcome),
     ]
@@ -114,7 +96,9 @@ def _everywhere(
         of_scenario = [pairing for pairing in pairings if pairing.case.scenario == scenario]
         cases = [pairing.case for pairing in of_scenario]
         evidence.append(_counted(scenario, of_scenario, outcome.pairing(cases, planned, measure)))
-        evidence += _extremes(of_scenario)
+        known = sorted((p for p in of_scenario if p.gain is not None), key=lambda p: p.gain or 0.0)
+        ends = {"best": known[-1], "worst": known[0]} if known else {}
+        evidence += [f"{word} cell {pairing.case}: {gain_text(pairing)} %" for word, pairing in ends.items()]
     return Finding(
         statement=statement,
         where=where,
@@ -135,22 +119,16 @@ def _counted(scenario: str, pairings: Sequence[Pairing], pooled: Pairing) -> str
     )
 
 
-def _extremes(pairings: Sequence[Pairing]) -> list[str]:
-    known = sorted((pairing for pairing in pairings if pairing.gain is not None), key=lambda p: p.gain or 0.0)
-    ends = {"best": known[-1], "worst": known[0]} if known else {}
-    return [f"{word} cell {pairing.case}: {gain_text(pairing)} %" for word, pairing in ends.items()]
-
-
 def _few_carriers_are_enough(outcome: ComparisonOutcome) -> Finding:
     held: list[bool | None] = []
     evidence = []
     for scenario in (OFFICE, MAZE):
         for rovers in ROVERS:
             times = _mean_times(outcome, scenario, rovers)
-            one, three, six = times.get(1), times.get(3), times.get(6)
-            if one is None or three is None or six is None:
+            if not {1, 3, 6} <= times.keys():
                 held.append(None)
                 continue
+            one, three, six = times[1], times[3], times[6]
             held.append((three - six) / one <= MARGINAL)
             evidence.append(
                 f"{scenario}, {rovers} per carrier: {one:.0f} s with 1 carrier, {three:.0f} s with 3, {six:.0f} s with "
@@ -188,10 +166,8 @@ def _knee(times: dict[int, float]) -> int | None:
     """Return the number of carriers after which one more is of little use; the greatest number if always useful."""
     if len(times) < len(CARRIERS):
         return None
-    for few, more in pairwise(CARRIERS):
-        if 1 - times[more] / times[few] < FLAT:
-            return few
-    return CARRIERS[-1]
+    flat = (few for few, more in pairwise(CARRIERS) if 1 - times[more] / times[few] < FLAT)
+    return next(flat, CARRIERS[-1])
 
 
 def _knee_text(knee: int | None) -> str:
@@ -242,12 +218,8 @@ def _large_teams_work(outcome: ComparisonOutcome) -> Finding:
 
 def _mean_times(outcome: ComparisonOutcome, scenario: str, rovers: int) -> dict[int, float]:
     """Return the mean exploration time with temporal planning by the number of carriers."""
-    planned = outcome.contenders[0]
-    found = {
-        case.carriers: outcome.estimate(case, planned, TIME)
-        for case in outcome.cases_of(scenario)
-        if case.rovers == rovers
-    }
+    cases = [case for case in outcome.cases_of(scenario) if case.rovers == rovers]
+    found = {case.carriers: outcome.estimate(case, outcome.contenders[0], TIME) for case in cases}
     return {carriers: one.mean for carriers, one in found.items() if one is not None}
 
 

@@ -25,7 +25,7 @@ from marsupial.model.objective import MAKESPAN
 from marsupial.model.planning import Budget, Engine
 from marsupial.model.strategy import Briefing, Decision, Strategy
 from marsupial.planning.list_scheduling.greedy import Listing
-from marsupial.strategies.asking import AskedPlanner, Explored, Served, completed, shortest, without
+from marsupial.strategies.asking import AskedPlanner, Explored, completed, shortest, without
 
 
 class ShortestPlan(Strategy):
@@ -38,7 +38,6 @@ class ShortestPlan(Strategy):
         self._planner = AskedPlanner(engine, budget)
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the plan to follow; see `Strategy`."""
         return self._planner.decide(briefing, self._explore)
 
     def _explore(self, briefing: Briefing) -> Explored:
@@ -49,10 +48,6 @@ class ShortestPlan(Strategy):
         kept = None if previous is None else shortest(situation, [(spare, unserved)])
         answer = self._planner.ask(situation, MAKESPAN, kept)
         found = completed(listing, kept, answer.plan) or [(spare, unserved)]
-        plan, unserved = min(found, key=_rank)  # the first of equals: the previous plan
+        # the first of equals: the previous plan
+        plan, unserved = min(found, key=lambda served: (len(served[1]), served[0].makespan_ms))
         return plan, unserved, answer
-
-
-def _rank(served: Served) -> tuple[int, int]:
-    plan, unserved = served
-    return len(unserved), plan.makespan_ms

@@ -15,15 +15,15 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from marsupial.maps.meetings import find_meetings
+from marsupial.maps.targets import Target
 from marsupial.model import Cell, MapMeeting
-from marsupial.strategies.clairvoyant.ground import Cells, Ground
-from marsupial.strategies.clairvoyant.outline import Stop
+from marsupial.strategies.clairvoyant.ground import NOTHING, Cells, Ground
 
 NEAR = 60  # number of nearby sites searched for one from which another robot type sees the same cells
 APART_M, MOST = 8.0, 40  # least distance between additional meeting points, and their greatest number per pair of types
 
 
-def cover(ground: Ground, worth: Mapping[str, float], noise: float, rng: np.random.Generator) -> Iterator[Stop]:
+def cover(ground: Ground, worth: Mapping[str, float], noise: float, rng: np.random.Generator) -> Iterator[Target]:
     """Yield stops from which all wanted cells are seen; sites' values are `worth` per cell, with some `noise`."""
     sites = [(kind, int(index)) for kind in ground.kinds for index in ground.sites[kind]]
     views = [view for kind in ground.kinds for view in ground.site_views(kind)]
@@ -47,15 +47,14 @@ def cover(ground: Ground, worth: Mapping[str, float], noise: float, rng: np.rand
         count += 1
 
 
-def stop_at(ground: Ground, name: str, kind: str, cell: Cell, cells: Cells) -> Stop:
+def stop_at(ground: Ground, name: str, kind: str, cell: Cell, cells: Cells) -> Target:
     """Return a stop at a site of one type; other types stop at their nearest site that sees the same cells."""
     viewpoints = {kind: cell}
     for other in ground.kinds:
-        if other != kind:
-            found = _nearest_seeing(ground, other, cell, cells)
-            if found is not None:
-                viewpoints[other] = found
-    return Stop(name=name, viewpoints=viewpoints)
+        found = None if other == kind else _nearest_seeing(ground, other, cell, cells)
+        if found is not None:
+            viewpoints[other] = found
+    return Target(name=name, cell=cell, viewpoints=viewpoints, cells=NOTHING, reveal_m2=0.0)
 
 
 def _nearest_seeing(ground: Ground, kind: str, cell: Cell, cells: Cells) -> Cell | None:
@@ -65,10 +64,9 @@ def _nearest_seeing(ground: Ground, kind: str, cell: Cell, cells: Cells) -> Cell
     return next((ground.cell(sites[n]) for n in near if cells & views[n] == cells), None)
 
 
-def doors(ground: Ground, stops: Sequence[Stop]) -> tuple[MapMeeting, ...]:
+def doors(ground: Ground, stops: Sequence[Target]) -> tuple[MapMeeting, ...]:
     """Return meeting points for robots that go to these stops, and add their cells to the sites."""
-    targets = [stop.target for stop in stops]
-    points = list(find_meetings(ground.territory, ground.reach, targets, ground.robots).points)
+    points = list(find_meetings(ground.territory, ground.reach, stops, ground.robots).points)
     for number, (carrier, rover) in enumerate(sorted(ground.reach.docking)):
         if carrier in ground.kinds and rover in ground.kinds:
             points += _spread(ground, carrier, rover, points, number)

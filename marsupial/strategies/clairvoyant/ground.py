@@ -80,7 +80,13 @@ class Ground:
 
     def view(self, kind: str, cell: Cell) -> Cells:
         """Return what a robot of that type sees from a cell."""
-        return self._cached(self._views, (kind, cell), lambda: self._bits(self._seen(kind, cell)), self._set_bytes)
+
+        def view() -> Cells:
+            grid = self.territory.grid
+            seen = self._sight.visible(cell, self.territory.kinds[kind].sensor_range_m / grid.resolution_m)
+            return self._bits(np.concatenate((seen, self._contact[kind].touched(grid.cells, cell))))
+
+        return self._cached(self._views, (kind, cell), view, self._set_bytes)
 
     def site_views(self, kind: str) -> list[Cells]:
         """Return the wanted cells that are seen from each site of a type."""
@@ -194,11 +200,6 @@ class Ground:
         marks = np.zeros(len(self._bit), dtype=np.uint8)
         marks[at[at >= 0]] = 1
         return int.from_bytes(np.packbits(marks, bitorder="little").tobytes(), "little")
-
-    def _seen(self, kind: str, cell: Cell) -> Ints:
-        grid = self.territory.grid
-        seen = self._sight.visible(cell, self.territory.kinds[kind].sensor_range_m / grid.resolution_m)
-        return np.concatenate((seen, self._contact[kind].touched(grid.cells, cell)))
 
     def _cached(self, known: dict[K, V], key: K, make: Callable[[], V], size: int) -> V:
         """Return the cached value, or compute and cache it; `size` is in bytes."""

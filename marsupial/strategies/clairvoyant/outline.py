@@ -1,6 +1,6 @@
 """The clairvoyant's plan during the search: where to stop, and which robot does what in which order.
 
-A `Stop` is a target of the planning problem: a place to look from, with a site for each robot type that can see the
+A stop is a target of the planning problem: a place to look from, with a site for each robot type that can see the
 stop's cells. An `Outline` is the stops, the `Situation` that they make, and a plan for it without times: the order of
 the robots' explorations and dockings, called errands. A `Tour` is what one robot drives between dockings.
 """
@@ -25,21 +25,6 @@ from marsupial.planning.list_scheduling.timeline import replay
 from marsupial.strategies.clairvoyant.ground import Cells, Ground
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Stop:
-    """A place to look from; `viewpoints` has the site of each robot type that can go there."""
-
-    name: str
-    viewpoints: Mapping[str, Cell]
-
-    @property
-    def target(self) -> Target:
-        """The stop as a target, without frontier cells."""
-        cell = next(iter(self.viewpoints.values()))
-        none = np.empty(0, dtype=np.int64)
-        return Target(name=self.name, cell=cell, viewpoints=self.viewpoints, cells=none, reveal_m2=0.0)
-
-
 @dataclass(slots=True)
 class Tour:
     """What a robot drives between being set down and being picked up; it can be changed."""
@@ -62,7 +47,7 @@ class Outline:
     """Stops, meeting points, and the errands of the robots: a plan's actions without moves, in plan order."""
 
     ground: Ground
-    stops: tuple[Stop, ...]
+    stops: tuple[Target, ...]  # without frontier cells; their viewpoints are sites
     meetings: tuple[MapMeeting, ...]
     errands: tuple[Action, ...] = ()
 
@@ -97,7 +82,7 @@ class Outline:
             robots=robots,
             targets=tuple(TargetInfo(name=stop.name, explorers=frozenset(stop.viewpoints)) for stop in self.stops),
             meetings=tuple(point.name for point in self.meetings),
-            travel_ms={name: self._table(kind) for name, kind in kinds.items()},
+            travel_ms={name: self._table(kind)[name] for name, kind in kinds.items()},
         )
 
     @property
@@ -105,7 +90,7 @@ class Outline:
         """The situation and its places on the map."""
         return Survey(
             situation=self.situation,
-            targets=tuple(stop.target for stop in self.stops),
+            targets=self.stops,
             meetings=self.meetings,
             connects={},
             poses=self.poses,
@@ -198,15 +183,16 @@ class Outline:
                 looks.append((action.end_ms, kind, poses[action.place][kind]))
         return looks
 
-    def _table(self, kind: RobotType) -> TravelTable:
+    def _table(self, kind: RobotType) -> dict[str, TravelTable]:
         ground = self.ground
 
         def lengths(cells: Sequence[Cell], _headings: Sequence[int | None]) -> Floats:
-            if kind.name not in ground.kinds:
-                return np.full((len(cells), len(cells)), np.inf)
-            return np.array([ground.apart(kind.name, cell, cells) for cell in cells])
+            found = np.full((len(cells), len(cells)), np.inf)
+            for row, cell in zip(found, cells if kind.name in ground.kinds else (), strict=False):
+                row[:] = ground.apart(kind.name, cell, cells)
+            return found
 
-        return travel_times(kind, list(self.poses), self.poses, lengths, ground.territory.grid.resolution_m)
+        return travel_times([kind], self.poses, lengths, ground.territory.grid.resolution_m)
 
 
 def missed_by(ground: Ground, tours: Iterable[Tour]) -> Cells:

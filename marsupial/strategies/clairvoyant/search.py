@@ -29,8 +29,7 @@ from marsupial.planning.local_search.search import Annealing
 from marsupial.strategies.clairvoyant.cover import cover, doors
 from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
-from marsupial.strategies.clairvoyant.repair import repaired
-from marsupial.strategies.clairvoyant.tours import shortened
+from marsupial.strategies.clairvoyant.tours import repaired, shortened
 
 CARRIER_WORTH = (1.0, 3.0, 0.5)  # weight of a cell seen from a carrier in the initial covers, in turn; from a rover 1
 

@@ -51,7 +51,7 @@ class Clairvoyant(Strategy):
         cancelled: Callable[[], bool] | None = None,
     ) -> None:
         self._truth, self._kinds, self._world, self._goal = truth, tuple(kinds), world, goal
-        self._used = partial(_used, budget, cancelled)
+        self._budget, self._cancelled = budget, cancelled
         self._homes = {robot.name: robot.cell for robot in world.robots() if robot.cell is not None}
         self._surveyor = Surveyor(Territory(truth.solid(), self._kinds), self._homes, goal)
         self._reachable = reachable.ravel()
@@ -79,7 +79,6 @@ class Clairvoyant(Strategy):
         return Decision(plan=plan, report=report)
 
     def update(self, news: News) -> None:
-        """Count the cells that are still unseen."""
         for _, indices in news.revealed:
             self._left -= int(np.count_nonzero(self._reachable[indices]))
         if not self._left and self.exploration_ms is None:
@@ -99,11 +98,11 @@ class Clairvoyant(Strategy):
         return self._surveyor.survey(self._world.robots(), self._world.now_ms, kept)
 
     def route(self, kind: str, start: Cell, goal: Cell, _heading: int | None) -> Sequence[Cell] | None:
-        """Return the route that the plan was made with, which ignores the heading."""
+        # the plan was made with routes that ignore the heading
         return self._surveyor.route(kind, start, goal)
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
-        """Do nothing: newly seen cells don't change the plan."""
+        pass  # newly seen cells don't change the plan
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
         known = Surveyor(Territory(self._world.grid, self._kinds), self._homes, self._goal)
@@ -119,11 +118,10 @@ class Clairvoyant(Strategy):
             self._search_s = perf_counter() - began
         return self._outline
 
-
-def _used(budget: Budget, cancelled: Callable[[], bool] | None, began: float, rounds: int) -> float:
-    """Return the used share of the budget after `rounds` rounds; 1 or more ends the search."""
-    if cancelled is not None and cancelled():
-        return 1.0
-    if budget.steps is not None:
-        return rounds / (ROUNDS_PER_STEP * budget.steps)
-    return (perf_counter() - began) / (SECONDS * (budget.seconds or 0.0))
+    def _used(self, began: float, rounds: int) -> float:
+        """Return the used share of the budget after `rounds` rounds; 1 or more ends the search."""
+        if self._cancelled is not None and self._cancelled():
+            return 1.0
+        if self._budget.steps is not None:
+            return rounds / (ROUNDS_PER_STEP * self._budget.steps)
+        return (perf_counter() - began) / (SECONDS * (self._budget.seconds or 0.0))

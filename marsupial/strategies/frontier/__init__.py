@@ -1,6 +1,6 @@
 """Strategies for robots that carry no others: a rule assigns a frontier cell to each robot.
 
-`FrontierRule` (rule.py) chooses cells from a `FrontierView` (view.py). `FrontierStrategy` (exploration.py) runs a rule
-in a mission, and `OnArrival` (arrival.py) decides when to ask it. `Bidders` (rule.py) is the base of rules by bids,
-`Covering` (covering.py) a rule of its own.
+`FrontierRule` (rule.py) chooses cells from a `FrontierView`; `Bidders` is the base of rules by bids, `Covering`
+(covering.py) a rule of its own. `FrontierStrategy` (exploration.py) runs a rule in a mission, and `OnArrival`
+(arrival.py) decides when to ask it.
 """

@@ -69,7 +69,7 @@ class WholeFrontiers(OnArrival):
         self._cells = {shift.place(name): shift.cell(cell) for name, cell in self._cells.items()}
 
     def _aims(self, work: PlanProgress) -> Mapping[str, int]:
-        width = self._territory.grid.width
+        width = self._world.grid.width
         aims: dict[str, int] = {}
         for action in work.remainder():
             cell = self._cells.get(action.place)
@@ -90,7 +90,7 @@ class WholeFrontiers(OnArrival):
                 ways = self._surveyor.lengths(name, robot.cell, frontier.viewpoints, robot.heading)
                 if robot.free_at_ms <= now_ms:  # standing there already has revealed nothing more
                     ways[ways == 0] = np.inf
-                np.minimum(soonest_s[name], ways / self._territory.kinds[name].speed_mps, out=soonest_s[name])
+                np.minimum(soonest_s[name], ways / self._kinds[name].speed_mps, out=soonest_s[name])
         targets = self._surveyor.finder.find_whole(frontiers, soonest_s)
         self._cells = {target.name: target.cell for target in targets}
         return targets

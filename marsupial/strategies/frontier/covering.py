@@ -27,8 +27,7 @@ from marsupial.model import UNKNOWN, Cell, CellArray, PlacedRobot
 from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.search import best_outline, fitted
-from marsupial.strategies.frontier.rule import FrontierRule
-from marsupial.strategies.frontier.view import FrontierView
+from marsupial.strategies.frontier.rule import FrontierRule, FrontierView
 
 FIRST_SHARE = 4.0  # effort of the first search, before anything is explored, as a multiple of that of later ones
 LATER_SHARE = 0.2  # share of its sensor range that a robot drives before tours that are not blocked are planned again
@@ -130,27 +129,22 @@ def _follow(ways: _Tours, view: FrontierView) -> bool:
 
 def _feasible_part(outline: Outline, ground: Ground) -> Outline:
     """Return the part of an outline that is feasible on new ground."""
-    reach = ground.reach.by_type
-    stops = tuple(
-        stop
+    reach, robots = ground.reach.by_type, {robot.name: robot for robot in ground.robots}
+    viewpoints = {
+        stop.name: stop.viewpoints
         for stop in outline.stops
         if all(kind in ground.kinds and reach[kind][cell.y, cell.x] for kind, cell in stop.viewpoints.items())
-    )
-    robots, names = {robot.name: robot for robot in ground.robots}, {stop.name for stop in stops}
-    errands = tuple(errand for errand in outline.errands if errand.place in names and errand.robot in robots)
-    visited = {errand.place for errand in errands}
-    stops = tuple(stop for stop in stops if stop.name in visited)
-    for stop in stops:
-        for kind, cell in stop.viewpoints.items():
+    }
+    errands = [errand for errand in outline.errands if errand.place in viewpoints and errand.robot in robots]
+    for errand in errands:
+        for kind, cell in viewpoints[errand.place].items():
             ground.add_sites(kind, [cell])
     # Reach is that of a type. A single robot may be cut off from it, by a wall where free ground was assumed.
-    viewpoints = {stop.name: stop.viewpoints for stop in stops}
 
     def reaches(robot: PlacedRobot, cell: Cell) -> bool:
         return robot.cell is not None and math.isfinite(ground.apart(robot.type, robot.cell, [cell])[0])
 
-    errands = tuple(e for e in errands if reaches(robots[e.robot], viewpoints[e.place][robots[e.robot].type]))
-    visited = {errand.place for errand in errands}
-    return Outline(
-        ground=ground, stops=tuple(stop for stop in stops if stop.name in visited), meetings=(), errands=errands
-    )
+    kept = tuple(e for e in errands if reaches(robots[e.robot], viewpoints[e.place][robots[e.robot].type]))
+    visited = {errand.place for errand in kept}
+    stops = tuple(stop for stop in outline.stops if stop.name in visited)
+    return Outline(ground=ground, stops=stops, meetings=(), errands=kept)

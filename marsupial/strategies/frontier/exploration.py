@@ -22,8 +22,7 @@ from marsupial.model.strategy import Briefing, Decision, PlanProgress
 from marsupial.model.world import News, RobotReport, World
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.strategies.frontier.arrival import OnArrival
-from marsupial.strategies.frontier.rule import FrontierRule
-from marsupial.strategies.frontier.view import TRAIL, Explorer, FrontierView
+from marsupial.strategies.frontier.rule import TRAIL, Explorer, FrontierRule, FrontierView
 from marsupial.strategies.rules import RuleStrategy
 
 
@@ -105,7 +104,7 @@ class FrontierPace(OnArrival):
         return gone
 
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
-        """Let the rule choose frontier cells; return them as targets and note which robot drives to which."""
+        """Return the frontier cells that the rule chooses as targets; note which robot drives to which."""
         standing = {robot.name for robot in robots if robot.free_at_ms <= self._world.now_ms}
         self._goals = self._open_goals(robots, standing)
         view = self._view(robots)
@@ -142,7 +141,7 @@ class FrontierPace(OnArrival):
 
     def _viewpoint(self, frontier: Frontier, goal: int) -> Cell:
         """Return the cell from which a goal is explored: the viewpoint of a frontier cell, any other cell itself."""
-        width = self._territory.grid.width
+        width = self._world.grid.width
         return frontier.approach(goal, width) if goal in frontier.cells else cell_at(goal, width)
 
     def _next_stop(self, view: FrontierView, robot: Explorer, goal: int) -> Cell | None:
@@ -162,7 +161,7 @@ class FrontierPace(OnArrival):
         return step
 
     def _view(self, robots: Sequence[RobotReport]) -> FrontierView:
-        kinds = self._territory.kinds
+        kinds = self._kinds
         for robot in robots:
             trail = self._trails.get(robot.name, ())
             if robot.cell is not None and robot.cell not in trail[-1:]:
@@ -183,11 +182,12 @@ class FrontierPace(OnArrival):
         def lengths(robot: Explorer, cells: Ints) -> Floats:
             return self._surveyor.lengths(robot.kind.name, robot.cell, cells, robot.heading)
 
+        territory = self._surveyor.territory
         return FrontierView(
-            grid=self._territory.grid,
+            grid=territory.grid,
             robots=explorers,
             frontiers=self._surveyor.frontiers(robots),
-            standable={name: footprint.standable for name, footprint in self._territory.footprints.items()},
+            standable={name: footprint.standable for name, footprint in territory.footprints.items()},
             lengths=lengths,
             rng=self._rng,
         )

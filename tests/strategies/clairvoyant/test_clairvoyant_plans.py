@@ -13,9 +13,8 @@ from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.clairvoyant.cover import cover, doors
 from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
-from marsupial.strategies.clairvoyant.repair import repaired
 from marsupial.strategies.clairvoyant.search import annealed, best_outline, rate
-from marsupial.strategies.clairvoyant.tours import shortened
+from marsupial.strategies.clairvoyant.tours import repaired, shortened
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,12 @@
-"""Specks: small groups of unknown or obstacle cells surrounded by free cells. Laser maps have hundreds.
+"""Repairs of a map before its use: specks are painted over, and a free outside is closed.
 
-Like walls, each keeps robots away by their radius. Unknown ones are cells where no beam ended; obstacles are noise or
-legs of furniture, which only someone who knows the place can tell.
+Specks are small groups of unknown or obstacle cells surrounded by free cells. Laser maps have hundreds. Like walls,
+each keeps robots away by their radius. Unknown ones are cells where no beam ended; obstacles are noise or legs of
+furniture, which only someone who knows the place can tell.
+
+A map whose outside is free is closed along the convex hull of all obstacles, so that robots do not explore beyond its
+walls: cells outside it become unknown, and free cells along the hull become obstacles. A yard between two wings of a
+building lies in the hull and stays free.
 """
 
 from __future__ import annotations
@@ -13,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from marsupial.arrays import Ints
+from marsupial.errors import MapError
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid
 
 TOUCHING = np.ones((3, 3), dtype=np.bool_)  # neighbours of a cell, corners included
@@ -68,3 +74,18 @@ def without_specks(grid: Grid, largest: int, codes: Sequence[int] = (UNKNOWN, OB
         grid = replace(grid, cells=painted(grid, small))
         number += small.number
     return grid, number
+
+
+def closed(grid: Grid) -> Grid:
+    """Return the map closed along the convex hull of its obstacles; raise MapError if they enclose nothing."""
+    from scipy import ndimage
+    from skimage.morphology import convex_hull_image
+
+    ys, xs = np.nonzero(grid.cells == OBSTACLE)
+    if not len(xs) or np.linalg.matrix_rank(np.column_stack((xs - xs[0], ys - ys[0]))) < 2:
+        raise MapError("the obstacles of the map enclose no area, so there is no boundary to draw")
+    # half-cell offsets would widen the hull beyond the outermost walls
+    outside = ~convex_hull_image(grid.cells == OBSTACLE, offset_coordinates=False)
+    inside_rim = ~outside & ndimage.binary_dilation(outside, structure=TOUCHING, border_value=1)
+    cells = np.where(outside, UNKNOWN, np.where(inside_rim, OBSTACLE, grid.cells)).astype(np.uint8)
+    return replace(grid, cells=cells)

@@ -1,7 +1,9 @@
 import numpy as np
+import pytest
 from small_missions import drawn_grid
 
-from marsupial.maps.specks import find_specks, painted, without_specks
+from marsupial.errors import MapError
+from marsupial.maps.repairs import closed, find_specks, painted, without_specks
 from marsupial.model.grid import FLOOR, ROUGH, UNKNOWN
 
 GRID = drawn_grid(
@@ -49,3 +51,15 @@ def test_specks_of_obstacle_go_too_and_walls_and_what_is_as_large_as_a_robot_sta
     assert number == 2  # the block is larger, and unknown ground beside an obstacle is no speck
     kept = drawn_grid("#########", "#.......#", "#.....?.#", "#....##.#", "#....##.#", "#.......#", "#########")
     assert (cleaned.cells == kept.cells).all()
+
+
+def test_ground_beyond_the_walls_is_unknown_and_openings_are_walled_up() -> None:
+    grid = drawn_grid(".......", ".##.##.", ".#...#.", ".....#.", ".#####.", ".......")
+    bounded = drawn_grid("???????", "?#####?", "?#...#?", "?#...#?", "?#####?", "???????")
+    np.testing.assert_array_equal(closed(grid).cells, bounded.cells)
+
+
+@pytest.mark.parametrize("lines", [("...", "..."), ("....", "####", "....")])
+def test_obstacles_that_enclose_nothing_give_no_boundary(lines: tuple[str, ...]) -> None:
+    with pytest.raises(MapError, match="enclose no area"):
+        closed(drawn_grid(*lines))
