@@ -29,6 +29,7 @@ QUALITY = replace(METRICS["quality"], title="exploration quality Q")
 MISSION_TIME = METRICS["mission_time_s"]
 DISTANCE = METRICS["distance_m"]
 ENERGY = METRICS["energy_j"]
+MEASURES = (TIME, MISSION_TIME, DISTANCE, ENERGY, QUALITY)  # the metrics of the main table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,7 +213,7 @@ class ComparisonOutcome:
     def ratio(self, case: Case, contender: Contender) -> Estimate | None:
         """Return the mean ratio of exploration times to the clairvoyant's, over the missions both completed.
 
-        None without a clairvoyant. Missions in which it has nothing to explore are left out.
+        None without a clairvoyant; missions in which it has nothing to explore are left out.
         """
         if self.clairvoyant is None:
             return None
@@ -241,7 +242,6 @@ class ComparisonOutcome:
         cells: dict[tuple[type, Case, Contender], list[Any]] = {}
         records: tuple[MissionRow | Timing | Curve, ...] = (*self.rows, *self.timings, *self.curves)
         for record in records:
-            cells.setdefault((type(record), self._by_kind(record.trial.case), record.trial.contender), []).append(
-                record
-            )
+            cell = type(record), self._by_kind(record.trial.case), record.trial.contender
+            cells.setdefault(cell, []).append(record)
         return cells

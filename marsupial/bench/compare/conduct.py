@@ -22,10 +22,7 @@ MOST_TRIES = 2
 
 
 class MissionRunner(Protocol):
-    """Runs missions in parallel.
-
-    A runner is created with the `Comparison`, so that scenarios are sent to each worker only once.
-    """
+    """Runs missions in parallel; made with the `Comparison`, so that each worker gets the scenarios only once."""
 
     def results(self, trials: Sequence[Trial]) -> Generator[Result]:
         """Yield exactly one result for each of `trials`, as they are done.
@@ -72,14 +69,9 @@ Watch = Callable[[MissionRow | None, int, int], None]
 def conduct(
     comparison: Comparison, runner: MissionRunner, out: Path, watch: Watch, *, drop: Sequence[str] = ()
 ) -> None:
-    """Run the missions whose row is not in the folder `out` yet.
+    """Run the missions whose row is not in the folder `out` yet, and those with a status in `drop`.
 
-    The folder can be resumed whenever this ends. Missions with a status in `drop` are run again.
-
-    Raises
-    ------
-    UsageError, InputError
-        If the folder can't be used.
+    The folder can be resumed whenever this ends. Raise a `UsageError` or `InputError` if it can't be used.
     """
     trials = tuple(comparison.trials())
     with opened(out, header_of(comparison), drop=drop) as add:

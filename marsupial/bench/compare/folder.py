@@ -27,13 +27,7 @@ FILES: Mapping[str, Format[Any]] = {"coverage.csv": CURVES, "timings.csv": TIMIN
 
 
 def read_header(path: Path) -> dict[str, Any]:
-    """Return the head of the comparison in a folder.
-
-    Raises
-    ------
-    InputError
-        If there is none or it can't be read.
-    """
+    """Return the head of the comparison in a folder; raise an `InputError` if there is none or it can't be read."""
     file = path / HEADER
     try:
         return head.parse(file.read_text(encoding="utf-8"), str(file))
@@ -60,17 +54,8 @@ def read_curves(path: Path) -> tuple[Curve, ...]:
 def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -> Iterator[Callable[[Result], None]]:
     """Open the folder of a new or interrupted comparison, repair its files, and yield a function that stores a result.
 
-    Parameters
-    ----------
-    drop
-        Missions whose row has one of these statuses are removed, to be run again.
-
-    Raises
-    ------
-    UsageError
-        If it holds another comparison, or another process has it open.
-    InputError
-        If a file can't be read.
+    Rows with a status in `drop` are removed, so that their missions run again. Raise a `UsageError` if the folder holds
+    another comparison or another process has it open, an `InputError` if a file can't be read.
     """
     path.mkdir(parents=True, exist_ok=True)
     with _locked(path):
@@ -90,9 +75,8 @@ def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -
 
             def add(result: Result) -> None:
                 # FILES ends with the rows: a killed process leaves records without a row, never the reverse
-                for file, lines, record in zip(
-                    files, FILES.values(), (result.curve, result.timing, result.row), strict=True
-                ):
+                records = (result.curve, result.timing, result.row)
+                for file, lines, record in zip(files, FILES.values(), records, strict=True):
                     if record is not None:
                         file.write(lines.encode(record))
                         file.flush()

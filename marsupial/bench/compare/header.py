@@ -52,13 +52,7 @@ def written(header: Mapping[str, Any]) -> str:
 
 
 def parse(text: str, source: str) -> dict[str, Any]:
-    """Parse the text of a head.
-
-    Raises
-    ------
-    InputError
-        If it is not one.
-    """
+    """Parse the text of a head; raise an `InputError` if it is not one."""
     try:
         header = parse_json(text)
     except JsonFault as error:
@@ -110,7 +104,10 @@ def demand_part(there: Mapping[str, Any], asked: Mapping[str, Any], source: str)
 
 def _difference(name: str, there: Any, asked: Any) -> str:
     if name == "cases":
-        before, now = ({_case_name(case): case["digest"] for case in cases} for cases in (there, asked))
+        before, now = (
+            {f"{case['scenario']} {case['carriers']}x{case['rovers']}": case["digest"] for case in cases}
+            for cases in (there, asked)
+        )
         changed = [name for name in now if name in before and before[name] != now[name]]
         if changed:
             return f"another map, team or goal under the same name: {', '.join(changed)}"
@@ -118,7 +115,3 @@ def _difference(name: str, there: Any, asked: Any) -> str:
     if name == "contenders":
         there, asked = ([str(Contender(*pair)) for pair in pairs] for pairs in (there, asked))
     return f"the folder has {there}, asked for is {asked}"
-
-
-def _case_name(case: Mapping[str, Any]) -> str:
-    return f"{case['scenario']} {case['carriers']}x{case['rovers']}"

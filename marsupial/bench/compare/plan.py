@@ -62,30 +62,14 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """The missions of a comparison.
+    """The missions of a comparison."""
 
-    Parameters
-    ----------
-    scenarios
-        Scenario of each case, in the order of the tables.
-    contenders
-        The last one is the base to compare the others with.
-    runs
-        Missions per case and contender; their seeds are `first_seed` and those that follow.
-    budget
-        Budget of each planning.
-    paper
-        Name of the paper, as in `marsupial reproduce`, if this is its experiment.
-    suite
-        Name of the suite of maps (`marsupial.bench.suite.maps`), if this is one: results are told by kind of map.
-    """
-
-    scenarios: Mapping[Case, Scenario]
-    contenders: tuple[Contender, ...]
-    runs: int
-    budget: Budget
-    paper: str | None = None
-    suite: str | None = None
+    scenarios: Mapping[Case, Scenario]  # in the order of the tables
+    contenders: tuple[Contender, ...]  # the last one is the base to compare the others with
+    runs: int  # missions per case and contender; their seeds are `first_seed` and those that follow
+    budget: Budget  # of each planning
+    paper: str | None = None  # the paper of this experiment, as in `marsupial reproduce`
+    suite: str | None = None  # a name in `marsupial.bench.suite.maps`; results are then grouped by kind of map
     first_seed: int = 1
 
     def trials(self) -> Iterator[Trial]:
@@ -97,10 +81,8 @@ class Comparison:
 
 
 def prepared(scenario: Scenario) -> Scenario:
-    """Return the scenario as comparisons use it: starts drawn by each mission's seed, instant planning.
-
-    Charged planning time would make missions depend on the machine.
-    """
+    """Return the scenario as comparisons use it: starts drawn by each mission's seed, instant planning."""
+    # Charged planning time would make missions depend on the machine.
     return replace(scenario, start_seed=None, planning_time=PlanningTime.INSTANT)
 
 

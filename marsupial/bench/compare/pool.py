@@ -32,13 +32,6 @@ class LocalPool:
         self._size = workers
 
     def results(self, trials: Sequence[Trial]) -> Generator[Result]:
-        """Yield exactly one result for each of `trials`, as they are done; see `MissionRunner`.
-
-        Raises
-        ------
-        InternalError
-            If a worker ends before its first message.
-        """
         # workers are forked from a process that has imported everything already
         processes.warm_up(wait=False, preload=(worker,))
         size = min(self._size, len(trials))
@@ -87,7 +80,10 @@ class _Shift:
         trial: Trial | None = None
         for event in run:
             if isinstance(event, Ended):
-                self._lose(trial, event.detail)
+                if trial is None:  # died before the first mission: a new worker would die too
+                    raise InternalError(f"a worker could not be started: {event.detail}")
+                if (result := self._waiting.lost(trial, event.detail)) is not None:
+                    self.results.put(result)
                 return
             if isinstance(event.value, Result):
                 self.results.put(event.value)
@@ -96,10 +92,3 @@ class _Shift:
             if trial is None or self._stopped:
                 return
             run.send(trial)
-
-    def _lose(self, trial: Trial | None, how: str) -> None:
-        if trial is None:  # died before the first mission: a new worker would die too
-            raise InternalError(f"a worker could not be started: {how}")
-        result = self._waiting.lost(trial, how)
-        if result is not None:
-            self.results.put(result)

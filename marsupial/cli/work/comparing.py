@@ -82,7 +82,7 @@ def _write_pairs(comparison: Comparison, out: Path) -> None:
         (out / FOLDER).mkdir(exist_ok=True)
         for name, data in pair_pages(comparison, outcome, out):
             replace_file(out / name, data)
-        kept = {out / replay.path for replay in replays_in(out, outcome)}
+        kept = {out / path for path in replays_in(out, outcome)}
         for file in set((out / FOLDER).glob("*.html")) - kept:
             file.unlink()
 
