@@ -178,7 +178,10 @@ class MissionDrawing:
         step = min(0.033, 0.033 * MOST_NAMED / max(1, len(self.roles)))
         size = 9.5 * step / 0.033
         y, self._doing = 0.765, {}
-        for name in self.family_order():
+        homes = [robot.carrier or robot.name for robot in mission.robots]
+        names = [robot.name for robot in mission.robots]
+        # each carrier before the rovers that start on it
+        for name, _ in sorted(zip(names, homes, strict=True), key=lambda pair: names.index(pair[1])):
             indent = 0.012 * self._is_rover(name)
             mark: Style = {"marker": MARKERS[self.roles[name]], "color": self.colours[name], "linestyle": ""}
             small = 0.8 * size * (0.75 if indent else 1.1)
@@ -188,12 +191,6 @@ class MissionDrawing:
             self._doing[name] = self._animate(self.figure.text(x + 0.1, y, "", color=dim, **text))
             y -= step
         self._add_legend(x, min(y - 0.02, 0.3))
-
-    def family_order(self) -> list[str]:
-        """Return the robots' names, each carrier before the rovers that start on it."""
-        home = {robot.name: robot.carrier or robot.name for robot in self.playback.mission.robots}
-        order = {name: number for number, name in enumerate(home)}
-        return sorted(home, key=lambda name: (order[home[name]], order[name]))
 
     def _add_legend(self, x: float, y: float) -> None:
         square: Style = {"marker": "s", "markersize": 9, "markeredgecolor": self.palette.dim, "markeredgewidth": 0.6}
@@ -227,7 +224,7 @@ class MissionDrawing:
             line.set_data(*trail(self._drives[name], t_ms).T)
         for action, marks in self._marks.items():
             spots = [place.cell for place in self._handovers if place.name is action and place.t_ms <= t_ms]
-            marks.set_data([cell.x for cell in spots], [cell.y for cell in spots])
+            marks.set_data(*np.array(spots, dtype=np.int64).reshape(-1, 2).T)
         robots, tracks = self.playback.state_at(t_ms).robots, self.playback.tracks_at(t_ms)
         for robot in robots:
             self._show_robot(robot, tracks[robot.name], {other.name: other for other in robots})

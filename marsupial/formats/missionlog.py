@@ -9,15 +9,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable
-from contextlib import ExitStack
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TextIO
 
 from marsupial.errors import LogError, Problem
 from marsupial.formats.logchecks import LogChecker
-from marsupial.formats.loglines import LogDecoder, LogEncoder, load
+from marsupial.formats.loglines import LogDecoder, load
 from marsupial.model import mission as m
 
 _MOST_PROBLEMS = 50  # a file of another kind has a problem on every line
@@ -42,40 +40,6 @@ class MissionLog:
         """The stop report, or None if the run was killed before it could write one."""
         last = self.events[-1]
         return last if isinstance(last, m.MissionEnded) else None
-
-
-class LogWriter:
-    """Writes events to a file or a text stream, each at once; `Revealed` events wait for another kind of event."""
-
-    def __init__(self, target: str | PathLike[str] | TextIO) -> None:
-        self._target = target
-        self._stack = ExitStack()
-        self._stream: TextIO | None = None
-        self._encoder = LogEncoder()
-
-    def __enter__(self) -> LogWriter:
-        if isinstance(self._target, str | PathLike):
-            file = Path(self._target).open("w", encoding="ascii", newline="\n")
-            self._stream = self._stack.enter_context(file)
-        else:
-            self._stream = self._target
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with self._stack:
-            self._write(self._encoder.rest())
-        self._stream = None
-
-    def write(self, event: m.MissionEvent) -> None:
-        """Append one event."""
-        self._write(self._encoder.lines(event))
-
-    def _write(self, lines: Iterable[str]) -> None:
-        if self._stream is None:
-            raise ValueError("a LogWriter writes only inside its with block")
-        for line in lines:
-            self._stream.write(line + "\n")
-            self._stream.flush()  # a killed run loses at most one line
 
 
 def read_log(path: str | PathLike[str]) -> MissionLog:

@@ -288,7 +288,7 @@ def test_what_map_warns_of_is_warned_of_once_by_all_that_load_it(
     assert len(warned) == 3
     name, *options = (str(tmp_path / "out") if word == "OUT" else word for word in command)
     if name == "compare":
-        cases_of([str(path)], (1, 2), None, None)
+        cases_of([str(path)], (1, 2), None)
     else:
         main([name, str(path), *options])
     told = capsys.readouterr().err.splitlines()

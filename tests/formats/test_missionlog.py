@@ -1,4 +1,3 @@
-import io
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
@@ -14,9 +13,10 @@ from synthetic_mission import mission_started, synthetic_mission
 from marsupial.arrays import Bytes
 from marsupial.errors import LogError
 from marsupial.formats.loglines import EVENTS, LogEncoder, log_lines
-from marsupial.formats.missionlog import LogWriter, parse_log, read_log
+from marsupial.formats.missionlog import parse_log, read_log
 from marsupial.formats.strips import runs_in
 from marsupial.formats.triggers import read_triggers
+from marsupial.library.recording import LogFile
 from marsupial.mission.runs import runs_of
 from marsupial.model.grid import UNKNOWN, Cell, Terrain
 from marsupial.model.mission import (
@@ -72,9 +72,9 @@ def read_changed(event: MissionEvent, change: Callable[[dict[str, Any]], object]
 
 
 def test_a_whole_mission_comes_back_as_it_was(tmp_path: Path) -> None:
-    with LogWriter(tmp_path / "m.jsonl") as writer:
+    with LogFile(tmp_path / "m.jsonl") as file:
         for event in synthetic_mission():
-            writer.write(event)
+            file.event(event)
     log = read_log(tmp_path / "m.jsonl")
     assert log.events == synthetic_mission()
     assert not log.truncated
@@ -240,9 +240,9 @@ def test_what_is_seen_is_gathered_until_something_else_happens() -> None:
 
 
 def test_what_was_seen_last_is_on_disk_when_the_log_is_closed(tmp_path: Path) -> None:
-    with LogWriter(tmp_path / "m.jsonl") as writer:
-        writer.write(START)
-        writer.write(SEEN)
+    with LogFile(tmp_path / "m.jsonl") as file:
+        file.event(START)
+        file.event(SEEN)
         assert read_log(tmp_path / "m.jsonl").events == (START,)
     assert read_log(tmp_path / "m.jsonl").events == (START, SEEN)
 
@@ -278,18 +278,6 @@ def test_cells_that_are_seen_twice_are_named() -> None:
 def test_what_is_no_number_is_not_written() -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
         text_of(replace(START, resolution_m=float("nan")))
-
-
-def test_a_stream_is_written_to_and_left_open() -> None:
-    stream = io.StringIO()
-    with LogWriter(stream) as writer:
-        writer.write(START)
-    assert stream.getvalue().encode("ascii") == text_of(START)
-
-
-def test_a_writer_outside_its_block_refuses_to_write() -> None:
-    with pytest.raises(ValueError, match="inside its with block"):
-        LogWriter(io.StringIO()).write(START)
 
 
 # A run that was killed.

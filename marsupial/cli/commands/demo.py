@@ -36,9 +36,9 @@ def demo(
     Example: marsupial demo --out demo
     """
     from marsupial.cli.display.messages import say
-    from marsupial.cli.display.outputs import make_folder, write_file
     from marsupial.cli.display.report import print_comparison
     from marsupial.cli.work.missions import MissionRequest, carry_out
+    from marsupial.formats.files import make_folder, write_file
     from marsupial.formats.missionlog import read_log
     from marsupial.replay.page import replay_page
 

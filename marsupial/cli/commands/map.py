@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.options.shared import Json, Quiet, scenario_argument
+from marsupial.errors import ScenarioError, UsageError
+from marsupial.formats.files import write_bytes, writing
 from marsupial.wording import counted
 
 if TYPE_CHECKING:
@@ -80,8 +82,6 @@ def _write_map(out: Path, grid: Grid, how: str) -> None:
     import numpy as np
 
     from marsupial.cli.display.messages import say, warn
-    from marsupial.cli.display.outputs import write_bytes
-    from marsupial.errors import UsageError
     from marsupial.formats.mapfiles.nav2 import nav2_files
     from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 
@@ -102,7 +102,6 @@ def _show(classes: CellArray) -> None:
     from rich.console import Console
 
     from marsupial.cli.display.map_picture import QUARTERS, map_picture
-    from marsupial.cli.display.outputs import writing
 
     try:
         QUARTERS.encode(sys.stdout.encoding or "ascii")
@@ -119,7 +118,6 @@ def _write_picture(
     out: Path, file: str, description: MapDescription, grid: Grid, classes: CellArray, scenario: Scenario | None
 ) -> None:
     from marsupial.cli.display.messages import say
-    from marsupial.cli.display.outputs import write_bytes
     from marsupial.exports.mapfigure import map_figure
 
     title = f"{Path(file).stem}: {description.width_m:.4g} m x {description.height_m:.4g} m"
@@ -132,7 +130,6 @@ def _write_picture(
 
 def _starts(scenario: Scenario | None, seed: int = 1) -> tuple[dict[str, Cell], str]:
     """Return the start cells of robots with a name for them; none if there is no room."""
-    from marsupial.errors import ScenarioError
     from marsupial.mission.placement import place_team
 
     try:
@@ -149,7 +146,6 @@ def _starts(scenario: Scenario | None, seed: int = 1) -> tuple[dict[str, Cell], 
 
 def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None, Scenario | None]:
     """Return a map, the robot types to describe it for, how its file was read, and its scenario, if any."""
-    from marsupial.errors import ScenarioError
     from marsupial.formats.mapfiles.read import read_map
     from marsupial.formats.scenario import is_scenario_file
     from marsupial.generators.builtin import bare_map_scenario, is_builtin

@@ -12,6 +12,7 @@ import typer
 from marsupial.cli.options.shared import Json, Quiet, check_extra
 from marsupial.cli.process.exit_codes import INTERRUPTED, MISSION_CODES
 from marsupial.errors import UsageError
+from marsupial.formats.files import writing
 
 if TYPE_CHECKING:
     from marsupial_ros.bridge import BridgeOutcome
@@ -68,7 +69,6 @@ def ros(
 
 def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | None) -> BridgeOutcome:
     from marsupial.cli.display.messages import say
-    from marsupial.cli.display.outputs import writing
     from marsupial.cli.process.interrupt import stop_requests
     from marsupial_client import AsyncClient, Busy, ClientError
     from marsupial_ros.bridge import Bridge

@@ -15,8 +15,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from marsupial.cli.display.alive import Alive
-from marsupial.cli.display.messages import Volume, volume
+from marsupial.cli.display.messages import Alive, Volume, volume
 from marsupial.cli.display.picture import Picture, moves, plan_line, plan_text, printable
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.state import MissionTracker, RobotView, views

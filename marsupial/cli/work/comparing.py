@@ -17,12 +17,11 @@ from marsupial.bench.compare.rows import CRASHED, ERROR
 from marsupial.bench.compare.tables import GAINS, main_table
 from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
-from marsupial.cli.display.outputs import make_folder, writing
 from marsupial.cli.display.tables import print_table
 from marsupial.cli.process.interrupt import Interrupted
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
-from marsupial.formats.files import replace_file
+from marsupial.formats.files import make_folder, replace_file, writing
 from marsupial.library.first_use import prepare_mission
 from marsupial.papers import experiment
 from marsupial.strategies.clairvoyant import CLAIRVOYANT

@@ -14,9 +14,8 @@ from marsupial.bench.planners import BUDGETS_S, BenchEngine, EngineRun, Round, c
 from marsupial.bench.suite.best import Best, better, known_best, read_best, verified, write_best
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
 from marsupial.cli.display.messages import say
-from marsupial.cli.display.outputs import write_file
 from marsupial.errors import InputError, UsageError
-from marsupial.formats.files import about, read_text
+from marsupial.formats.files import about, read_text, write_file
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -57,9 +57,8 @@ def read_occupancy(path: Path | str) -> Occupancy:
     transparent = _transparent(header, image)
     if transparent is not None:
         values[transparent] = UNKNOWN_OCCUPANCY
-    return Occupancy(
-        values=np.ascontiguousarray(np.flipud(values)), resolution_m=header.resolution_m, origin_m=header.origin_m
-    )
+    upright = np.ascontiguousarray(np.flipud(values))
+    return Occupancy(values=upright, resolution_m=header.resolution_m, origin_m=header.origin_m)
 
 
 def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
@@ -83,11 +82,9 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
         *([f"{counted(between, 'cell')} with an occupancy between 1 and 99 became free"] if between else []),
         *_alpha_warnings(header, image, counts, table),
     )
-    grid = Grid(
-        cells=np.ascontiguousarray(np.flipud(cells)), resolution_m=header.resolution_m, origin_m=header.origin_m
-    )
+    upright = np.ascontiguousarray(np.flipud(cells))
     return MapReading(
-        grid=grid,
+        grid=Grid(cells=upright, resolution_m=header.resolution_m, origin_m=header.origin_m),
         format=f"nav2 map, {header.mode}{' negated' if header.negate else ''}, image {header.image.name}",
         legend=_legend(counts, codes, hidden),
         warnings=warnings,
@@ -190,13 +187,8 @@ def _mixed_warnings(header: Nav2Header, counts: Ints, codes: CellArray) -> list[
     total = max(int(counts.sum()), 1)
     found = []
     for code, word in _BECAME.items():
-        greys = [
-            g
-            for g in range(256)
-            if codes[g] == code
-            and counts[g] >= POPULATED_SHARE * total
-            and (g not in NEARLY_SAVED_UNKNOWN or code == UNKNOWN)
-        ]
+        frequent = np.flatnonzero((codes == code) & (counts >= POPULATED_SHARE * total)).tolist()
+        greys = [g for g in frequent if g not in NEARLY_SAVED_UNKNOWN or code == UNKNOWN]
         if greys and greys[-1] - greys[0] >= DISTINCT_GREYS:
             shares = " and ".join(f"{g} ({counts[g] / total:.1%})" for g in (greys[0], greys[-1]))
             found.append(

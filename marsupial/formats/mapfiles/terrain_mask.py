@@ -51,10 +51,8 @@ def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source:
 def _check_codes(codes: Mapping[int, int], grid: Grid, source: str) -> None:
     known = {terrain.code for terrain in grid.terrains}
     problems = [Problem(f"grey {g}", "must be from 0 to 255") for g in codes if not 0 <= g <= 255]
-    problems += [
-        Problem(f"grey {g}", f"terrain code {code} is none of the map's classes {sorted(known)}")
-        for g, code in codes.items()
-        if code not in known
-    ]
+    strange = {g: code for g, code in codes.items() if code not in known}
+    text = "terrain code {} is none of the map's classes {}"
+    problems += [Problem(f"grey {g}", text.format(code, sorted(known))) for g, code in strange.items()]
     if problems:
         raise MapError(problems, source=source)
