@@ -167,8 +167,7 @@ class _FunctionCode(NullCache):
         self._local.flush()
 
     def _load_precompiled(self, sig: Any, target_context: Any) -> CompileResult | None:
-        processor = _shared_processor()
-        if processor is None:
+        if (processor := _shared_processor()) is None:
             return None
         try:
             folder = _State.precompiling or PRECOMPILED
@@ -178,8 +177,7 @@ class _FunctionCode(NullCache):
         return CompileResult._rebuild(target_context, *pickle.loads(data))
 
     def _write(self, folder: Path, sig: Any, result: CompileResult) -> None:
-        processor = _shared_processor()
-        if processor is None:
+        if (processor := _shared_processor()) is None:
             raise RuntimeError("precompiling needs the variables of processor_environment()")
         path = folder / _file_name(self._function, sig, processor)
         # Two processes may write the same file: each writes its own, and replacing is atomic.
@@ -190,8 +188,7 @@ class _FunctionCode(NullCache):
 
 def _shared_processor() -> Processor | None:
     """Return the processor of precompiled code; None if this process can't use it or has to use another."""
-    processor = PROCESSORS.get(_architecture())
-    if processor is None:
+    if (processor := PROCESSORS.get(_architecture())) is None:
         return None
     if _State.precompiling is not None:
         return processor if processor.name == config.CPU_NAME and not config.CPU_FEATURES else None

@@ -176,8 +176,7 @@ def fault_of(stream: TextIO) -> OSError | None:
 def settled(code: int) -> int:
     """Flush both streams and return the exit code; drop unwritable output, so that Python does not retry at exit."""
     for stream in (sys.stdout, sys.stderr):
-        fault = fault_of(stream)
-        if fault is None:
+        if (fault := fault_of(stream)) is None:
             continue
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
         if isinstance(fault, BrokenPipeError):

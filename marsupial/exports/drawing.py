@@ -197,8 +197,7 @@ class MissionDrawing:
         grey = self.palette.actions["drive"]
         grounds = [(name, {**square, "color": getattr(self.palette, key)}) for name, key in GROUNDS]
         there = set(np.unique(self.playback.cells_at(self.playback.end_ms)).tolist()) - {OBSTACLE, FLOOR}
-        others = [terrain.name for terrain in self.playback.mission.terrains if terrain.code in there]
-        if others:
+        if others := [terrain.name for terrain in self.playback.mission.terrains if terrain.code in there]:
             grounds.insert(2, (shortened(", ".join(others), 14), {**square, "color": self.palette.other}))
         marks: list[tuple[str, Style]] = [
             ("carrier", {"marker": "o", "markersize": 11, "color": grey}),

@@ -200,8 +200,7 @@ class Fields(Notes):
         """Return the value of a field; `default` if it is absent, `placeholder` if it has a problem."""
         if not self._present(key, required=default is None):
             return placeholder if default is None else default
-        fault = fault_of(self.data[key])
-        if fault:
+        if fault := fault_of(self.data[key]):
             self.wrong(key, fault)
             return placeholder
         return self.data[key]

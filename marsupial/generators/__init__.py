@@ -35,8 +35,7 @@ class Generator:
 
     def make(self, *, width_m: float, height_m: float, resolution_m: float, seed: int, **options: float) -> Grid:
         """Generate a map with its lower left corner at the origin; raise a `MapError` with every wrong parameter."""
-        wrong = {key: value for key, value in options.items() if not 0 <= value <= self.most[key]}
-        if wrong:
+        if wrong := {key: value for key, value in options.items() if not 0 <= value <= self.most[key]}:
             raise MapError([Problem(key, f"must be 0 to {self.most[key]}, got {wrong[key]}") for key in wrong])
         size = CanvasSize(width_m, height_m, resolution_m)
         cells = solid(size, seed, self.least_m)

@@ -125,6 +125,5 @@ def check_team_size(carriers: int, rovers: int) -> None:
     faults = {"carriers": BOUNDS["carriers"].fault(carriers), "rovers": BOUNDS["rovers_per_carrier"].fault(rovers)}
     if not any(faults.values()):
         faults["carriers"] = team_fault(carriers * (1 + rovers))
-    problems = [Problem(field, fault) for field, fault in faults.items() if fault is not None]
-    if problems:
+    if problems := [Problem(field, fault) for field, fault in faults.items() if fault is not None]:
         raise ScenarioError(problems)

@@ -241,8 +241,7 @@ def mean_coverage(curves: Sequence[Curve]) -> tuple[Floats, Floats, Floats]:
 
 def _coverage_panel(axes: Axes, outcome: ComparisonOutcome, case: Case) -> None:
     for k, contender in enumerate(outcome.contenders):
-        curves = outcome.curves_of(case, contender)
-        if curves:
+        if curves := outcome.curves_of(case, contender):
             times, mean, half = mean_coverage(curves)
             shown = np.linspace(0, len(times) - 1, min(len(times), MOST_POINTS)).round().astype(int)
             times, mean, half = times[shown], mean[shown], half[shown]

@@ -95,8 +95,7 @@ def demand_part(there: Mapping[str, Any], asked: Mapping[str, Any], source: str)
         "runs": there["runs"] <= asked["runs"],
     }
     same = (name for name in ("marsupial", "suite", "first_seed", "budget") if there.get(name) != asked.get(name))
-    names = [*same, *(name for name, fits in grown.items() if not fits)]
-    if names:
+    if names := [*same, *(name for name, fits in grown.items() if not fits)]:
         problems = [Problem(name, _difference(name, there.get(name), asked.get(name))) for name in names]
         lines = [f"{source}: {problem}" for problem in problems]
         raise UsageError("\n".join([*lines, f"{source}: it holds another comparison: choose another --out"]))
@@ -108,8 +107,7 @@ def _difference(name: str, there: Any, asked: Any) -> str:
             {f"{case['scenario']} {case['carriers']}x{case['rovers']}": case["digest"] for case in cases}
             for cases in (there, asked)
         )
-        changed = [name for name in now if name in before and before[name] != now[name]]
-        if changed:
+        if changed := [name for name in now if name in before and before[name] != now[name]]:
             return f"another map, team or goal under the same name: {', '.join(changed)}"
         there, asked = ", ".join(before), ", ".join(now)
     if name == "contenders":

@@ -52,8 +52,7 @@ class RayPool:
                     # ray.wait would swallow what a signal handler raises
                     for done in wait(running, _LOOK_S, FIRST_COMPLETED).done:
                         trial, _ = running.pop(done)
-                        result = self._outcome(ray, trial, done, waiting)
-                        if result is not None:
+                        if (result := self._outcome(ray, trial, done, waiting)) is not None:
                             yield result
             except ConnectionError as error:
                 raise self._refusal("the cluster was lost", error) from error

@@ -165,8 +165,9 @@ def _is_number(cell: TableCell) -> bool:
 
 
 def _cell(cell: TableCell) -> str:
-    kinds = filter(None, (cell.mark, not _is_number(cell) and "text", len(cell.text) > 60 and "wrap"))
-    attribute = f' class="{names}"' if (names := " ".join(kinds)) else ""
+    kinds = {cell.mark: True, "text": not _is_number(cell), "wrap": len(cell.text) > 60}
+    names = " ".join(kind for kind, holds in kinds.items() if kind and holds)
+    attribute = f' class="{names}"' if names else ""
     return f"<td{attribute}>{escape(cell.text)}</td>"
 
 

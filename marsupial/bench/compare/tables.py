@@ -160,8 +160,7 @@ def planning_table(outcome: ComparisonOutcome) -> ReportTable:
     )
     for scenario in outcome.scenarios:
         for contender in outcome.contenders:
-            found = [t for case in outcome.cases_of(scenario) for t in outcome.timings_of(case, contender)]
-            if found:
+            if found := [t for case in outcome.cases_of(scenario) for t in outcome.timings_of(case, contender)]:
                 times_s = (
                     fmean(t.planning_median_s for t in found),
                     fmean(t.planning_p95_s for t in found),

@@ -37,8 +37,7 @@ class MapSuite:
         if not self.laser:
             return list(self.maps)
         files = [LASER_FOLDER / f"{name}.yaml" for name in self.maps]
-        missing = [file.name for file in files if not file.is_file()]
-        if missing:
+        if missing := [file.name for file in files if not file.is_file()]:
             place = LASER_FOLDER.resolve()
             raise UsageError(f"laser maps are missing: {', '.join(missing)}; they are looked for in {place}")
         return [str(file) for file in files]

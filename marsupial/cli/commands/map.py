@@ -186,8 +186,7 @@ def _print(description: MapDescription) -> None:
         for r in description.reach
     ]
     print_table(("robot type", "radius m", "largest reach m2", "gets to the border", "parts"), reach, right=(1, 2, 4))
-    legend = legend_rows(description.legend, {share.code: share.name for share in shares})
-    if legend:
+    if legend := legend_rows(description.legend, {share.code: share.name for share in shares}):
         # The last column is only of use where symbols were joined.
         columns = len(LEGEND_HEADS) - (not any(commonest for *_, commonest in legend))
         print_table(LEGEND_HEADS[:columns], [row[:columns] for row in legend], right=(2,))

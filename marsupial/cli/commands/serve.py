@@ -84,8 +84,7 @@ def run(
     from marsupial_service.settings import CLUSTER_SLOTS, PREFIX, ServiceLimits, ServiceSettings, limits_from
 
     if openapi:
-        others = options_given(context, "openapi")
-        if others:
+        if others := options_given(context, "openapi"):
             raise UsageError(f"--openapi takes no {' and no '.join(others)}: it only prints a document")
         print_text(kept_text())
         return

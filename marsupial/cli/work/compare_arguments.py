@@ -45,8 +45,7 @@ def numbers(text: str | None, option: str, bound: Bound) -> tuple[int, ...] | No
 def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contender, ...]:
     """Return the contenders of a text like ``temporal:greedy,heuristic``; `planner` is for those that name none."""
     found = [_contender(part.strip(), planner or DEFAULT_PLANNER, budget) for part in text.split(",")]
-    twice = [str(contender) for contender in found if found.count(contender) > 1]
-    if twice:
+    if twice := [str(contender) for contender in found if found.count(contender) > 1]:
         raise UsageError(f"--strategies: {twice[0]} is named twice")
     return tuple(found)
 

@@ -105,10 +105,8 @@ def report(out: Path) -> None:
         rows = [[*row[:3], *(text.partition(" [")[0] for text in row[3:])] for row in cells]
         print_table([*table.heads[:5], table.heads[-1]], rows, right=range(2, 6))
         say(f"{table.title}: {GAINS}")
-    missing = outcome.planned - len(outcome.rows)
-    if missing:
+    if missing := outcome.planned - len(outcome.rows):
         warn(f"{missing} of {outcome.planned} missions are missing")
-    failed = len(outcome.incomplete())
-    if failed:
+    if failed := len(outcome.incomplete()):
         warn(f"{failed} of {len(outcome.rows)} missions are not complete and count in no mean")
     say(f"wrote {out / 'report.html'}")

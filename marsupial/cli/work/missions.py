@@ -135,8 +135,7 @@ def _warn_of_ignored(request: MissionRequest) -> None:
     ignored: dict[str, object] = {} if takes_budget(request.strategy) else given
     if not asks_planner(request.strategy):
         ignored = {"--planner": request.planner, **ignored}
-    said = [f"{option} {value}" for option, value in ignored.items() if value is not None]
-    if said:
+    if said := [f"{option} {value}" for option, value in ignored.items() if value is not None]:
         are = "is" if len(said) == 1 else "are"
         warn(f"strategy {request.strategy} asks no planner: {' and '.join(said)} {are} ignored")
 

@@ -82,8 +82,7 @@ def _merge(best: dict[str, Best], file: Path | None) -> None:
         if name not in INSTANCES:
             raise InputError(f"there is no instance {name!r}", source=str(file))
         if one != best.get(name):
-            merged = better(best.get(name), verified(one, INSTANCES[name].situation()))
-            if merged is not None:
+            if (merged := better(best.get(name), verified(one, INSTANCES[name].situation()))) is not None:
                 best[name] = merged
 
 

@@ -54,8 +54,7 @@ def read_occupancy(path: Path | str) -> Occupancy:
     header = read_header(Path(path))
     image = read_grey(header.image, source=str(path))
     values = occupancy_table(header)[image.grey]
-    transparent = _transparent(header, image)
-    if transparent is not None:
+    if (transparent := _transparent(header, image)) is not None:
         values[transparent] = UNKNOWN_OCCUPANCY
     upright = np.ascontiguousarray(np.flipud(values))
     return Occupancy(values=upright, resolution_m=header.resolution_m, origin_m=header.origin_m)
@@ -66,8 +65,7 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
     table = occupancy_table(header)
     codes = np.select([table < 0, table == 100], [UNKNOWN, OBSTACLE], FLOOR).astype(np.uint8)
     cells = codes[image.grey]
-    transparent = _transparent(header, image)
-    if transparent is not None:
+    if (transparent := _transparent(header, image)) is not None:
         cells[transparent] = UNKNOWN
     counts = np.zeros(256, dtype=np.int64)
     for y, row in enumerate(image.grey):  # row by row: counting takes eight bytes a pixel

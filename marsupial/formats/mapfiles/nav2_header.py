@@ -106,8 +106,7 @@ def _typos(data: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield each unknown field that looks like an absent one, with a suggestion."""
     absent = [key for key in _FIELDS if key not in data]
     for key in data:
-        meant = "" if key in _FIELDS else suggestion(str(key), absent)
-        if meant:
+        if meant := "" if key in _FIELDS else suggestion(str(key), absent):
             yield str(key), meant
 
 
@@ -142,8 +141,7 @@ def _as_map_server(key: str, value: Any) -> Any:
 
 def _check_image(written: str, folder: Path, fields: Fields) -> None:
     image = folder / written
-    fault = file_fault(image)
-    if fault is None:
+    if (fault := file_fault(image)) is None:
         return
     text = f"{fault}: {image}"
     if Path(written).is_absolute() and file_fault(folder / image.name) is None:

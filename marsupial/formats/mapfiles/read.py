@@ -39,8 +39,7 @@ def read_map(path: Path | str, resolution_m: float | None = None) -> MapReading:
     path = Path(path)
     if names_recording(path):
         return read_rosbag(path)
-    fault = file_fault(path)
-    if fault is not None:
+    if (fault := file_fault(path)) is not None:
         raise MapError(fault, source=str(path))
     reader = READERS.get(path.suffix.lower())
     if reader is None:

@@ -59,8 +59,7 @@ def _read_speed(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> 
     percents = {}
     for name in steps.data:
         percent = steps.number(name, None, PERCENT)
-        code = _code(steps, str(name), str(name), terrains)
-        if code is not None:
+        if (code := _code(steps, str(name), str(name), terrains)) is not None:
             percents[code] = percent
     base, multiplier = fields.number("base", BASE), fields.number("multiplier", MULTIPLIER)
     fields.finish()
