@@ -12,10 +12,9 @@ import numpy as np
 
 from marsupial.errors import MapError, Problem
 from marsupial.generators.canvas import CanvasSize, solid
-from marsupial.generators.cave import cave
 from marsupial.generators.maze import maze
+from marsupial.generators.natural import DEFAULT_SHARE, MOST_SHARE, cave, random_obstacles
 from marsupial.generators.office import lobby, office
-from marsupial.generators.random_obstacles import DEFAULT_SHARE, MOST_SHARE, random_obstacles
 from marsupial.generators.rooms import rooms
 from marsupial.model.grid import Grid
 

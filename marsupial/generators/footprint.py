@@ -28,7 +28,7 @@ from marsupial.generators.canvas import (
     door_cells,
     fill_pockets,
 )
-from marsupial.generators.cave import cave
+from marsupial.generators.natural import cave
 from marsupial.generators.rooms import building, rooms
 from marsupial.model.grid import FLOOR, OBSTACLE, CellArray, Grid
 

@@ -81,9 +81,9 @@ def _merge(best: dict[str, Best], file: Path | None) -> None:
     for name, one in found.items():
         if name not in INSTANCES:
             raise InputError(f"there is no instance {name!r}", source=str(file))
-        if one != best.get(name):
-            if (merged := better(best.get(name), verified(one, INSTANCES[name].situation()))) is not None:
-                best[name] = merged
+        known = best.get(name)
+        if one != known and (merged := better(known, verified(one, INSTANCES[name].situation()))) is not None:
+            best[name] = merged
 
 
 def _instances(patterns: tuple[str, ...]) -> tuple[Instance, ...]:

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from marsupial.errors import ScenarioError
-from marsupial.formats.mapfiles.filter_masks import FilterMasks, KeepoutMask, SpeedMask
+from marsupial.formats.mapfiles.masks import FilterMasks, KeepoutMask, SpeedMask
 from marsupial.formats.mapfiles.nav2 import read_nav2, read_occupancy
 from marsupial.formats.mapfiles.occupancy import Occupancy, occupancy_on
 from marsupial.formats.scenario import read_scenario

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from marsupial.errors import MapError
-from marsupial.formats.mapfiles.terrain_mask import read_mask
+from marsupial.formats.mapfiles.masks import read_mask
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Grid, Terrain
 
 GRASS = 3
