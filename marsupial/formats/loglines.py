@@ -160,8 +160,7 @@ class LogDecoder:
 
     def events(self, line: str) -> tuple[m.MissionEvent, ...]:
         """Return the events of the next line, for `LogChecker` to check; raise a `LogError` if it is invalid."""
-        problems: list[Problem] = []
-        events = self.read(line.encode(), problems)
+        events = self.read(line.encode(), problems := [])
         if problems:
             raise LogError(problems)
         return events
@@ -229,15 +228,15 @@ def _load_object(line: bytes, problems: list[Problem]) -> dict[str, Any] | None:
     try:
         value = load(line)
     except UnicodeDecodeError:
-        problems.append(Problem("", "is not UTF-8 text"))
-        return None
+        fault = "is not UTF-8 text"
     except (ValueError, RecursionError) as error:
-        problems.append(Problem("", f"is not JSON: {error}"))
-        return None
-    if not isinstance(value, dict):
-        problems.append(Problem("", f"must be a JSON object, got {_shown(value)}"))
-        return None
-    return value
+        fault = f"is not JSON: {error}"
+    else:
+        if isinstance(value, dict):
+            return value
+        fault = f"must be a JSON object, got {_shown(value)}"
+    problems.append(Problem("", fault))
+    return None
 
 
 def load(line: bytes) -> Any:

@@ -17,8 +17,7 @@ from marsupial.bench.compare.header import header_of
 from marsupial.bench.compare.plan import Comparison, Trial
 from marsupial.bench.compare.rows import CRASHED, MissionRow, Result
 
-MOST_TRIES = 2
-"""How often a mission is started whose worker dies."""
+MOST_TRIES = 2  # how often a mission is started whose worker dies
 
 
 class MissionRunner(Protocol):

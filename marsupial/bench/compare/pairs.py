@@ -12,8 +12,8 @@ from pathlib import Path
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
 from marsupial.bench.compare.figures import slug
-from marsupial.bench.compare.plan import Case, Comparison, Contender
-from marsupial.library.missions import simulate
+from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
+from marsupial.bench.compare.trial import simulated
 from marsupial.library.recording import Recorder
 from marsupial.replay.page import replay_page
 
@@ -58,17 +58,10 @@ def pair_pages(comparison: Comparison, outcome: ComparisonOutcome, out: Path) ->
         return  # a second run may differ where planning is limited by time
     for pair in notable_pairs(outcome):
         if not (out / pair.path).exists():
-            sides = pair.rival, outcome.base
             recorders = Recorder(), Recorder()
-            for contender, recorder in zip(sides, recorders, strict=True):
-                simulate(
-                    comparison.scenarios[pair.case],
-                    strategy=contender.strategy,
-                    planner=contender.planner,
-                    budget=comparison.budget,
-                    seed=pair.seed,
-                    observer=recorder,
-                )
+            for contender, recorder in zip((pair.rival, outcome.base), recorders, strict=True):
+                trial = Trial(pair.case, contender, pair.seed)
+                simulated(trial, comparison.scenarios[pair.case], comparison.budget, recorder)
             yield pair.path, replay_page(*(recorder.events for recorder in recorders)).encode()
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from marsupial.bench.compare.plan import Case, Trial
 from marsupial.bench.compare.rows import COVERAGE_SCALE, ERROR, Curve, MissionRow, Result, Timing, metrics_of
 from marsupial.cluster import make
+from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
 from marsupial.model.grid import Mask
@@ -57,19 +58,18 @@ def unpacked(reference: Any) -> Mapping[Case, Scenario]:
     return found
 
 
+def simulated(trial: Trial, scenario: Scenario, budget: Budget, observer: Observer) -> Summary:
+    """Run the mission of a trial."""
+    strategy, planner = trial.contender.strategy, trial.contender.planner
+    return simulate(scenario, strategy=strategy, planner=planner, budget=budget, seed=trial.seed, observer=observer)
+
+
 def carry_out(trial: Trial, scenario: Scenario, budget: Budget) -> Result:
     """Run a mission and return its result; an exception becomes a row of status `ERROR`."""
     began = process_time()
     try:
         sampler = CoverageSampler()
-        summary = simulate(
-            scenario,
-            strategy=trial.contender.strategy,
-            planner=trial.contender.planner,
-            budget=budget,
-            seed=trial.seed,
-            observer=sampler,
-        )
+        summary = simulated(trial, scenario, budget, sampler)
     except Exception as error:
         return Result(row=MissionRow(trial=trial, status=ERROR, reason=f"{type(error).__name__}: {error}"))
     return Result(
