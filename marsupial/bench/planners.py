@@ -26,8 +26,8 @@ WARM_UP = ("pressure-1x1-3", "in-flight-3x2-12")
 WARM_UP_S, WARM_UP_OVER_S, WARM_UPS = 0.5, 0.25, 6
 CLOSE = 1.01  # greatest ratio to the best makespan that counts as close
 
+# Tolerance after the budget, in seconds and as a share of it: plans in transit, and noise of the machine.
 GRACE_S, GRACE_SHARE = 0.01, 0.02
-"""Tolerance after the budget, in seconds and as a share of it: plans in transit, and noise of the machine."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

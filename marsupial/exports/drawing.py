@@ -30,10 +30,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from marsupial.exports.activity import Activity, activity, activity_text, stretches
 from marsupial.exports.figures import figure_file
 from marsupial.exports.ground import box, coarse, ground_image
-from marsupial.exports.trails import drives, handovers, trail
+from marsupial.exports.trails import Activity, activity, activity_text, drives, handovers, stretches, trail
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import RobotView, Track
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, ActionName, MissionEvent, Role
@@ -47,8 +46,8 @@ MARKERS = {Role.CARRIER: "o", Role.ROVER: "D"}
 SIZES_PT = {Role.CARRIER: 17.0, Role.ROVER: 8.0}
 TRAILS_PT = {Role.CARRIER: 3.2, Role.ROVER: 1.3}
 
+# Size of a rover aboard, and its distance from the carrier's centre: rovers aboard form a ring.
 CARGO_PT, CARGO_RING_PT = 6.0, 9.5
-"""Size of a rover aboard, and its distance from the carrier's centre: rovers aboard form a ring."""
 
 MARGIN = 0.03  # margin around the ground known at the end, as a share of its longer side
 PANEL = 0.215  # width of the panel beside the map, as a share of the figure's

@@ -44,7 +44,6 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
-from marsupial.exports.activity import activity, activity_text
 from marsupial.exports.ground import box
 from marsupial.exports.scene import (
     CHANNELS,
@@ -57,8 +56,8 @@ from marsupial.exports.scene import (
     scene,
     stamp,
 )
-from marsupial.exports.trails import drives, handovers
-from marsupial.formats.triggers import trigger_text
+from marsupial.exports.trails import activity, activity_text, drives, handovers
+from marsupial.formats.loglines import trigger_text
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import Leg, RobotView, Tracks, views
 from marsupial.model import UNKNOWN, ActionName, Changed, Grid, MissionEvent, Planned, Revealed
@@ -69,8 +68,8 @@ POSE_EVERY_MS = 200
 GRID_EVERY_MS = 1000
 TRAIL_EVERY_MS = 5000
 
+# Most bytes of all grids before compression, as viewers keep them: a large map is written less often.
 ALL_GRIDS_BYTES = 200_000_000
-"""Most bytes of all grids before compression, as viewers keep them: a large map is written less often."""
 
 CARRIER_TRAIL_M, ROVER_TRAIL_M, ROUTE_M = 0.12, 0.05, 0.04
 TARGET_M, HANDOVER_M = 0.3, 0.15

@@ -32,8 +32,8 @@ from marsupial.replay.palette import Palette
 
 MAP_FRAME = "map"
 
+# The fields of a grid, a byte each: viewers take fields of these names as the colour of a cell.
 CHANNELS = ("red", "green", "blue", "alpha")
-"""The fields of a grid, a byte each: viewers take fields of these names as the colour of a cell."""
 
 LINE_HEIGHT_M, LABEL_HEIGHT_M = 0.02, 0.6  # height of lines and texts, above the ground so that it does not hide them
 

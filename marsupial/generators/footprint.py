@@ -43,8 +43,8 @@ TOOTH_M = (3.0, 6.0)  # least and most width of a comb's rooms
 GRID_ROOM_M = 4.0
 HALL_M = (7.0, 12.0)
 
+# Edge of a pillar, and the gap between two of them where they stand near or far apart.
 PILLAR_M, NEAR_M, FAR_M = 0.5, 0.75, 2.5
-"""Edge of a pillar, and the gap between two of them where they stand near or far apart."""
 
 PASSAGE_M = 1.25  # width along a hall's walls that is left free of pillars
 WINDING_M = (1.5, 2.25)  # least and most width of a spiral's corridor

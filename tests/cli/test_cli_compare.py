@@ -10,10 +10,10 @@ import pytest
 from patience import HANG_S, until
 
 from marsupial.bench.compare.folder import read_rows
-from marsupial.cli.display.compare_progress import Lines
 from marsupial.cli.display.messages import Volume, set_volume
 from marsupial.cli.main import main
 from marsupial.cli.work.compare_arguments import contenders, warn_of_ignored
+from marsupial.cli.work.comparing import Lines
 from marsupial.model.planning import Budget
 
 QUICK = ("--steps", "1", "--planner", "greedy")

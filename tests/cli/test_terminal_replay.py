@@ -10,7 +10,7 @@ from synthetic_mission import mission_started, synthetic_mission
 from marsupial.cli.display.picture import doing
 from marsupial.cli.display.terminal_replay import play, summary_lines
 from marsupial.exports.ground import coarse
-from marsupial.formats.triggers import read_triggers
+from marsupial.formats.loglines import read_triggers
 from marsupial.mission.playback import Playback
 from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, MissionEvent, Planned, RobotLost
 

@@ -12,10 +12,9 @@ from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.arrays import Bytes
 from marsupial.errors import LogError
-from marsupial.formats.loglines import EVENTS, LogEncoder, log_lines
+from marsupial.formats.loglines import EVENTS, LogEncoder, log_lines, read_triggers
 from marsupial.formats.missionlog import parse_log, read_log
 from marsupial.formats.strips import runs_in
-from marsupial.formats.triggers import read_triggers
 from marsupial.library.recording import LogFile
 from marsupial.mission.runs import runs_of
 from marsupial.model import mission as m

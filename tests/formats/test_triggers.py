@@ -1,6 +1,6 @@
 import pytest
 
-from marsupial.formats.triggers import read_triggers, trigger_text
+from marsupial.formats.loglines import read_triggers, trigger_text
 from marsupial.model.mission import Cause, Trigger
 
 

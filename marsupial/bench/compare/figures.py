@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
 INK = "#2b3138"
 
+# Colours of contenders: distinct for colour-blind readers too, visible on light and dark pages.
 COLOURS = ("#7050dd", "#b7893f", "#0b785d", "#f03c83", "#7c87fa", "#826909")
-"""Colours of contenders: distinct for colour-blind readers too, visible on light and dark pages."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P")
 LINES = ("-", "--", "-.", ":", "-", "--")

@@ -12,8 +12,8 @@ from contextlib import suppress
 from enum import IntEnum
 from threading import Event, Thread
 
+# Wall-clock time without a message before one is printed: doubled each time, up to the last value.
 FIRST_S, LAST_S = 5.0, 60.0
-"""Wall-clock time without a message before one is printed: doubled each time, up to the last value."""
 
 
 class Volume(IntEnum):

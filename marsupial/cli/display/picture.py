@@ -18,7 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from marsupial.exports.ground import box, coarse
-from marsupial.formats.triggers import trigger_text
+from marsupial.formats.loglines import trigger_text
 from marsupial.mission.state import RobotView
 from marsupial.model import UNKNOWN, ActionName, CellArray, Mask, MissionStarted, Planned, Role
 from marsupial.replay.palette import LIGHT, robot_styles

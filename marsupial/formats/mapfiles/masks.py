@@ -31,8 +31,8 @@ from marsupial.wording import counted
 
 NOTHING = UNKNOWN  # the value of an overlay where the cell does not change
 
+# The values of nav2's example of a speed filter: the mask says how many percent to take off the full speed.
 BASE, MULTIPLIER = 100.0, -1.0
-"""The values of nav2's example of a speed filter: the mask says how many percent to take off the full speed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

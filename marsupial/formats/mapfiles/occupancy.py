@@ -19,8 +19,8 @@ OccupancyArray = npt.NDArray[np.int8]
 
 UNKNOWN_OCCUPANCY, OCCUPIED = -1, 100
 
+# nav2's map saver writes a cell as free up to the first, as occupied from the second on (shares of 100).
 FREE_THRESH, OCCUPIED_THRESH = 0.25, 0.65
-"""nav2's map saver writes a cell as free up to the first, as occupied from the second on (shares of 100)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

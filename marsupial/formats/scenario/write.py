@@ -19,8 +19,8 @@ from marsupial.formats.scenario.read import FORMAT, VERSION
 from marsupial.formats.scenario.team import DRAWN, numbered_team
 from marsupial.model import SQRT2, TERRAINS, Grid, RobotType, Role, Routes, Scenario, TeamMember
 
+# Characters for a scenario's own terrains, one for each code from 3 to 254.
 _LETTERS = string.ascii_letters + string.digits + "".join(chr(code) for code in range(0xC0, 0x180))
-"""Characters for a scenario's own terrains, one for each code from 3 to 254."""
 
 
 class _FlowLine(list[Any]):

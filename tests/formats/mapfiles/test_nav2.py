@@ -10,8 +10,7 @@ from PIL import Image
 
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.images import read_grey
-from marsupial.formats.mapfiles.nav2 import occupancy_table, read_nav2
-from marsupial.formats.mapfiles.nav2_header import Mode, read_header
+from marsupial.formats.mapfiles.nav2 import Mode, occupancy_table, read_header, read_nav2
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Grid, LegendEntry
 
 HEADER = {
