@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.folder import opened, read_curves, read_header, read_rows, read_timings
-from marsupial.bench.compare.header import header_of
-from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, digest, prepared
+from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, digest, header_of, prepared
 from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS
 from marsupial.errors import InputError, UsageError
 from marsupial.generators.builtin import builtin_scenario

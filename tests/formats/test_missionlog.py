@@ -12,7 +12,7 @@ from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.arrays import Bytes
 from marsupial.errors import LogError
-from marsupial.formats.loglines import EVENTS, LogEncoder, log_lines, read_triggers
+from marsupial.formats.loglines import EVENTS, LogEncoder, log_lines, read_triggers, trigger_text
 from marsupial.formats.missionlog import parse_log, read_log
 from marsupial.formats.strips import runs_in
 from marsupial.library.recording import LogFile
@@ -454,3 +454,25 @@ def test_numbers_that_nothing_can_be_made_of_are_refused() -> None:
 def test_cells_told_more_often_than_there_are_any_are_refused() -> None:
     with pytest.raises(ValueError, match="has a cell twice"):
         runs_in("BC" + 2 * "AAJBIA", 10, 10)
+
+
+# Triggers as text.
+
+
+@pytest.mark.parametrize(
+    ("text", "triggers"),
+    [
+        ("start", (m.Trigger(m.Cause.START),)),
+        ("way blocked: c1, c2", (m.Trigger(m.Cause.WAY_BLOCKED, ("c1", "c2")),)),
+        ("gone: t1; new: t2, t3", (m.Trigger(m.Cause.GONE, ("t1",)), m.Trigger(m.Cause.NEW, ("t2", "t3")))),
+        ("failed: c1; failed: r1", (m.Trigger(m.Cause.FAILED, ("c1",)), m.Trigger(m.Cause.FAILED, ("r1",)))),
+    ],
+)
+def test_what_asks_for_a_plan_is_written_in_words_and_read_again(text: str, triggers: tuple[m.Trigger, ...]) -> None:
+    assert trigger_text(triggers) == text
+    assert read_triggers(text) == triggers
+
+
+@pytest.mark.parametrize("text", ["", "; ", "start: ", "gone:", "somebody else's words; start", "other: a"])
+def test_other_words_are_kept_as_they_are(text: str) -> None:
+    assert trigger_text(read_triggers(text)) == text

@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from marsupial.bench.compare.header import cases_of, contenders_of
-from marsupial.bench.compare.plan import Case, Contender
+from marsupial.bench.compare.plan import Case, Contender, cases_of, contenders_of
 from marsupial.bench.compare.rows import Curve, MissionRow, Timing
 from marsupial.bench.compare.statistics import Estimate, Origin, estimate
 from marsupial.library.metrics import METRICS, Metric

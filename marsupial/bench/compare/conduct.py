@@ -20,8 +20,7 @@ from typing import Protocol
 
 from marsupial.bench.compare import trial as worker
 from marsupial.bench.compare.folder import opened, read_rows, sort_lines
-from marsupial.bench.compare.header import header_of
-from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.plan import Comparison, Trial, header_of
 from marsupial.bench.compare.rows import CRASHED, MissionRow, Result
 from marsupial.errors import InternalError
 from marsupial.processes import launcher as processes

@@ -14,8 +14,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from marsupial.bench.compare import header as head
-from marsupial.bench.compare.plan import Trial
+from marsupial.bench.compare.plan import Trial, demand_part, header_text, parse_header
 from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS, Curve, Format, MissionRow, Record, Result, Timing
 from marsupial.errors import InputError, UsageError
 from marsupial.formats.files import replace_file
@@ -30,7 +29,7 @@ def read_header(path: Path) -> dict[str, Any]:
     """Return the head of the comparison in a folder; raise an `InputError` if there is none or it can't be read."""
     file = path / HEADER
     try:
-        return head.parse(file.read_text(encoding="utf-8"), str(file))
+        return parse_header(file.read_text(encoding="utf-8"), str(file))
     except (OSError, UnicodeDecodeError) as error:
         raise InputError("holds no comparison", source=str(path)) from error
 
@@ -61,12 +60,12 @@ def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -
     with _locked(path):
         if (path / HEADER).exists():
             there = read_header(path)
-            head.demand_part(there, header, str(path / HEADER))
+            demand_part(there, header, str(path / HEADER))
             # the versions with which the folder was begun
             header = {**header, "made_with": there["made_with"]}
         elif any((path / name).exists() for name in FILES):
             raise UsageError(f"{path}: has rows but no {HEADER}: choose another --out")
-        replace_file(path / HEADER, head.written(header).encode())
+        replace_file(path / HEADER, header_text(header).encode())
         done = [row.trial for row in read_rows(path) if row.status not in drop]
         for name, lines in FILES.items():
             _rewrite(path / name, lines, done)

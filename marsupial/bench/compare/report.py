@@ -14,7 +14,7 @@ from types import MappingProxyType
 from marsupial.bench.compare.answer import answer_figure, quality_sentence, sentences
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import INK, Figure, figures
-from marsupial.bench.compare.header import budget_text
+from marsupial.bench.compare.plan import budget_text
 from marsupial.bench.compare.statements import Experiment, Finding, checklist, reading
 from marsupial.bench.compare.statistics import FEWEST_UNITS
 from marsupial.bench.compare.tables import ReportTable, TableCell, markdown, status_table, tables

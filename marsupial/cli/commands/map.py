@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli.display.messages import say, warn
 from marsupial.cli.options.shared import Json, Quiet, scenario_argument
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.formats.files import write_bytes, writing
@@ -41,7 +42,7 @@ def describe_map(
     Example: marsupial map office --out office_map.png
     """
     grid, kinds, reading, scenario = _understood(file)
-    from marsupial.cli.display.messages import warn  # compiled code takes long to import: only now is it needed
+    # Compiled code takes long to import: only now is it needed.
     from marsupial.cli.display.tables import print_json
     from marsupial.exports.mapclasses import map_classes
     from marsupial.maps.describe import describe
@@ -81,7 +82,6 @@ def _write_map(out: Path, grid: Grid, how: str) -> None:
     """Write a nav2 map: its yaml, and the image beside it."""
     import numpy as np
 
-    from marsupial.cli.display.messages import say, warn
     from marsupial.formats.mapfiles.nav2 import nav2_files
     from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 
@@ -117,7 +117,6 @@ def _show(classes: CellArray) -> None:
 def _write_picture(
     out: Path, file: str, description: MapDescription, grid: Grid, classes: CellArray, scenario: Scenario | None
 ) -> None:
-    from marsupial.cli.display.messages import say
     from marsupial.exports.mapfigure import map_figure
 
     title = f"{Path(file).stem}: {description.width_m:.4g} m x {description.height_m:.4g} m"

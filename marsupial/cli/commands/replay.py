@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli.display.messages import say, warn
 from marsupial.cli.options.shared import Quiet
 from marsupial.errors import UsageError
 from marsupial.formats.files import write_bytes, write_file
@@ -63,7 +64,6 @@ def replay(
         check_export(export.suffix, options)
     events = _events(log)
     if html is not None:
-        from marsupial.cli.display.messages import say
         from marsupial.replay.page import replay_page
 
         write_file(html, replay_page(events, None if other is None else _events(other)))
@@ -79,7 +79,6 @@ def replay(
 
 
 def _export(events: Sequence[MissionEvent], path: Path, options: ExportOptions) -> None:
-    from marsupial.cli.display.messages import say
     from marsupial.exports.write import export_mission
     from marsupial.mission.rebuild import check_moment
 
@@ -93,7 +92,6 @@ def _export(events: Sequence[MissionEvent], path: Path, options: ExportOptions) 
 
 def _events(log: Path) -> tuple[MissionEvent, ...]:
     """Return the events of a log, with a warning if its last line is cut off."""
-    from marsupial.cli.display.messages import warn
     from marsupial.formats.missionlog import read_log
 
     mission = read_log(log)

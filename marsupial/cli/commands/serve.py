@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli.display.messages import say
 from marsupial.cli.options.shared import Quiet, check_extra, options_given
 from marsupial.errors import UsageError
 
@@ -78,7 +79,6 @@ def run(
     if context.invoked_subcommand is not None:
         return
     check_extra(*SERVICE)
-    from marsupial.cli.display.messages import say
     from marsupial.cli.display.tables import print_text
     from marsupial.cli.process.interrupt import Interrupted
     from marsupial.wording import unknown_name
@@ -266,8 +266,6 @@ def restore(
 
     marsupial serve store restore monday.backup --data jobs-again
     """
-    from marsupial.cli.display.messages import say
-
     with _upkeep() as upkeep:
         version = upkeep.restore(file, data)
     say(f"{data} holds the store of {file}, of version {version}")
@@ -287,8 +285,6 @@ def retain(
 
     Example: marsupial serve store retain --days 2 --data jobs
     """
-    from marsupial.cli.display.messages import say
-
     with _upkeep() as upkeep:
         removed = upkeep.retain(_place(data, store), days=days, kept=kept, now_ms=round(1000 * time.time()))
     say("removed " + " and ".join(f"{count} {name}" for name, count in removed.items()))

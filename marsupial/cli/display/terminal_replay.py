@@ -28,11 +28,19 @@ def play(
 ) -> None:
     """Play a mission at `speed` times its own pace; `clock` returns wall-clock seconds and `sleep` waits for some."""
     playback = Playback(events)
-    if moves(console):
-        _animate(playback, console, speed, clock, sleep)
-    else:
+    if not moves(console):
         for line in summary_lines(playback):
             console.print(Text(line), soft_wrap=True)
+        return
+    picture = Picture(playback.mission, playback.cells_at(playback.end_ms) != UNKNOWN, console)
+    begin = clock()
+    with Live(console=console, auto_refresh=False) as live:
+        t_ms = playback.start_ms
+        while t_ms < playback.end_ms:
+            t_ms = min(playback.start_ms + round((clock() - begin) * 1000 * speed), playback.end_ms)
+            live.update(_frame(playback, picture, t_ms), refresh=True)
+            if t_ms < playback.end_ms:
+                sleep(FRAME_S)
 
 
 def summary_lines(playback: Playback) -> list[str]:
@@ -41,20 +49,6 @@ def summary_lines(playback: Playback) -> list[str]:
     news.append((playback.end_ms, _end_text(playback.ended)))
     wide = max(len(clock(t_ms / 1000)) for t_ms, _ in news)
     return [f"{clock(t_ms / 1000):>{wide}}  {_known(playback, t_ms)}  {text}" for t_ms, text in news]
-
-
-def _animate(
-    playback: Playback, console: Console, speed: float, clock: Callable[[], float], sleep: Callable[[float], None]
-) -> None:
-    picture = Picture(playback.mission, playback.cells_at(playback.end_ms) != UNKNOWN, console)
-    begin = clock()
-    with Live(console=console, auto_refresh=False) as live:
-        while True:
-            t_ms = playback.start_ms + round((clock() - begin) * 1000 * speed)
-            live.update(_frame(playback, picture, min(t_ms, playback.end_ms)), refresh=True)
-            if t_ms >= playback.end_ms:
-                return
-            sleep(FRAME_S)
 
 
 def _frame(playback: Playback, picture: Picture, t_ms: int) -> Group:
