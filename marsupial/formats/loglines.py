@@ -160,7 +160,8 @@ class LogDecoder:
 
     def events(self, line: str) -> tuple[m.MissionEvent, ...]:
         """Return the events of the next line, for `LogChecker` to check; raise a `LogError` if it is invalid."""
-        events = self.read(line.encode(), problems := [])
+        problems: list[Problem] = []
+        events = self.read(line.encode(), problems)
         if problems:
             raise LogError(problems)
         return events

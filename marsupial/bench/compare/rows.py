@@ -105,8 +105,8 @@ class Format(Generic[Record]):
     def encode(self, record: Record) -> str:
         """Return the record's line."""
         case, contender = record.trial.case, record.trial.contender
-        trial = (case.scenario, contender.strategy, contender.planner, case.carriers, case.rovers, record.trial.seed)
-        return _line([*trial, *[_written(getattr(record, name)) for name in self.readers]])
+        line: list[object] = [case.scenario, contender.strategy, contender.planner, case.carriers, case.rovers]
+        return _line([*line, record.trial.seed, *(_written(getattr(record, name)) for name in self.readers)])
 
     def decode(self, fields: Sequence[str]) -> Record:
         """Return the record of a line's fields; raise a `ValueError` if their number or one of them is wrong."""

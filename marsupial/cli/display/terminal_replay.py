@@ -35,12 +35,12 @@ def play(
     picture = Picture(playback.mission, playback.cells_at(playback.end_ms) != UNKNOWN, console)
     begin = clock()
     with Live(console=console, auto_refresh=False) as live:
-        t_ms = playback.start_ms
-        while t_ms < playback.end_ms:
-            t_ms = min(playback.start_ms + round((clock() - begin) * 1000 * speed), playback.end_ms)
-            live.update(_frame(playback, picture, t_ms), refresh=True)
-            if t_ms < playback.end_ms:
-                sleep(FRAME_S)
+        while True:
+            t_ms = playback.start_ms + round((clock() - begin) * 1000 * speed)
+            live.update(_frame(playback, picture, min(t_ms, playback.end_ms)), refresh=True)
+            if t_ms >= playback.end_ms:
+                return
+            sleep(FRAME_S)
 
 
 def summary_lines(playback: Playback) -> list[str]:
