@@ -31,6 +31,7 @@ EVERYBODY = [*WITH_ROVERS, CLAIRVOYANT]
 
 LOG = """
 import sys
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
 from marsupial.formats.loglines import LogEncoder
 from marsupial.mission.observer import Observer

@@ -47,8 +47,9 @@ def notable_pairs(outcome: ComparisonOutcome) -> list[NotablePair]:
             if theirs
         ]
         ranked = sorted(pairs, key=lambda pair: pair[0])
-        for kind, (gain, case, seed) in zip(("best", "worst"), (*ranked[:-2:-1], *ranked[:-1][:1]), strict=False):
-            found.append(NotablePair(kind=kind, case=case, rival=rival, seed=seed, gain=gain))
+        for kind, chosen in (("best", ranked[-1:]), ("worst", ranked[:1] if len(ranked) > 1 else [])):
+            for gain, case, seed in chosen:
+                found.append(NotablePair(kind=kind, case=case, rival=rival, seed=seed, gain=gain))
     return found
 
 
