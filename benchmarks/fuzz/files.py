@@ -11,8 +11,8 @@ from pathlib import Path
 from unittest.mock import patch
 
 from benchmarks.fuzz.examples import ROOT, deploy
-from marsupial.bench.compare import header
 from marsupial.bench.compare.folder import FILES, read_curves, read_rows, read_timings
+from marsupial.bench.compare.plan import parse_header
 from marsupial.bench.suite.best import read_best, write_best
 from marsupial.cli.work.compare_arguments import contenders, numbers
 from marsupial.errors import InvalidPlanError, MarsupialError
@@ -166,7 +166,7 @@ def comparison(data: bytes) -> None:
     first = data.partition(b"\n")[0]
     name = next((name for name, lines in FILES.items() if lines.head.encode().strip() == first.strip()), None)
     if name is None:
-        same(*2 * [read_text_of(partial(header.parse, source=""), data)])
+        same(*2 * [read_text_of(partial(parse_header, source=""), data)])
         return
     folder = stored(data, name).parent
     lines, read = FILES[name], {"rows.csv": read_rows, "timings.csv": read_timings, "coverage.csv": read_curves}[name]
