@@ -99,28 +99,23 @@ def processor_environment() -> dict[str, str]:
     return {} if processor is None else {"NUMBA_CPU_NAME": processor.name, "NUMBA_CPU_FEATURES": ""}
 
 
-class _CacheFault:
-    """Why compiled code is lost with this process or at the next boot, None if it is not; logged once, when saving."""
+class _State:
+    """The state of this process's cache."""
 
-    reason: str | None = None
-    logged = False
+    fault: str | None = None  # why compiled code is lost with this process or at the next boot, None if it is not
+    logged = False  # whether the fault was logged, which happens once, when saving
+    precompiling: Path | None = None  # the folder where this process writes code for other machines, if it does
 
 
 def is_lasting() -> bool:
     """Return whether compiled code is kept for good: longer than this process, and than the machine is up."""
-    return _CacheFault.reason is None
-
-
-class _Precompiling:
-    """The folder where this process writes code for other machines; None if it does not."""
-
-    folder: Path | None = None
+    return _State.fault is None
 
 
 def precompile_into(folder: Path) -> None:
     """From now on, write compiled code to an existing folder of precompiled code, and load it from there only."""
     # The process has to run with the variables of `processor_environment`.
-    _Precompiling.folder = folder
+    _State.precompiling = folder
 
 
 def cache_code(function: CPUDispatcher) -> None:
@@ -145,9 +140,8 @@ class _FunctionCode(NullCache):
         # long to import.
         rtsys.initialize(target_context)
         # While precompiling, code of this machine's own processor must not be taken for the portable one.
-        precompiling = _Precompiling.folder is not None
-        sources = (self._load_precompiled,) if precompiling else (self._local.load_overload, self._load_precompiled)
-        for load in sources:
+        local = () if _State.precompiling is not None else (self._local.load_overload,)
+        for load in (*local, self._load_precompiled):
             try:
                 found = load(sig, target_context)
             except Exception:  # a damaged pickle can raise anything
@@ -158,34 +152,32 @@ class _FunctionCode(NullCache):
         return None
 
     def save_overload(self, sig: Any, data: CompileResult) -> None:
-        if _Precompiling.folder is not None:
-            self._write(_Precompiling.folder, sig, data)
+        if _State.precompiling is not None:
+            self._write(_State.precompiling, sig, data)
             return
         try:
             self._local.save_overload(sig, data)
         except OSError as error:  # such as a full disk
-            _CacheFault.reason = f"compiled code is not kept: {error.strerror}"
-        if _CacheFault.reason and not _CacheFault.logged:
-            _LOG.warning(_CacheFault.reason)
-            _CacheFault.logged = True
+            _State.fault = f"compiled code is not kept: {error.strerror}"
+        if _State.fault and not _State.logged:
+            _LOG.warning(_State.fault)
+            _State.logged = True
 
     def flush(self) -> None:
         self._local.flush()
 
     def _load_precompiled(self, sig: Any, target_context: Any) -> CompileResult | None:
-        processor = _shared_processor()
-        if processor is None:
+        if (processor := _shared_processor()) is None:
             return None
         try:
-            folder = _Precompiling.folder or PRECOMPILED
+            folder = _State.precompiling or PRECOMPILED
             data = (folder / _file_name(self._function, sig, processor)).read_bytes()
         except FileNotFoundError:
             return None
         return CompileResult._rebuild(target_context, *pickle.loads(data))
 
     def _write(self, folder: Path, sig: Any, result: CompileResult) -> None:
-        processor = _shared_processor()
-        if processor is None:
+        if (processor := _shared_processor()) is None:
             raise RuntimeError("precompiling needs the variables of processor_environment()")
         path = folder / _file_name(self._function, sig, processor)
         # Two processes may write the same file: each writes its own, and replacing is atomic.
@@ -196,10 +188,9 @@ class _FunctionCode(NullCache):
 
 def _shared_processor() -> Processor | None:
     """Return the processor of precompiled code; None if this process can't use it or has to use another."""
-    processor = PROCESSORS.get(_architecture())
-    if processor is None:
+    if (processor := PROCESSORS.get(_architecture())) is None:
         return None
-    if _Precompiling.folder is not None:
+    if _State.precompiling is not None:
         return processor if processor.name == config.CPU_NAME and not config.CPU_FEATURES else None
     # Whoever sets NUMBA_CPU_NAME wants code for that processor, not the package's.
     is_free = config.CPU_NAME is None and config.CPU_FEATURES is None
@@ -263,9 +254,9 @@ def _temporary_folder() -> str | None:
     try:
         folder = _made_temporary_folder()
     except OSError:
-        _CacheFault.reason = "compiled code is not kept: there is no folder that can be written to"
+        _State.fault = "compiled code is not kept: there is no folder that can be written to"
         return None
-    _CacheFault.reason = f"compiled code is kept in {folder}: the folders for it can't be written to"
+    _State.fault = f"compiled code is kept in {folder}: the folders for it can't be written to"
     return folder
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Collection, Iterable
 
+# Limits of the search for a similar word: its time grows with the square of the length, and the number of words.
 _LONGEST_TYPED, _MOST_TYPOS, _MOST_OPTIONS = 30, 10, 60
-"""Limits of the search for a similar word: its time grows with the square of the length, and the number of words."""
 
 
 def clock(seconds: float) -> str:

@@ -19,7 +19,7 @@ gap, sets down the first of its two rovers (0.5 m/s), which looks around in the 
 
 import numpy as np
 
-from marsupial.formats.triggers import read_triggers
+from marsupial.formats.loglines import read_triggers
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, CellArray
 from marsupial.model.mission import (
     ActionEnd,

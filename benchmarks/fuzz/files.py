@@ -11,16 +11,15 @@ from pathlib import Path
 from unittest.mock import patch
 
 from benchmarks.fuzz.examples import ROOT, deploy
-from marsupial.bench.compare import header
 from marsupial.bench.compare.folder import FILES, read_curves, read_rows, read_timings
+from marsupial.bench.compare.plan import parse_header
 from marsupial.bench.suite.best import read_best, write_best
 from marsupial.cli.work.compare_arguments import contenders, numbers
 from marsupial.errors import InvalidPlanError, MarsupialError
-from marsupial.formats.loglines import log_lines
+from marsupial.formats.loglines import log_lines, read_triggers, trigger_text
 from marsupial.formats.mapfiles.images import grey_of, size_of
 from marsupial.formats.mapfiles.movingai import scenario_map
-from marsupial.formats.mapfiles.nav2 import nav2_files, understand_image
-from marsupial.formats.mapfiles.nav2_header import header_of
+from marsupial.formats.mapfiles.nav2 import header_of, nav2_files, understand_image
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
@@ -29,7 +28,6 @@ from marsupial.formats.pddl.text import check_domain, problem_text
 from marsupial.formats.scenario import is_scenario_file, read_scenario, scenario_text
 from marsupial.formats.situation import situation_from_json, situation_to_json
 from marsupial.formats.strips import runs_in, text_of
-from marsupial.formats.triggers import read_triggers, trigger_text
 from marsupial.generators import canvas
 from marsupial.library.scenarios import scenario as scenario_of
 from marsupial.model.bounds import BOUNDS
@@ -168,7 +166,7 @@ def comparison(data: bytes) -> None:
     first = data.partition(b"\n")[0]
     name = next((name for name, lines in FILES.items() if lines.head.encode().strip() == first.strip()), None)
     if name is None:
-        same(*2 * [read_text_of(partial(header.parse, source=""), data)])
+        same(*2 * [read_text_of(partial(parse_header, source=""), data)])
         return
     folder = stored(data, name).parent
     lines, read = FILES[name], {"rows.csv": read_rows, "timings.csv": read_timings, "coverage.csv": read_curves}[name]

@@ -12,8 +12,8 @@ from statistics import median
 from typing import Any, Generic, TypeVar
 
 from marsupial.cli.display.messages import Volume, set_volume
-from marsupial.cli.display.outputs import write_file
 from marsupial.cli.display.tables import print_report
+from marsupial.formats.files import write_file
 
 Result = TypeVar("Result")
 

@@ -12,8 +12,8 @@ from pathlib import Path
 from benchmarks.trial.parts import FULL, QUICK, Stores, TrialExtent, kill_rows, trial
 from benchmarks.trial.rows import Judgement, table
 from marsupial.cli.display.messages import say
-from marsupial.cli.display.outputs import write_file
 from marsupial.cli.display.tables import print_text
+from marsupial.formats.files import write_file
 
 HELP = {
     "kills": "processes killed at random moments",

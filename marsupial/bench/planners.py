@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterable
 from contextlib import closing
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from marsupial.bench.suite.best import Best, with_bound, with_plan
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
@@ -25,8 +26,8 @@ WARM_UP = ("pressure-1x1-3", "in-flight-3x2-12")
 WARM_UP_S, WARM_UP_OVER_S, WARM_UPS = 0.5, 0.25, 6
 CLOSE = 1.01  # greatest ratio to the best makespan that counts as close
 
+# Tolerance after the budget, in seconds and as a share of it: plans in transit, and noise of the machine.
 GRACE_S, GRACE_SHARE = 0.01, 0.02
-"""Tolerance after the budget, in seconds and as a share of it: plans in transit, and noise of the machine."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,8 +39,7 @@ class BenchEngine:
     missing: str | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Arrival:
+class Arrival(NamedTuple):
     """A plan for all targets that arrived in time and became the incumbent; the time is since the engine was asked."""
 
     elapsed_s: float
@@ -164,7 +164,7 @@ def run(
         instance=instance.name,
         engine=contender.name,
         budget_s=budget_s,
-        arrivals=tuple(Arrival(elapsed_s=at, makespan_ms=plan.makespan_ms) for at, plan in whole),
+        arrivals=tuple(Arrival(at, plan.makespan_ms) for at, plan in whole),
         plan=whole[-1][1] if whole else None,
         served=0 if incumbent.plan is None else len(incumbent.plan.explored),
         refused=len(incumbent.refused),

@@ -35,7 +35,6 @@ from marsupial.cli.commands.reproduce import reproduce
 from marsupial.cli.commands.ros import ros
 from marsupial.cli.commands.run import run
 from marsupial.cli.commands.serve import serve
-from marsupial.cli.commands.store import store
 from marsupial.cli.commands.validate import validate
 from marsupial.cli.display.messages import Volume, complain, set_volume
 from marsupial.cli.options.shared import LateHelp
@@ -83,7 +82,6 @@ for _listing in (strategies, planners, scenarios):
 app.add_typer(bench, name="bench")
 app.command()(demo)
 app.command()(ros)
-serve.add_typer(store, name="store")
 app.add_typer(serve, name="serve")
 
 
@@ -176,8 +174,7 @@ def fault_of(stream: TextIO) -> OSError | None:
 def settled(code: int) -> int:
     """Flush both streams and return the exit code; drop unwritable output, so that Python does not retry at exit."""
     for stream in (sys.stdout, sys.stderr):
-        fault = fault_of(stream)
-        if fault is None:
+        if (fault := fault_of(stream)) is None:
             continue
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
         if isinstance(fault, BrokenPipeError):

@@ -30,10 +30,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from marsupial.exports.activity import Activity, activity, activity_text, stretches
 from marsupial.exports.figures import figure_file
 from marsupial.exports.ground import box, coarse, ground_image
-from marsupial.exports.trails import drives, handovers, trail
+from marsupial.exports.trails import Activity, activity, activity_text, drives, handovers, stretches, trail
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import RobotView, Track
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, ActionName, MissionEvent, Role
@@ -47,8 +46,8 @@ MARKERS = {Role.CARRIER: "o", Role.ROVER: "D"}
 SIZES_PT = {Role.CARRIER: 17.0, Role.ROVER: 8.0}
 TRAILS_PT = {Role.CARRIER: 3.2, Role.ROVER: 1.3}
 
+# Size of a rover aboard, and its distance from the carrier's centre: rovers aboard form a ring.
 CARGO_PT, CARGO_RING_PT = 6.0, 9.5
-"""Size of a rover aboard, and its distance from the carrier's centre: rovers aboard form a ring."""
 
 MARGIN = 0.03  # margin around the ground known at the end, as a share of its longer side
 PANEL = 0.215  # width of the panel beside the map, as a share of the figure's
@@ -178,7 +177,10 @@ class MissionDrawing:
         step = min(0.033, 0.033 * MOST_NAMED / max(1, len(self.roles)))
         size = 9.5 * step / 0.033
         y, self._doing = 0.765, {}
-        for name in self.family_order():
+        homes = [robot.carrier or robot.name for robot in mission.robots]
+        names = [robot.name for robot in mission.robots]
+        # each carrier before the rovers that start on it
+        for name, _ in sorted(zip(names, homes, strict=True), key=lambda pair: names.index(pair[1])):
             indent = 0.012 * self._is_rover(name)
             mark: Style = {"marker": MARKERS[self.roles[name]], "color": self.colours[name], "linestyle": ""}
             small = 0.8 * size * (0.75 if indent else 1.1)
@@ -189,19 +191,12 @@ class MissionDrawing:
             y -= step
         self._add_legend(x, min(y - 0.02, 0.3))
 
-    def family_order(self) -> list[str]:
-        """Return the robots' names, each carrier before the rovers that start on it."""
-        home = {robot.name: robot.carrier or robot.name for robot in self.playback.mission.robots}
-        order = {name: number for number, name in enumerate(home)}
-        return sorted(home, key=lambda name: (order[home[name]], order[name]))
-
     def _add_legend(self, x: float, y: float) -> None:
         square: Style = {"marker": "s", "markersize": 9, "markeredgecolor": self.palette.dim, "markeredgewidth": 0.6}
         grey = self.palette.actions["drive"]
         grounds = [(name, {**square, "color": getattr(self.palette, key)}) for name, key in GROUNDS]
         there = set(np.unique(self.playback.cells_at(self.playback.end_ms)).tolist()) - {OBSTACLE, FLOOR}
-        others = [terrain.name for terrain in self.playback.mission.terrains if terrain.code in there]
-        if others:
+        if others := [terrain.name for terrain in self.playback.mission.terrains if terrain.code in there]:
             grounds.insert(2, (shortened(", ".join(others), 14), {**square, "color": self.palette.other}))
         marks: list[tuple[str, Style]] = [
             ("carrier", {"marker": "o", "markersize": 11, "color": grey}),
@@ -227,7 +222,7 @@ class MissionDrawing:
             line.set_data(*trail(self._drives[name], t_ms).T)
         for action, marks in self._marks.items():
             spots = [place.cell for place in self._handovers if place.name is action and place.t_ms <= t_ms]
-            marks.set_data([cell.x for cell in spots], [cell.y for cell in spots])
+            marks.set_data(*np.array(spots, dtype=np.int64).reshape(-1, 2).T)
         robots, tracks = self.playback.state_at(t_ms).robots, self.playback.tracks_at(t_ms)
         for robot in robots:
             self._show_robot(robot, tracks[robot.name], {other.name: other for other in robots})

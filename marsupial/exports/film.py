@@ -17,13 +17,13 @@ from marsupial.mission.playback import Playback
 from marsupial.model.mission import MissionEvent
 from marsupial.replay.palette import LIGHT, Palette
 
+# Length of a film whose speed is not chosen: about as long as a reader watches a moving picture in a text.
 FILM_S = 20.0
-"""Length of a film whose speed is not chosen: about as long as a reader watches a moving picture in a text."""
 
 HOLD_S = 2.0  # how long the end is shown
 
+# Frames per second, and pixels per inch: both low, as a GIF holds nearly every pixel of every frame.
 GIF_FPS, GIF_DPI = 10, 75.0
-"""Frames per second, and pixels per inch: both low, as a GIF holds nearly every pixel of every frame."""
 
 MP4_FPS, MP4_DPI = 20, 100.0
 

@@ -40,21 +40,21 @@ from marsupial.replay.palette import LIGHT
 WIDTH_IN, LEGEND_IN, DPI = 10.0, 3.3, 150.0
 TICKS_IN = 0.65  # width left of the map for the labels of ticks
 
+# Most pixels of the map's longer side: more would be finer than the figure, and make an SVG of megabytes.
 MOST_PIXELS = 1400
-"""Most pixels of the map's longer side: more would be finer than the figure, and make an SVG of megabytes."""
 
 GAP_PT = 9.0  # distance from the centre of a mark to its name
 
+# Least distance of a name from the centre of another mark, so that it is not taken for that mark's name.
 CLEAR_PT = 12.0
-"""Least distance of a name from the centre of another mark, so that it is not taken for that mark's name."""
 
 RING_PT, RINGS = 16.0, 6  # distance between rings of places, and their number
 
 SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 CORNERS = tuple(product((1, -1), (1, -1)))
 
+# Cost of hiding something or leaving the map, and of standing on walls alone; one ring farther off costs 1.
 BLOCKED, ON_WALLS = 100.0, 3.0
-"""Cost of hiding something or leaving the map, and of standing on walls alone; one ring farther off costs 1."""
 
 Share = Callable[[Bbox], float]  # returns the share of walls, 0 to 1, below a box in the figure (pixels)
 

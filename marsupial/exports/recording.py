@@ -44,7 +44,6 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 
-from marsupial.exports.activity import activity, activity_text
 from marsupial.exports.ground import box
 from marsupial.exports.scene import (
     CHANNELS,
@@ -57,8 +56,8 @@ from marsupial.exports.scene import (
     scene,
     stamp,
 )
-from marsupial.exports.trails import drives, handovers
-from marsupial.formats.triggers import trigger_text
+from marsupial.exports.trails import activity, activity_text, drives, handovers
+from marsupial.formats.loglines import trigger_text
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import Leg, RobotView, Tracks, views
 from marsupial.model import UNKNOWN, ActionName, Changed, Grid, MissionEvent, Planned, Revealed
@@ -69,8 +68,8 @@ POSE_EVERY_MS = 200
 GRID_EVERY_MS = 1000
 TRAIL_EVERY_MS = 5000
 
+# Most bytes of all grids before compression, as viewers keep them: a large map is written less often.
 ALL_GRIDS_BYTES = 200_000_000
-"""Most bytes of all grids before compression, as viewers keep them: a large map is written less often."""
 
 CARRIER_TRAIL_M, ROVER_TRAIL_M, ROUTE_M = 0.12, 0.05, 0.04
 TARGET_M, HANDOVER_M = 0.3, 0.15
@@ -157,8 +156,7 @@ class _Recording:
             yield t_ms, "/map", grid_message(self.grid, cells, (left, bottom), LIGHT, t_ms)
 
     def _pose(self, x: float, y: float, yaw: float) -> Pose:
-        x_m, y_m = self._metres(x, y)
-        return pose(x_m, y_m, yaw + self.grid.origin_m[2])
+        return pose(*self._metres(x, y), yaw + self.grid.origin_m[2])
 
     def _metres(self, x: float, y: float) -> tuple[float, float]:
         """Return a point in metres of the map frame; (0, 0) is the centre of the first cell."""
@@ -228,12 +226,11 @@ class _Recording:
             entities = []
             for robot, found in driven.items():
                 thick_m = CARRIER_TRAIL_M if self.types[robot].capacity > 0 else ROVER_TRAIL_M
+                look: dict[str, Any] = {"ink": self.colours[robot], "thick_m": thick_m, "alpha": 0.7}
                 for k, drive in enumerate(found):
                     if drive.times_ms[-1] <= t_ms:
                         points = [self._metres(*point) for point in corners(drive.cells.tolist())]
-                        entities.append(
-                            line_entity(t_ms, f"{robot} {k}", points, self.colours[robot], thick_m=thick_m, alpha=0.7)
-                        )
+                        entities.append(line_entity(t_ms, f"{robot} {k}", points, **look))
             for k, place in enumerate(places):
                 if place.t_ms <= t_ms:
                     colour = LIGHT.actions["undock" if place.name is ActionName.UNDOCK else "dock"]
@@ -249,25 +246,18 @@ class _Recording:
             entities = []
             for k, target in enumerate(plan.targets, 1):
                 at, label = self._metres(*target.cell), f"target {k}: about {target.reveal_m2:.0f} m2"
-                entities.append(
-                    place_entity(
-                        plan.t_ms, target.name, at, LIGHT.frontier, radius_m=TARGET_M, label=label, ink=LIGHT.ink
-                    )
-                )
+                look: dict[str, Any] = {"radius_m": TARGET_M, "label": label, "ink": LIGHT.ink}
+                entities.append(place_entity(plan.t_ms, target.name, at, LIGHT.frontier, **look))
             for name, place in _first_targets(plan).items():
                 if place in cells:
                     points = [self._metres(robots[name].x, robots[name].y), self._metres(*cells[place])]
-                    entities.append(
-                        line_entity(
-                            plan.t_ms, f"{name} goes to", points, self.colours[name], thick_m=ROUTE_M, alpha=0.5
-                        )
-                    )
+                    look = {"ink": self.colours[name], "thick_m": ROUTE_M, "alpha": 0.5}
+                    entities.append(line_entity(plan.t_ms, f"{name} goes to", points, **look))
             yield plan.t_ms, "/plan", scene(plan.t_ms, entities)
 
     def _log(self) -> Iterator[Timed]:
-        lines = [
-            (plan.t_ms, "plan", f"plan {plan.revision}: {trigger_text(plan.trigger)}") for plan in self.playback.plans
-        ]
+        plans = self.playback.plans
+        lines = [(plan.t_ms, "plan", f"plan {plan.revision}: {trigger_text(plan.trigger)}") for plan in plans]
         if (ended := self.playback.ended) is not None:
             lines.append((ended.t_ms, "end", f"{ended.status}: {ended.reason}"))
         for t_ms, about, text in lines:

@@ -32,8 +32,8 @@ from marsupial.replay.palette import Palette
 
 MAP_FRAME = "map"
 
+# The fields of a grid, a byte each: viewers take fields of these names as the colour of a cell.
 CHANNELS = ("red", "green", "blue", "alpha")
-"""The fields of a grid, a byte each: viewers take fields of these names as the colour of a cell."""
 
 LINE_HEIGHT_M, LABEL_HEIGHT_M = 0.02, 0.6  # height of lines and texts, above the ground so that it does not hide them
 
@@ -63,15 +63,12 @@ def grid_message(grid: Grid, cells: CellArray, corner: tuple[int, int], palette:
     table = np.zeros((256, 4), dtype=np.uint8)
     for code in np.unique(cells):
         table[code] = (*bytes.fromhex(palette.ground(int(code))[1:]), 255)
-    x_m, y_m = grid.point_m(*corner)
-    fields = [
-        PackedElementField(name=name, offset=offset, type=PackedElementField.NumericType.UINT8)
-        for offset, name in enumerate(CHANNELS)
-    ]
+    byte = PackedElementField.NumericType.UINT8
+    fields = [PackedElementField(name=name, offset=offset, type=byte) for offset, name in enumerate(CHANNELS)]
     return GridMessage(
         timestamp=stamp(t_ms),
         frame_id=MAP_FRAME,
-        pose=pose(x_m, y_m, grid.origin_m[2]),
+        pose=pose(*grid.point_m(*corner), grid.origin_m[2]),
         column_count=cells.shape[1],
         cell_size=Vector2(x=grid.resolution_m, y=grid.resolution_m),
         row_stride=cells.shape[1] * len(CHANNELS),
@@ -92,10 +89,9 @@ def robot_entity(
 ) -> SceneEntity:
     """Return a robot that moves with the frame `name`: a disc for a carrier, a square on its corner for a rover."""
     # `height_m` is the height of its underside: a rover aboard stands on its carrier.
-    thick = radius_m
-    size = Vector3(x=2 * radius_m, y=2 * radius_m, z=thick)
-    middle = height_m + thick / 2
-    text = _text(label, pose(0, 0, z_m=height_m + LABEL_HEIGHT_M + thick), ink)
+    size = Vector3(x=2 * radius_m, y=2 * radius_m, z=radius_m)
+    middle = height_m + radius_m / 2
+    text = _text(label, pose(0, 0, z_m=height_m + LABEL_HEIGHT_M + radius_m), ink)
     entity = SceneEntity(timestamp=stamp(t_ms), frame_id=name, id=name, frame_locked=True, texts=[text])
     if role is Role.CARRIER:
         body = CylinderPrimitive(pose=pose(0, 0, z_m=middle), size=size, bottom_scale=1, top_scale=1, color=colour(ink))

@@ -8,10 +8,11 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from marsupial.errors import UsageError
 from marsupial.model.mission import MissionEvent
-from marsupial.replay.palette import DARK, LIGHT, Palette
+from marsupial.replay.palette import DARK, LIGHT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,43 +23,31 @@ class ExportOptions:
     speed: float | None = None  # seconds of the mission per second of a film; None makes the film some 20 s long
     dark: bool = False  # whether figures and films have a dark background
 
-    @property
-    def palette(self) -> Palette:
-        """The colours."""
-        return DARK if self.dark else LIGHT
-
 
 Events = Sequence[MissionEvent]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Export:
-    """A kind of file: the function that writes it, and the `ExportOptions` that it takes."""
+class Export(NamedTuple):
+    """A kind of file: the function that writes it, given its suffix, and the `ExportOptions` that it takes."""
 
-    write: Callable[[Events, ExportOptions], bytes]
-    takes: frozenset[str] = frozenset()
-
-
-def _figure(kind: str) -> Callable[[Events, ExportOptions], bytes]:
-    def write(events: Events, options: ExportOptions) -> bytes:
-        from marsupial.exports.drawing import figure
-
-        return figure(events, kind, at_ms=options.at_ms, palette=options.palette)
-
-    return write
+    write: Callable[[Events, str, ExportOptions], bytes]
+    takes: frozenset[str]
 
 
-def _film(kind: str) -> Callable[[Events, ExportOptions], bytes]:
-    def write(events: Events, options: ExportOptions) -> bytes:
-        from marsupial.exports import film
+def _figure(events: Events, suffix: str, options: ExportOptions) -> bytes:
+    from marsupial.exports.drawing import figure
 
-        make = film.gif if kind == "gif" else film.mp4
-        return make(events, speed=options.speed, palette=options.palette)
-
-    return write
+    return figure(events, suffix.removeprefix("."), at_ms=options.at_ms, palette=DARK if options.dark else LIGHT)
 
 
-def _mcap(events: Events, options: ExportOptions) -> bytes:
+def _film(events: Events, suffix: str, options: ExportOptions) -> bytes:
+    from marsupial.exports import film
+
+    make = film.gif if suffix == ".gif" else film.mp4
+    return make(events, speed=options.speed, palette=DARK if options.dark else LIGHT)
+
+
+def _mcap(events: Events, suffix: str, options: ExportOptions) -> bytes:
     try:
         from marsupial.exports.recording import write_recording
     except ModuleNotFoundError as error:
@@ -68,15 +57,10 @@ def _mcap(events: Events, options: ExportOptions) -> bytes:
     return out.getvalue()
 
 
-_FILM, _FIGURE = frozenset({"speed", "dark"}), frozenset({"at_ms", "dark"})
-
 EXPORTS: Mapping[str, Export] = {
-    ".gif": Export(write=_film("gif"), takes=_FILM),
-    ".mp4": Export(write=_film("mp4"), takes=_FILM),
-    ".svg": Export(write=_figure("svg"), takes=_FIGURE),
-    ".png": Export(write=_figure("png"), takes=_FIGURE),
-    ".pdf": Export(write=_figure("pdf"), takes=_FIGURE),
-    ".mcap": Export(write=_mcap),
+    **dict.fromkeys((".gif", ".mp4"), Export(_film, frozenset({"speed", "dark"}))),
+    **dict.fromkeys((".svg", ".png", ".pdf"), Export(_figure, frozenset({"at_ms", "dark"}))),
+    ".mcap": Export(_mcap, frozenset()),
 }
 """By suffix."""
 
@@ -97,4 +81,4 @@ def check_export(suffix: str, options: ExportOptions) -> None:
 def export_mission(events: Events, suffix: str, options: ExportOptions) -> bytes:
     """Return the mission as a file of the kind with this suffix; raise a `UsageError` if that can't be made here."""
     check_export(suffix, options)
-    return EXPORTS[suffix.lower()].write(events, options)
+    return EXPORTS[suffix.lower()].write(events, suffix.lower(), options)

@@ -98,18 +98,22 @@ class Fields(Notes):
 
     def text(self, key: str, default: str | None = None) -> str:
         """Read a text that is not empty."""
-        return str(self._take(key, default, "", lambda v: _unless(_is_text(v), "a text", v)))
+
+        def fault_of(value: object) -> str | None:
+            return _unless(isinstance(value, str) and bool(value.strip()), "a text", value)
+
+        return str(self._take(key, default, "", fault_of))
 
     def name(self, key: str) -> str:
         """Read a name: a letter, then letters, digits, ``_`` and ``-``."""
         value = self.text(key)
         if value and not _NAME.match(value):
             self.wrong(key, f"must be a letter followed by letters, digits, '_' or '-', got {shown(value)}")
-            return ""
-        if len(value) > LONGEST_NAME:
+        elif len(value) > LONGEST_NAME:
             self.wrong(key, f"must have at most {LONGEST_NAME} characters, has {len(value)}")
-            return ""
-        return value
+        else:
+            return value
+        return ""
 
     def flag(self, key: str, default: bool) -> bool:
         """Read true or false."""
@@ -121,10 +125,8 @@ class Fields(Notes):
         options = list(options)
         if not value or value in options:
             return value
-        if what:
-            self.wrong(key, unknown(what, value, options))
-        else:
-            self.wrong(key, f"must be {' or '.join(options)}, got {shown(value)}")
+        wanted = f"must be {' or '.join(options)}, got {shown(value)}"
+        self.wrong(key, unknown(what, value, options) if what else wanted)
         return ""
 
     def numbers(
@@ -198,8 +200,7 @@ class Fields(Notes):
         """Return the value of a field; `default` if it is absent, `placeholder` if it has a problem."""
         if not self._present(key, required=default is None):
             return placeholder if default is None else default
-        fault = fault_of(self.data[key])
-        if fault:
+        if fault := fault_of(self.data[key]):
             self.wrong(key, fault)
             return placeholder
         return self.data[key]
@@ -241,10 +242,6 @@ def number_fault(value: object) -> str | None:
 def is_whole(value: object) -> bool:
     """Return whether `value` is an integer; to Python a boolean is one too, but not in a file."""
     return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _is_text(value: object) -> bool:
-    return isinstance(value, str) and bool(value.strip())
 
 
 def _unless(fine: bool, wanted: str, value: object) -> str | None:

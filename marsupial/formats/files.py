@@ -99,6 +99,30 @@ def writing(path: Path | str) -> Iterator[None]:
         raise UsageError(f"can't write {path}: {reason(error)}") from error
 
 
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write `data` to `path`, replacing an existing file; raise a `UsageError` if that fails."""
+    with writing(path):
+        if path.is_dir():
+            raise IsADirectoryError(0, "is a directory")
+        if path.exists() and not path.is_file():  # /dev/stdout, a pipe: nothing to replace
+            path.write_bytes(data)
+        else:
+            replace_file(path, data)
+
+
+def write_file(path: Path, text: str) -> None:
+    """Write `text` (UTF-8) to `path` as `write_bytes` does."""
+    write_bytes(path, text.encode())
+
+
+def make_folder(path: Path) -> None:
+    """Create an output folder if it does not exist; raise a `UsageError` if that fails."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"can't make the folder {path}: {reason(error)}") from error
+
+
 @contextmanager
 def about(path: Path) -> Iterator[None]:
     """Add the file's name to every problem raised inside."""

@@ -33,10 +33,10 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from marsupial.errors import LogError, Problem
-from marsupial.formats.triggers import read_triggers, trigger_text
 from marsupial.model import mission as m
 from marsupial.model.bounds import MOST
 from marsupial.model.grid import Cell
+from marsupial.model.mission import Cause, Trigger, Triggers
 
 FORMAT = "marsupial-log"
 VERSION = 2
@@ -229,15 +229,15 @@ def _load_object(line: bytes, problems: list[Problem]) -> dict[str, Any] | None:
     try:
         value = load(line)
     except UnicodeDecodeError:
-        problems.append(Problem("", "is not UTF-8 text"))
-        return None
+        fault = "is not UTF-8 text"
     except (ValueError, RecursionError) as error:
-        problems.append(Problem("", f"is not JSON: {error}"))
-        return None
-    if not isinstance(value, dict):
-        problems.append(Problem("", f"must be a JSON object, got {_shown(value)}"))
-        return None
-    return value
+        fault = f"is not JSON: {error}"
+    else:
+        if isinstance(value, dict):
+            return value
+        fault = f"must be a JSON object, got {_shown(value)}"
+    problems.append(Problem("", fault))
+    return None
 
 
 def load(line: bytes) -> Any:
@@ -289,7 +289,7 @@ def _read(hint: Any, value: Any, path: str, problems: list[Problem]) -> Any:
     if get_origin(hint) is UnionType:
         (inner,) = (kind for kind in get_args(hint) if kind is not NoneType)
         return None if value is None else _read(inner, value, path, problems)
-    if hint == m.Triggers:
+    if hint == Triggers:
         return read_triggers(_read_scalar(str, value, path, problems))
     if hint is Cell:
         return Cell(*_read_array((int, int), value, path, problems))
@@ -333,3 +333,28 @@ def _read_scalar(hint: type, value: Any, path: str, problems: list[Problem]) -> 
         problems.append(Problem(path, f"must be {_NAMES[hint]}, got {_shown(value)}"))
         return hint()
     return value
+
+
+def trigger_text(triggers: Triggers) -> str:
+    """Return the triggers of a replanning as text, such as ``gone: t1; new: t2, t3``, for logs and people."""
+    return "; ".join(_words(trigger) for trigger in triggers)
+
+
+def read_triggers(text: str) -> Triggers:
+    """Return the triggers that a text lists; any other text becomes one trigger with `Cause.OTHER`."""
+    triggers = tuple(_trigger(words) for words in text.split("; "))
+    return triggers if trigger_text(triggers) == text else (Trigger(Cause.OTHER, (text,)),)
+
+
+def _words(trigger: Trigger) -> str:
+    names = ", ".join(trigger.names)
+    if trigger.cause is Cause.OTHER:
+        return names
+    return f"{trigger.cause}: {names}" if names else str(trigger.cause)
+
+
+def _trigger(words: str) -> Trigger:
+    cause, _, names = words.partition(": ")
+    if cause not in set(Cause):
+        return Trigger(Cause.OTHER, (words,))
+    return Trigger(Cause(cause), tuple(names.split(", ")) if names else ())

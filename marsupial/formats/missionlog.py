@@ -1,24 +1,27 @@
-"""Mission logs: files of one JSON object per line, written during the mission.
+"""Mission logs: files of one JSON object per line, written during the mission, and how they are read and checked.
 
-If the run is killed, the log is valid but for its last line, which may be cut off. Reading checks everything that a
-replay relies on. The content of lines: `marsupial.formats.loglines`; the format for other programs:
-``docs/mission-log.md``.
+If the run is killed, the log is valid but for its last line, which may be cut off. A log whose lines are well formed
+can still be wrong: an unknown robot, cells off the map, time running backwards. `LogChecker` refuses whatever a replay
+can't cope with, so that callers of `read_log` need not check again. The content of lines: `marsupial.formats.loglines`;
+the format for other programs: ``docs/mission-log.md``.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TextIO
+from typing import Any
 
 from marsupial.errors import LogError, Problem
-from marsupial.formats.logchecks import LogChecker
-from marsupial.formats.loglines import LogDecoder, LogEncoder, load
+from marsupial.formats.loglines import LogDecoder, load
+from marsupial.formats.mapfiles.images import MAX_CELLS
+from marsupial.model import UNKNOWN, Action, ActionName, Cell, RobotType, Role
 from marsupial.model import mission as m
+from marsupial.model.bounds import BOUNDS
+from marsupial.paths.routes import route_of
 
 _MOST_PROBLEMS = 50  # a file of another kind has a problem on every line
 
@@ -42,40 +45,6 @@ class MissionLog:
         """The stop report, or None if the run was killed before it could write one."""
         last = self.events[-1]
         return last if isinstance(last, m.MissionEnded) else None
-
-
-class LogWriter:
-    """Writes events to a file or a text stream, each at once; `Revealed` events wait for another kind of event."""
-
-    def __init__(self, target: str | PathLike[str] | TextIO) -> None:
-        self._target = target
-        self._stack = ExitStack()
-        self._stream: TextIO | None = None
-        self._encoder = LogEncoder()
-
-    def __enter__(self) -> LogWriter:
-        if isinstance(self._target, str | PathLike):
-            file = Path(self._target).open("w", encoding="ascii", newline="\n")
-            self._stream = self._stack.enter_context(file)
-        else:
-            self._stream = self._target
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with self._stack:
-            self._write(self._encoder.rest())
-        self._stream = None
-
-    def write(self, event: m.MissionEvent) -> None:
-        """Append one event."""
-        self._write(self._encoder.lines(event))
-
-    def _write(self, lines: Iterable[str]) -> None:
-        if self._stream is None:
-            raise ValueError("a LogWriter writes only inside its with block")
-        for line in lines:
-            self._stream.write(line + "\n")
-            self._stream.flush()  # a killed run loses at most one line
 
 
 def read_log(path: str | PathLike[str]) -> MissionLog:
@@ -120,3 +89,178 @@ def _read_lines(lines: Iterable[bytes]) -> tuple[list[m.MissionEvent], list[Prob
         if len(problems) >= _MOST_PROBLEMS or (problems and number == 1):
             break  # the checks of all other lines need a valid first line
     return events, problems[:_MOST_PROBLEMS]
+
+
+class LogChecker:
+    """Checks the events of one log in their order."""
+
+    def __init__(self) -> None:
+        self._mission: m.MissionStarted | None = None
+        self._width = self._height = 0
+        self._robots: frozenset[str] = frozenset()
+        self._carriers: frozenset[str] = frozenset()
+        self._last_ms = 0
+        self._over = False
+
+    def check(self, event: m.MissionEvent) -> list[Problem]:
+        """Return the problems of the next event."""
+        problems = list(self._order(event))
+        if self._mission is None:
+            if not isinstance(event, m.MissionStarted):
+                return [Problem("event", "the first event must be the mission")]
+            self._mission = event
+            self._width, self._height = event.width, event.height
+            self._robots = frozenset(robot.name for robot in event.robots)
+            carrying = {kind.name for kind in event.types if kind.role is Role.CARRIER}
+            self._carriers = frozenset(robot.name for robot in event.robots if robot.type in carrying)
+        self._last_ms = max(self._last_ms, event.t_ms)
+        self._over = self._over or isinstance(event, m.MissionEnded)
+        return problems + list(_CHECKS[type(event)](self, event))
+
+    def _order(self, event: m.MissionEvent) -> Iterator[Problem]:
+        if event.t_ms < self._last_ms:
+            yield Problem("t_ms", f"must not go back, got {event.t_ms} after {self._last_ms}")
+        if self._over:
+            yield Problem("event", "nothing may follow the end of the mission")
+        if self._mission is not None and isinstance(event, m.MissionStarted):
+            yield Problem("event", "a log holds one mission")
+
+    def _mission_started(self, event: m.MissionStarted) -> Iterator[Problem]:
+        yield from self._frame(event)
+        yield from _bounded(event, "", ("resolution_m",))
+        for i, terrain in enumerate(event.terrains):
+            if not 0 <= terrain.code < UNKNOWN:
+                yield Problem(f"terrains[{i}].code", f"must be from 0 to {UNKNOWN - 1}, got {terrain.code}")
+        for i, kind in enumerate(event.types):
+            yield from _type_problems(kind, f"types[{i}]")
+        if len(self._robots) < len(event.robots):
+            yield Problem("robots", "two robots have the same name")
+        types = {kind.name for kind in event.types}
+        for i, robot in enumerate(event.robots):
+            if robot.type not in types:
+                yield Problem(f"robots[{i}].type", f"no such robot type: {robot.type!r}")
+            yield from self._placed(f"robots[{i}]", robot)
+
+    def _frame(self, event: m.MissionStarted | m.FrameGrown) -> Iterator[Problem]:
+        """Check the size and place of the map, before anybody allocates an array of that size."""
+        for key in ("width", "height"):
+            if fault := BOUNDS["side"].fault(getattr(event, key)):
+                yield Problem(key, fault)
+        if event.width * event.height > MAX_CELLS:
+            yield Problem("width", f"{event.width} x {event.height} cells are more than the limit of {MAX_CELLS}")
+        for i, metres in enumerate(event.origin_m):
+            if fault := BOUNDS["coordinate_m"].fault(metres):
+                yield Problem(f"origin_m[{i}]", fault)
+
+    def _placed(self, path: str, robot: m.PlacedRobot) -> Iterator[Problem]:
+        if (robot.cell is None) == (robot.carrier is None):
+            yield Problem(path, "must have either a cell or a carrier")
+        elif robot.cell is not None:
+            yield from self._cell(f"{path}.cell", robot.cell)
+        elif robot.carrier not in self._carriers:
+            yield Problem(f"{path}.carrier", f"no such carrier: {robot.carrier!r}")
+        elif robot.name in self._carriers:
+            yield Problem(f"{path}.carrier", "a carrier can't be carried")
+
+    def _revealed(self, event: m.Revealed | m.Changed) -> Iterator[Problem]:
+        yield from self._robot("robot", event.robot)
+        most = UNKNOWN if isinstance(event, m.Changed) else UNKNOWN - 1
+        if max(event.runs[2::3], default=0) > most:
+            yield Problem("looks", f"must have codes 0 to {most}")
+
+    def _frame_grown(self, event: m.FrameGrown) -> Iterator[Problem]:
+        yield from self._frame(event)
+        shift = event.shift
+        held = shift.x + self._width <= event.width and shift.y + self._height <= event.height
+        if min(shift) < 0 or not held:
+            yield Problem("shift", "must lead into a frame that holds the one before")
+        else:
+            self._width, self._height = event.width, event.height
+
+    def _drive_started(self, event: m.DriveStarted) -> Iterator[Problem]:
+        yield from self._robot_and_cell(event)
+        if not set(event.steps) <= set("01234567"):
+            yield Problem("steps", f"must be digits from 0 to 7, got {event.steps[:40]!r}")
+        elif not all(map(self._contains, route_of(event.cell, event.steps))):
+            yield Problem("steps", "leave the map")
+
+    def _robot_and_cell(self, event: m.DriveStarted | m.DriveEnded) -> Iterator[Problem]:
+        yield from self._robot("robot", event.robot)
+        yield from self._cell("cell", event.cell)
+
+    def _planned(self, event: m.Planned) -> Iterator[Problem]:
+        for i, target in enumerate(event.targets):
+            yield from self._cell(f"targets[{i}].cell", target.cell)
+        for i, meeting in enumerate(event.meetings):
+            yield from self._cell(f"meetings[{i}].carrier_cell", meeting.carrier_cell)
+            yield from self._cell(f"meetings[{i}].rover_cell", meeting.rover_cell)
+        for i, action in enumerate(event.actions):
+            yield from self._action(f"actions[{i}]", action)
+
+    def _action_started(self, event: m.ActionStarted) -> Iterator[Problem]:
+        yield from self._action("action", event.action)
+        yield from self._cell("cell", event.cell)
+
+    def _mission_ended(self, event: m.MissionEnded) -> Iterator[Problem]:
+        for i, frontier in enumerate(event.remaining):
+            yield from self._cell(f"remaining[{i}].cell", frontier.cell)
+
+    def _action(self, path: str, action: Action) -> Iterator[Problem]:
+        yield from self._robot(f"{path}.robot", action.robot)
+        if action.name in (ActionName.DOCK, ActionName.UNDOCK):
+            if action.carrier not in self._carriers:
+                yield Problem(f"{path}.carrier", f"no such carrier: {action.carrier!r}")
+            if action.robot in self._carriers:
+                yield Problem(f"{path}.robot", "a carrier can't be carried")
+        elif action.carrier is not None:
+            yield Problem(f"{path}.carrier", f"a {action.name} has none, got {action.carrier!r}")
+        if action.duration_ms < 0:
+            yield Problem(f"{path}.duration_ms", f"must be 0 or more, got {action.duration_ms}")
+
+    def _robot(self, path: str, name: str) -> Iterator[Problem]:
+        if name not in self._robots:
+            yield Problem(path, f"no such robot: {name!r}")
+
+    def _cell(self, path: str, cell: Cell) -> Iterator[Problem]:
+        if not self._contains(cell):
+            yield Problem(path, f"lies outside the map: [{cell.x}, {cell.y}]")
+
+    def _contains(self, cell: Cell) -> bool:
+        return 0 <= cell.x < self._width and 0 <= cell.y < self._height
+
+
+_TYPE_BOUNDS = ("speed_mps", "sensor_range_m", "radius_m", "capacity", "dock_ms", "undock_ms", "diagonal")
+_ENERGY_BOUNDS = ("idle_w", "drive_w", "metre_j", "stop_j")
+_NAMED_BOUNDS = {"dock_ms": "duration_ms", "undock_ms": "duration_ms"} | {
+    key: "power_w" if key.endswith("_w") else "energy_j" for key in _ENERGY_BOUNDS
+}
+"""The names of bounds that differ from their field's."""
+
+
+def _bounded(value: object, path: str, keys: Iterable[str]) -> Iterator[Problem]:
+    for key in keys:
+        if fault := BOUNDS[_NAMED_BOUNDS.get(key, key)].fault(getattr(value, key)):
+            yield Problem(path + key, fault)
+
+
+def _type_problems(kind: RobotType, path: str) -> Iterator[Problem]:
+    yield from _bounded(kind, f"{path}.", _TYPE_BOUNDS)
+    yield from _bounded(kind.energy, f"{path}.energy.", _ENERGY_BOUNDS)
+    for i, joules in enumerate(kind.energy.turn_j):
+        if fault := BOUNDS["energy_j"].fault(joules):
+            yield Problem(f"{path}.energy.turn_j[{i}]", fault)
+
+
+_CHECKS: dict[type, Callable[[LogChecker, Any], Iterator[Problem]]] = {
+    m.MissionStarted: LogChecker._mission_started,
+    m.Revealed: LogChecker._revealed,
+    m.Changed: LogChecker._revealed,
+    m.FrameGrown: LogChecker._frame_grown,
+    m.DriveStarted: LogChecker._drive_started,
+    m.DriveEnded: LogChecker._robot_and_cell,
+    m.Planned: LogChecker._planned,
+    m.ActionStarted: LogChecker._action_started,
+    m.ActionEnded: lambda checker, event: checker._action("action", event.action),
+    m.RobotLost: lambda checker, event: checker._robot("robot", event.robot),
+    m.MissionEnded: LogChecker._mission_ended,
+}

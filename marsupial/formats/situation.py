@@ -52,8 +52,14 @@ def situation_to_json(situation: Situation) -> str:
         )
     except ValueError as error:
         raise SituationError([Problem("targets", f"reveal_m2 must be a finite number ({error})")]) from None
-    tables = ",\n".join(_table_text(kind.name, situation.travel_ms[kind.name]) for kind in situation.types)
-    return f'{head[:-2]},\n  "travel_ms": {{\n{tables}\n  }}\n}}\n'
+    tables = []
+    for kind in situation.types:
+        table = situation.travel_ms[kind.name].tolist()
+        rows = ([None if ms == UNREACHABLE else ms for ms in row] for row in table)
+        lines = ",\n".join(f"      {json.dumps(row)}" for row in rows)
+        tables.append(f"    {json.dumps(kind.name, ensure_ascii=False)}: [\n{lines}\n    ]")
+    joined = ",\n".join(tables)
+    return f'{head[:-2]},\n  "travel_ms": {{\n{joined}\n  }}\n}}\n'
 
 
 def situation_from_json(text: str) -> Situation:
@@ -68,11 +74,6 @@ def situation_from_json(text: str) -> Situation:
         raise SituationError(f"no JSON: {error}") from None
     if not isinstance(data, Mapping):
         raise SituationError(f"must be a mapping of fields, got {shown(data)}")
-    return situation_from_fields(data)
-
-
-def situation_from_fields(data: Mapping[str, Any]) -> Situation:
-    """Return the situation that a parsed JSON object describes; a `SituationError` has every problem with its path."""
     fields = Fields(data, "", [])
     situation = _read(fields)
     if situation is None:
@@ -94,12 +95,6 @@ def _head(situation: Situation) -> dict[str, Any]:
         "goal": asdict(situation.goal),
         "places": situation.places,
     }
-
-
-def _table_text(kind: str, table: TravelTable) -> str:
-    rows = ([None if ms == UNREACHABLE else ms for ms in row] for row in table.tolist())
-    lines = ",\n".join(f"      {json.dumps(row)}" for row in rows)
-    return f"    {json.dumps(kind, ensure_ascii=False)}: [\n{lines}\n    ]"
 
 
 def _read(fields: Fields) -> Situation | None:
@@ -224,14 +219,8 @@ def situation_of_parts(
 ) -> Situation | None:
     """Return the situation of parts that are right by themselves, or None with what doesn't fit together noted.
 
-    Parameters
-    ----------
-    travel_ms
-        Rows of times by robot type; None means no path.
-    given_places
-        What is said to be the rows and columns of the tables; None if nothing is.
-    parts
-        All other arguments of `Situation`, which raises SituationError.
+    `travel_ms` has rows of times by robot type, in which None means no path; `given_places`, if given, name the rows
+    and columns. `parts` are all other arguments of `Situation`, which raises a `SituationError`.
     """
     starts = [robot.place for robot in parts["robots"] if robot.place is not None]
     places = [*starts, *(target.name for target in parts["targets"]), *parts["meetings"], *parts["homes"]]

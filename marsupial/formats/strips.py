@@ -32,8 +32,8 @@ DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"
 
 ALIKE = 1  # the step to a row whose run has the same column and length; the number of further such rows follows
 
+# A strip continues with a run that begins at most this many columns off; else a new strip takes no more digits.
 REACH = 15
-"""A strip continues with a run that begins at most this many columns off; else a new strip takes no more digits."""
 
 _MOST_DIGITS = 32  # of a run: a code, the number of strips, and a strip of one row, on a map of less than 2**30 cells
 _CODES = np.frombuffer(DIGITS.encode("ascii"), dtype=np.uint8)

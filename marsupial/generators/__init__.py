@@ -12,10 +12,9 @@ import numpy as np
 
 from marsupial.errors import MapError, Problem
 from marsupial.generators.canvas import CanvasSize, solid
-from marsupial.generators.cave import cave
 from marsupial.generators.maze import maze
+from marsupial.generators.natural import DEFAULT_SHARE, MOST_SHARE, cave, random_obstacles
 from marsupial.generators.office import lobby, office
-from marsupial.generators.random_obstacles import DEFAULT_SHARE, MOST_SHARE, random_obstacles
 from marsupial.generators.rooms import rooms
 from marsupial.model.grid import Grid
 
@@ -35,8 +34,7 @@ class Generator:
 
     def make(self, *, width_m: float, height_m: float, resolution_m: float, seed: int, **options: float) -> Grid:
         """Generate a map with its lower left corner at the origin; raise a `MapError` with every wrong parameter."""
-        wrong = {key: value for key, value in options.items() if not 0 <= value <= self.most[key]}
-        if wrong:
+        if wrong := {key: value for key, value in options.items() if not 0 <= value <= self.most[key]}:
             raise MapError([Problem(key, f"must be 0 to {self.most[key]}, got {wrong[key]}") for key in wrong])
         size = CanvasSize(width_m, height_m, resolution_m)
         cells = solid(size, seed, self.least_m)

@@ -34,70 +34,36 @@ class BuiltIn:
     """A built-in scenario: a generated map and the terrains that its rovers can drive on."""
 
     summary: str
-    generator: str  # name in `GENERATORS`
     width_m: float
     height_m: float
-    seed: int
-    rover_terrains: frozenset[int]
+    seed: int = 1
+    rover_terrains: frozenset[int] = EVERYWHERE
     options: Mapping[str, float] = field(default_factory=dict)  # the generator's options
-
-    def grid(self) -> Grid:
-        """Generate the map."""
-        size = {"width_m": self.width_m, "height_m": self.height_m, "resolution_m": RESOLUTION_M}
-        return GENERATORS[self.generator].make(**size, seed=self.seed, **self.options)
 
 
 SCENARIOS: dict[str, BuiltIn] = {
     "office": BuiltIn(
         summary="the paper's office: two corridors, rooms, half of them for rovers only",
-        generator="office",
-        width_m=60.0,
-        height_m=36.0,
-        seed=3,
-        rover_terrains=ROUGH_ONLY,
+        width_m=60.0, height_m=36.0, seed=3, rover_terrains=ROUGH_ONLY,
     ),
     "maze": BuiltIn(
         summary="the paper's maze: a centre for rovers only with several meeting points",
-        generator="maze",
-        width_m=50.0,
-        height_m=50.0,
-        seed=1,
-        rover_terrains=ROUGH_ONLY,
+        width_m=50.0, height_m=50.0, rover_terrains=ROUGH_ONLY,
     ),
     "rooms": BuiltIn(
-        summary="rooms without corridors, some behind doors too narrow for carriers",
-        generator="rooms",
-        width_m=40.0,
-        height_m=30.0,
-        seed=1,
-        rover_terrains=EVERYWHERE,
+        summary="rooms without corridors, some behind doors too narrow for carriers", width_m=40.0, height_m=30.0
     ),
     "random": BuiltIn(
         summary="open ground strewn with boxes, gaps too narrow for carriers",
-        generator="random",
-        width_m=40.0,
-        height_m=40.0,
-        seed=1,
-        rover_terrains=EVERYWHERE,
-        options={"share": 0.25},
+        width_m=40.0, height_m=40.0, options={"share": 0.25},
     ),
-    "cave": BuiltIn(
-        summary="winding halls with patches of rough ground for rovers",
-        generator="cave",
-        width_m=50.0,
-        height_m=40.0,
-        seed=1,
-        rover_terrains=EVERYWHERE,
-    ),
+    "cave": BuiltIn(summary="winding halls with patches of rough ground for rovers", width_m=50.0, height_m=40.0),
     "lobby": BuiltIn(
         summary="a hall with four rooms, three of them for rovers only: for quick tries",
-        generator="lobby",
-        width_m=14.0,
-        height_m=11.0,
-        seed=3,
-        rover_terrains=ROUGH_ONLY,
+        width_m=14.0, height_m=11.0, seed=3, rover_terrains=ROUGH_ONLY,
     ),
-}
+}  # fmt: skip
+"""By the name of their generator."""
 
 
 def is_builtin(name: str) -> bool:
@@ -118,14 +84,16 @@ def builtin_scenario(name: str, carriers: int = DEFAULT_CARRIERS, rovers: int = 
     if not is_builtin(name):
         raise ScenarioError(f"unknown scenario {name!r}; built in: {', '.join(SCENARIOS)}")
     check_team_size(carriers, rovers)
-    kind, seed = _drawn(name) or (name, None)
-    if seed is not None and kind in FOOTPRINT_MAPS:
+    kind, seed = _drawn(name) or (name, SCENARIOS[name].seed)
+    if kind in FOOTPRINT_MAPS:
         return bare_map_scenario(name, FOOTPRINT_MAPS[kind].grid(seed), carriers, rovers)
-    entry = SCENARIOS[kind] if seed is None else replace(SCENARIOS[kind], seed=seed)
+    entry = SCENARIOS[kind]
+    size = {"width_m": entry.width_m, "height_m": entry.height_m, "resolution_m": RESOLUTION_M}
+    grid = GENERATORS[kind].make(**size, seed=seed, **entry.options)
     carrier, rover = default_types(max(1, rovers))
     carrier = replace(carrier, radius_m=CARRIER_RADIUS_M)
     rover = replace(rover, radius_m=ROVER_RADIUS_M, terrains=entry.rover_terrains)
-    return Scenario(name=name, grid=entry.grid(), robot_types=(carrier, rover), team=uniform_team(carriers, rovers))
+    return Scenario(name=name, grid=grid, robot_types=(carrier, rover), team=uniform_team(carriers, rovers))
 
 
 def bare_map_scenario(
@@ -157,6 +125,5 @@ def check_team_size(carriers: int, rovers: int) -> None:
     faults = {"carriers": BOUNDS["carriers"].fault(carriers), "rovers": BOUNDS["rovers_per_carrier"].fault(rovers)}
     if not any(faults.values()):
         faults["carriers"] = team_fault(carriers * (1 + rovers))
-    problems = [Problem(field, fault) for field, fault in faults.items() if fault is not None]
-    if problems:
+    if problems := [Problem(field, fault) for field, fault in faults.items() if fault is not None]:
         raise ScenarioError(problems)

@@ -28,40 +28,27 @@ from marsupial.generators.canvas import (
     door_cells,
     fill_pockets,
 )
-from marsupial.generators.cave import cave
+from marsupial.generators.natural import cave
 from marsupial.generators.rooms import building, rooms
 from marsupial.model.grid import FLOOR, OBSTACLE, CellArray, Grid
 
 RESOLUTION_M = 0.25
-
 TURN = 25.0
 
+# A turned map is drawn in cells smaller by this: its walls are then two cells thick, and leave no gap as they turn.
 TURNED_SCALE = 0.8
-"""A turned map is drawn in cells smaller by this: its walls are then two cells thick, and leave no gap as they turn."""
 
-NARROW_SHARE = 0.5
-"""Share of rooms with narrow doors, and of halls with pillars too near to each other for carriers."""
-
-TOOTH_M = (3.0, 6.0)
-"""Least and most width of a comb's rooms."""
-
+NARROW_SHARE = 0.5  # of rooms with narrow doors, and of halls with pillars too near to each other for carriers
+TOOTH_M = (3.0, 6.0)  # least and most width of a comb's rooms
 GRID_ROOM_M = 4.0
 HALL_M = (7.0, 12.0)
+
+# Edge of a pillar, and the gap between two of them where they stand near or far apart.
 PILLAR_M, NEAR_M, FAR_M = 0.5, 0.75, 2.5
-"""Edge of a pillar, and the gap between two of them where they stand near or far apart."""
 
-PASSAGE_M = 1.25
-"""Width along a hall's walls that is left free of pillars."""
-
-WINDING_M = (1.5, 2.25)
-"""Least and most width of a spiral's corridor."""
-
+PASSAGE_M = 1.25  # width along a hall's walls that is left free of pillars
+WINDING_M = (1.5, 2.25)  # least and most width of a spiral's corridor
 SHORT_CUTS = 6
-
-
-def partition(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
-    """Carve rooms without corridors."""
-    rooms(cells, rng, size)
 
 
 def turned(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
@@ -192,7 +179,7 @@ class FootprintMap:
 
 
 FOOTPRINT_MAPS: Mapping[str, FootprintMap] = {
-    "partition": FootprintMap(partition, 36.0, 28.0),
+    "partition": FootprintMap(rooms, 36.0, 28.0),
     "turned": FootprintMap(turned, 36.0, 28.0),
     "comb": FootprintMap(comb, 40.0, 18.0),
     "cavern": FootprintMap(cavern, 32.0, 26.0),

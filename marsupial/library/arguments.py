@@ -40,8 +40,7 @@ def _check_parts(name: str, value: object, *parts: str) -> None:
     """Check that an object has these attributes, the last one a method."""
     if isinstance(value, type):
         raise UsageError(f"{name}: must be an object, not the class {value.__name__}")
-    missing = [part for part in parts if not hasattr(value, part)]
-    if missing:
+    if missing := [part for part in parts if not hasattr(value, part)]:
         raise UsageError(f"{name}: {type(value).__name__} has no {' and no '.join(missing)}")
     if not callable(getattr(value, parts[-1])):
         refuse(f"{name}: {parts[-1]}", "a method", getattr(value, parts[-1]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from html import escape
 from os import PathLike
 from pathlib import Path
@@ -36,17 +36,12 @@ SHOWN = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Exploration(Summary):
-    """The result of a mission: its summary and its events.
+    """The result of a mission: its summary, and its `events` in order, as a mission log has them.
 
     Its attributes are the keys of ``marsupial run --json``; `marsupial.METRICS` defines each metric.
-
-    Parameters
-    ----------
-    events
-        All events in order, as a mission log has them.
     """
 
-    events: tuple[MissionEvent, ...] = field(default=())
+    events: tuple[MissionEvent, ...] = ()
 
     def plot(self) -> Figure:
         """Return a drawing of the mission: explored map, robots' trails, where rovers were set down and picked up.
@@ -61,10 +56,7 @@ class Exploration(Summary):
     def save_replay(self, path: str | PathLike[str]) -> Path:
         """Write one HTML page that replays the mission and needs nothing else; return its path.
 
-        Raises
-        ------
-        UsageError
-            If it can't be written there.
+        Raise a `UsageError` if it can't be written there.
         """
         from marsupial.replay.page import replay_page
 
@@ -76,10 +68,7 @@ class Exploration(Summary):
     def situation(self, at_s: float = 0.0) -> Situation:
         """Return the situation of planning `at_s` seconds into the mission.
 
-        Raises
-        ------
-        UsageError
-            If the mission ended before, or `at_s` is no time.
+        Raise a `UsageError` if the mission ended before, or `at_s` is no time.
         """
         at_ms = round(1000 * number("at_s", at_s, BOUNDS["remaining_s"]))
         return moment_at(self.events, at_ms).survey().situation

@@ -45,15 +45,15 @@ from marsupial.processes.launcher import warm_up
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import STRATEGIES
 
+# The planner that missions fall back on where another one has no plan, and that gives others their first plan.
 FALLBACK = "greedy"
-"""The planner that missions fall back on where another one has no plan, and that gives others their first plan."""
 
 STAND_IN = "heuristic"  # the strategy that is tried in place of another package's
 
 SMALL_MAP = "lobby"
 
+# Sizes of the situation that planners are tried on; each carrier has a rover aboard.
 CARRIERS, TARGETS, MEETINGS = 2, 4, 3
-"""Sizes of the situation that planners are tried on; each carrier has a rover aboard."""
 
 ONE_STEP = Budget(steps=1)
 

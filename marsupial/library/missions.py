@@ -50,13 +50,7 @@ def simulate(
     Raise `EngineUnavailable` or `UsageError` if the strategy or planner can't be used.
     """
     began = perf_counter()
-    decider: Decider | None = None
-    if not isinstance(strategy, str):
-        decider = strategy
-    elif strategy != CLAIRVOYANT:
-        decider = registry.strategy(strategy, planner=planner, budget=budget)
-    if decider is not None:
-        registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
+    decider = _decider(scenario, strategy, planner, budget)
     robots = place_team(scenario, seed)
     kinds = {kind.name: kind for kind in scenario.robot_types}
     if decider is None and sensor is not None:
@@ -108,6 +102,15 @@ def simulate(
         analysis_s=reports.analysis_s,
         wall_s=perf_counter() - began,
     )
+
+
+def _decider(scenario: Scenario, strategy: str | Decider, planner: str | Engine, budget: Budget) -> Decider | None:
+    """Return the strategy of a mission, which suits its team; None for the clairvoyant, which suits every team."""
+    if isinstance(strategy, str) and strategy == CLAIRVOYANT:
+        return None
+    decider = registry.strategy(strategy, planner=planner, budget=budget) if isinstance(strategy, str) else strategy
+    registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
+    return decider
 
 
 class _Reports(Observer):

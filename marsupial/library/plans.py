@@ -37,14 +37,8 @@ class Proposal:
 class Plans(Iterator[Plan]):
     """The improving plans of one search, as they come. `close`, or garbage collection, ends the engine.
 
-    Attributes
-    ----------
-    situation
-        The situation to plan for.
-    proposals
-        All plans of the engine so far, with those that the checker refused.
-    finished
-        How the engine ended; "no plan" before it has.
+    `situation` is planned for, `proposals` are all plans of the engine so far, with those that the checker refused, and
+    `finished` is how the engine ended, "no plan" before it has.
     """
 
     def __init__(self, situation: Situation, engine: Engine, budget: Budget) -> None:
@@ -142,20 +136,9 @@ def plan(
 def check(situation: Situation, plan: Plan, *, targets: frozenset[str] | None = None) -> Verdict:
     """Check that `plan` can be carried out in `situation` and reaches the goal.
 
-    Parameters
-    ----------
-    targets
-        Names of the targets to explore instead of all; the other goals are the situation's.
-
-    Returns
-    -------
-    Verdict
-        With the earliest violation; among actions that start together, the first in the order of the plan.
-
-    Raises
-    ------
-    UsageError
-        If an argument is of the wrong type.
+    `targets` names the targets to explore instead of all; the other goals are the situation's. The verdict has the
+    earliest violation; among actions that start together, the first in the order of the plan. Raise a `UsageError` if
+    an argument is of the wrong type.
     """
     if targets is not None:
         instance("targets", targets, frozenset)

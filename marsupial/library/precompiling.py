@@ -39,8 +39,7 @@ def precompile(folder: Path) -> int:
     environment = {**os.environ, **environment, "NUMBA_DISABLE_INTEL_SVML": "1"}
     command = [sys.executable, "-m", __spec__.name, "--job"]
     jobs = [subprocess.Popen([*command, str(job), folder], env=environment) for job in range(JOBS)]
-    failed = [job for job in jobs if job.wait()]
-    if failed:
+    if failed := [job for job in jobs if job.wait()]:
         raise subprocess.CalledProcessError(failed[0].returncode, failed[0].args)
     return len(list(folder.iterdir()))
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from collections.abc import Iterable
 from pathlib import Path
+from typing import TextIO
 
 from marsupial.formats.files import writing
-from marsupial.formats.missionlog import LogWriter
+from marsupial.formats.loglines import LogEncoder
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import MissionEvent
 
@@ -22,22 +23,31 @@ class Recorder(Observer):
 
 
 class LogFile(Observer):
-    """Writes the log; creates the file at the first event, and raises a `UsageError` if it can't be written."""
+    """Writes the log; creates the file at the first event, and raises a `UsageError` if it can't be written.
+
+    Each event is written at once, but `Revealed` events wait for another kind of event.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._stack = ExitStack()
-        self._writer: LogWriter | None = None
+        self._encoder = LogEncoder()
+        self._file: TextIO | None = None
 
     def __enter__(self) -> LogFile:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with writing(self.path):
-            self._stack.close()
+        if self._file is not None:
+            with writing(self.path), self._file:
+                self._write(self._file, self._encoder.rest())
 
     def event(self, event: MissionEvent) -> None:
         with writing(self.path):
-            if self._writer is None:
-                self._writer = self._stack.enter_context(LogWriter(self.path))
-            self._writer.write(event)
+            if self._file is None:
+                self._file = self.path.open("w", encoding="ascii", newline="\n")
+            self._write(self._file, self._encoder.lines(event))
+
+    def _write(self, file: TextIO, lines: Iterable[str]) -> None:
+        for line in lines:
+            file.write(line + "\n")
+            file.flush()  # a killed run loses at most one line

@@ -74,8 +74,7 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
     if is_builtin(source):
         return LoadedScenario(source=source, scenario=builtin_scenario(source, **team))
     # A recording may be a folder, or have a topic behind its path: `read_map` checks it.
-    fault = None if names_recording(path) else file_fault(path)
-    if fault is not None:
+    if (fault := None if names_recording(path) else file_fault(path)) is not None:
         raise ScenarioError(_unknown(source)) if fault == NO_SUCH_FILE else ScenarioError(fault, source=source)
     if is_scenario_file(path):
         written, reading = read_scenario_and_map(path)

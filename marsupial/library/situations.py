@@ -32,13 +32,7 @@ def situation_of(source: Situation | Mapping[str, Any] | str | PathLike[str]) ->
 
 
 def situation_files(situation: Situation, name: str = "exploration") -> dict[str, str]:
-    """Return the texts of the files that ``marsupial export`` writes of a situation, by file name.
-
-    Parameters
-    ----------
-    name
-        Name of the PDDL problem.
-    """
+    """Return the texts of the files that ``marsupial export`` writes of a situation; `name` is the PDDL problem's."""
     instance("situation", situation, Situation)
     return {
         "situation.json": situation_to_json(situation),

@@ -9,7 +9,7 @@ the problem again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from fractions import Fraction
 from typing import IO, Any
@@ -98,11 +98,7 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
         return bool(anytime_guarantee == AnytimeGuarantee.INCREASING_QUALITY)
 
     def _solve(
-        self,
-        problem: Any,
-        heuristic: Callable[..., Any] | None = None,
-        timeout: float | None = None,
-        output_stream: IO[str] | None = None,
+        self, problem: Any, heuristic: Any = None, timeout: float | None = None, output_stream: IO[str] | None = None
     ) -> PlanGenerationResult:
         return list(self._get_solutions(problem, timeout, output_stream))[-1]
 

@@ -113,8 +113,8 @@ DARK = Palette(
     actions=_by_activity("#7d8590", "#ffe14d", "#4a515c", "#ffffff", "#b9c0c9", "#23282f"),
 )
 
+# Number of shades for the rovers of a carrier; they repeat after that, and only names tell these rovers apart.
 ROVER_SHADES = 3
-"""Number of shades for the rovers of a carrier; they repeat after that, and only names tell these rovers apart."""
 
 
 def robot_styles(mission: MissionStarted) -> dict[str, RobotStyle]:

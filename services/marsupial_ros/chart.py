@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.errors import MapError
-from marsupial.formats.mapfiles.filter_masks import FilterMasks, painted
 from marsupial.formats.mapfiles.images import MAX_CELLS
+from marsupial.formats.mapfiles.masks import FilterMasks, painted
 from marsupial.formats.mapfiles.occupancy import Occupancy, terrain_codes
 from marsupial.maps.footprint import standable
 from marsupial.mission.runs import runs_of

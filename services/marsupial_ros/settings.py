@@ -9,10 +9,9 @@ from pathlib import Path
 
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, shown
-from marsupial.formats.mapfiles.filter_masks import FilterMasks
+from marsupial.formats.mapfiles.masks import FilterMasks
 from marsupial.formats.mapfiles.occupancy import FREE_THRESH, OCCUPIED_THRESH
-from marsupial.formats.scenario.filters import read_filters
-from marsupial.formats.scenario.map import read_terrains
+from marsupial.formats.scenario.map import read_filters, read_terrains
 from marsupial.formats.scenario.read import parse, read_goal, read_limits, read_types, read_version
 from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names
 from marsupial.formats.yamlvalues import with_lines

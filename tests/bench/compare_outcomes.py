@@ -6,8 +6,7 @@ from dataclasses import replace
 from compare_workers import invented, lobby
 
 from marsupial.bench.compare.cells import ComparisonOutcome
-from marsupial.bench.compare.header import header_of
-from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
+from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, header_of
 from marsupial.bench.compare.rows import MissionRow
 
 CASE = Case("lobby", 1, 1)

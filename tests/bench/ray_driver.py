@@ -17,8 +17,8 @@ from compare_workers import GREEDY, HEURISTIC, lobby
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.plan import Comparison, Trial
 from marsupial.bench.compare.ray_pool import RayPool
-from marsupial.bench.compare.ray_task import _unpacked, attend
 from marsupial.bench.compare.rows import Result
+from marsupial.bench.compare.trial import attend, unpacked
 from marsupial.cluster.make import Terms
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.model.planning import Budget
@@ -33,7 +33,7 @@ def comparison_in(folder: Path) -> Comparison:
 
 def dies(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: Terms) -> Result:
     """Lose a worker and a node once each, and the worker of one mission always."""
-    folder = Path(_unpacked(scenarios[0])[trial.case].name)
+    folder = Path(unpacked(scenarios[0])[trial.case].name)
     if trial.seed == 2 and trial.contender == GREEDY and is_first(folder / "worker"):
         os.kill(os.getpid(), signal.SIGKILL)
     if trial.seed == 3 and trial.contender == GREEDY and is_first(folder / "node"):

@@ -5,20 +5,9 @@ from typing import Any
 import pytest
 from situations import one_room, two_rooms
 
+from marsupial.bench import planners
 from marsupial.bench.planner_report import RunRow, rows_of, table
-from marsupial.bench.planners import (
-    WARM_UP,
-    WARM_UPS,
-    BenchEngine,
-    EngineRun,
-    Round,
-    contenders,
-    deadline_s,
-    improved,
-    play,
-    run,
-    warm_up,
-)
+from marsupial.bench.planners import BenchEngine, EngineRun, Round, deadline_s, improved, run
 from marsupial.bench.suite.best import with_plan
 from marsupial.bench.suite.catalogue import Instance
 from marsupial.model import MAKESPAN, Budget, EngineInfo, Finished, Improved, Objective, Outcome, Plan, Situation
@@ -212,9 +201,9 @@ def test_a_bound_that_a_plan_refutes_is_shown_and_not_kept() -> None:
 
 
 def test_a_round_has_a_run_for_every_engine_and_budget() -> None:
-    chosen = contenders(["greedy", "anytime"])
+    chosen = planners.contenders(["greedy", "anytime"])
     told: list[EngineRun] = []
-    last = play(instance_of(one_room()), chosen, (0.05, 0.1), None, told.append)
+    last = planners.play(instance_of(one_room()), chosen, (0.05, 0.1), None, told.append)
     assert tuple(told) == last.runs
     assert [(done.engine, done.budget_s) for done in last.runs] == [
         ("greedy", 0.05), ("anytime", 0.05), ("greedy", 0.1), ("anytime", 0.1)
@@ -224,7 +213,9 @@ def test_a_round_has_a_run_for_every_engine_and_budget() -> None:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("walls_s", "runs"), [((5.0, 0.1), 1 + len(WARM_UP)), ((5.0,), WARM_UPS * len(WARM_UP))])
+@pytest.mark.parametrize(
+    ("walls_s", "runs"), [((5.0, 0.1), 1 + len(planners.WARM_UP)), ((5.0,), planners.WARM_UPS * len(planners.WARM_UP))]
+)
 def test_an_engine_is_warm_once_it_keeps_its_budget(walls_s: tuple[float, ...], runs: int) -> None:
     clock = Clock()
     asked: list[float] = []
@@ -234,7 +225,7 @@ def test_an_engine_is_warm_once_it_keeps_its_budget(walls_s: tuple[float, ...], 
         wall_s = walls_s[min(len(asked), len(walls_s)) - 1]
         return Scripted(clock, ((wall_s, SATISFIED),))
 
-    warm_up(BenchEngine(name="fake", make=make, missing=None), clock)
+    planners.warm_up(BenchEngine(name="fake", make=make, missing=None), clock)
     assert len(asked) == runs
 
 

@@ -95,7 +95,7 @@ def test_best_and_worst_pairs_are_those_with_most_and_least_saved() -> None:
 
 def test_pairs_that_can_be_watched_are_linked(tmp_path: Path) -> None:
     outcome = with_times({GREEDY: [50, 150], HEURISTIC: [100, 100]})
-    assert replays_in(tmp_path, outcome) == []
+    assert replays_in(tmp_path, outcome) == {}
     best = notable_pairs(outcome)[0].path
     (tmp_path / best).parent.mkdir()
     (tmp_path / best).touch()

@@ -9,8 +9,8 @@ from compare_workers import GREEDY, dies_of_seed_2, dies_once, lobby, never_begi
 from launcher_tree import below_launcher
 from patience import until
 
+from marsupial.bench.compare.conduct import LocalPool
 from marsupial.bench.compare.plan import Case, Comparison
-from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.trial import carry_out
 from marsupial.errors import InternalError
 

@@ -16,14 +16,12 @@ def on_one_map(*values: float) -> Estimate | None:
 def test_intervals_of_independent_starts_are_those_of_scipy() -> None:
     values = (3.0, 5.5, 4.0, 7.0, 6.5)
     found = on_one_map(*values)
-    assert found is not None
     assert (found.low, found.high) == pytest.approx(stats.t.interval(0.95, 4, np.mean(values), stats.sem(values)))
     assert found.units == "5 starts"
 
 
 def test_fewer_than_five_starts_have_a_mean_and_no_interval_and_none_has_nothing() -> None:
     four = on_one_map(4.0, 5.0, 6.0, 5.0)
-    assert four is not None
     assert (four.mean, four.low, four.half, four.sign, four.sides) == (5.0, None, None, 0, (0.0, 0.0))
     assert estimate([], []) is None
 
@@ -32,15 +30,12 @@ def test_what_shares_a_start_counts_once() -> None:
     once = on_one_map(1.0, 2.0, 3.0, 4.0, 6.0)
     starts = [Origin("lobby", seed) for seed in range(5)]
     thrice = estimate([start for start in starts for _ in range(3)], np.repeat([1.0, 2.0, 3.0, 4.0, 6.0], 3).tolist())
-    assert once is not None
-    assert thrice is not None
     assert (thrice.count, thrice.mean, thrice.low) == (15, pytest.approx(once.mean), pytest.approx(once.low))
 
 
 def test_five_maps_are_the_units_however_many_starts_each_has() -> None:
     origins = [Origin(f"comb-{number}", seed) for number in range(5) for seed in range(40)]
     found = estimate(origins, [float(origin.map[-1]) for origin in origins])
-    assert found is not None
     assert found.units == "5 maps"
     assert (found.low, found.high) == pytest.approx(stats.t.interval(0.95, 4, 2.0, stats.sem(np.arange(5))))
 
@@ -50,8 +45,6 @@ def test_how_far_a_few_maps_differ_does_not_blur_what_is_said_of_them() -> None:
         estimate([Origin(name, seed) for name in "ab" for seed in range(4)], [*range(4), *range(offset, offset + 4)])
         for offset in (0, 100)
     )
-    assert alike is not None
-    assert apart is not None
     assert (apart.mean - alike.mean, apart.half) == (50.0, pytest.approx(alike.half))
 
 
@@ -67,9 +60,6 @@ def coverage(maps: int, starts: int, teams: int, *, map_spread: float, of_these_
         values = of_maps + rng.normal(0, 0.1, (maps, starts, 1)) + rng.normal(0, 0.1, (maps, starts, teams))
         kept = np.argwhere(rng.random(values.shape) >= lost)
         found = estimate([Origin(str(m), seed) for m, seed, _ in kept.tolist()], values[tuple(kept.T)].tolist())
-        assert found is not None
-        assert found.low is not None
-        assert found.high is not None
         held += found.low <= (of_maps.mean() if of_these_maps else 0.0) <= found.high
     return held / SETS
 

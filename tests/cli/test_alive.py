@@ -3,7 +3,7 @@ from threading import Event
 import pytest
 from patience import HANG_S
 
-from marsupial.cli.display.alive import Alive
+from marsupial.cli.display.messages import Alive
 
 
 def test_silence_is_broken_again_and_again(capsys: pytest.CaptureFixture[str]) -> None:

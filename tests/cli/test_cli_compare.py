@@ -10,10 +10,10 @@ import pytest
 from patience import HANG_S, until
 
 from marsupial.bench.compare.folder import read_rows
-from marsupial.cli.display.compare_progress import Lines
 from marsupial.cli.display.messages import Volume, set_volume
 from marsupial.cli.main import main
 from marsupial.cli.work.compare_arguments import contenders, warn_of_ignored
+from marsupial.cli.work.comparing import Lines
 from marsupial.model.planning import Budget
 
 QUICK = ("--steps", "1", "--planner", "greedy")
@@ -32,8 +32,7 @@ def bytes_of(out: Path) -> dict[str, bytes]:
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("comparison") / "out"
-    assert compare("lobby", *QUICK, "--carriers", "1-2", "--rovers", "1", "--runs", "2", "--workers", "1",
-                   "--out", str(out)) == 0  # fmt: skip
+    assert compare(*WHOLE, "--workers", "1", "--out", str(out)) == 0
     return out
 
 
@@ -158,8 +157,8 @@ def test_maps_with_the_same_name_are_told_apart(tmp_path: Path) -> None:
 
 
 def start(out: Path, *more: str) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "marsupial.cli.main", "compare", "lobby", *QUICK, "--carriers", "1-2",
-               "--rovers", "1", "--runs", "2", "--workers", "2", "--out", str(out), *more]  # fmt: skip
+    program = [sys.executable, "-m", "marsupial.cli.main", "compare"]
+    command = [*program, *WHOLE, "--workers", "2", "--out", str(out), *more]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, start_new_session=True)
 
     def has_row() -> bool:

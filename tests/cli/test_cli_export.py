@@ -77,19 +77,12 @@ def test_a_log_is_known_by_what_is_in_it(log: Path, tmp_path: Path) -> None:
         (("--at", "-1"), "--at: must be 0 or more, got -1"),
         (("--at", "nan"), "--at: must be 0 or more"),
         (("--at", "99999"), "there is nothing at 99999 s: the mission goes from 0 s to"),
+        *(((name, "1"), "only apply to scenarios, not to logs") for name in ("--seed", "--rovers", "--carriers")),
     ],
 )
-def test_a_moment_that_does_not_exist_is_a_usage_error(
+def test_a_moment_that_does_not_exist_or_options_of_scenarios_are_a_usage_error(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], message: str
 ) -> None:
     assert main(["export", str(log), *arguments, "-o", str(tmp_path / "m")]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "m").exists()
-
-
-@pytest.mark.parametrize("option", ["--seed", "--rovers", "--carriers"])
-def test_a_log_is_of_one_mission_and_takes_no_options_of_scenarios(
-    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
-) -> None:
-    assert main(["export", str(log), "-o", str(tmp_path / "moment"), option, "1"]) == 2
-    assert "only apply to scenarios, not to logs" in capsys.readouterr().err

@@ -17,31 +17,12 @@ from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import strategy_names
 
 COMMANDS = (
-    "run",
-    "replay",
-    "compare",
-    "reproduce",
-    "plan",
-    "export",
-    "validate",
-    "map",
-    "strategies",
-    "planners",
-    "scenarios",
-    "bench",
-    "demo",
-    "ros",
-    "serve",
-)
-
+    "run", "replay", "compare", "reproduce", "plan", "export", "validate", "map", "strategies", "planners", "scenarios",
+    "bench", "demo", "ros", "serve",
+)  # fmt: skip
 STORES = tuple(f"serve store {name}" for name in ("info", "backup", "restore", "retain"))
-
-ALL_COMMANDS = (
-    *(name for name in COMMANDS if name != "bench"),
-    "bench planners",
-    *(f"serve keys {name}" for name in ("add", "list", "revoke")),
-    *STORES,
-)
+KEYS = tuple(f"serve keys {name}" for name in ("add", "list", "revoke"))
+ALL_COMMANDS = (*(name for name in COMMANDS if name != "bench"), "bench planners", *KEYS, *STORES)
 
 
 def break_planners(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:

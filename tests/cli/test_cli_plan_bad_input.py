@@ -25,7 +25,10 @@ def test_a_goal_out_of_reach_is_proven_and_the_target_named(
     planner: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert plan(tmp_path, situation_to_json(out_of_reach()), "--planner", planner, "--steps", "2") == 4
-    assert "t2" in capsys.readouterr().err
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert f"{planner}: unsolvable" in captured.err
+    assert "t2" in captured.err
 
 
 def test_rovers_that_no_carrier_has_places_for_are_proven_not_to_come_aboard(

@@ -6,6 +6,7 @@ import pytest
 from marsupial.cli.main import main
 
 PDDL = Path(__file__).resolve().parents[2] / "pddl"
+DOMAIN, PROBLEM = str(PDDL / "domain.pddl"), str(PDDL / "examples" / "deploy" / "problem.pddl")
 
 
 @pytest.mark.parametrize(
@@ -14,16 +15,13 @@ PDDL = Path(__file__).resolve().parents[2] / "pddl"
 def test_a_plan_is_valid_or_told_its_first_violation_with_time_and_action(
     plan: str, code: int, told: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    example = PDDL / "examples" / "deploy"
-    files = [PDDL / "domain.pddl", example / "problem.pddl", example / f"{plan}.plan"]
-    assert main(["validate", *map(str, files)]) == code
+    assert main(["validate", DOMAIN, PROBLEM, str(PDDL / "examples" / "deploy" / f"{plan}.plan")]) == code
     assert re.match(told, capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("broken", [0, 1, 2])
 def test_the_file_that_is_broken_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], broken: int) -> None:
-    example = PDDL / "examples" / "deploy"
-    files = [str(PDDL / "domain.pddl"), str(example / "problem.pddl"), str(example / "valid-first.plan")]
+    files = [DOMAIN, PROBLEM, str(PDDL / "examples" / "deploy" / "valid-first.plan")]
     wrong = tmp_path / "wrong"
     wrong.write_text("(define (what\n")
     files[broken] = str(wrong)
@@ -34,19 +32,16 @@ def test_the_file_that_is_broken_is_named(tmp_path: Path, capsys: pytest.Capture
 
 
 def test_another_domain_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    example = PDDL / "examples" / "deploy"
     domain = tmp_path / "domain.pddl"
-    domain.write_text(
-        (PDDL / "domain.pddl").read_text().replace("(define (domain marsupial)", "(define (domain other)")
-    )
-    assert main(["validate", str(domain), str(example / "problem.pddl"), str(example / "valid-first.plan")]) == 3
+    domain.write_text(Path(DOMAIN).read_text().replace("(define (domain marsupial)", "(define (domain other)"))
+    plan = PDDL / "examples" / "deploy" / "valid-first.plan"
+    assert main(["validate", str(domain), PROBLEM, str(plan)]) == 3
     assert "not the canonical domain" in capsys.readouterr().err
 
 
 def test_a_plan_of_rounded_times_is_retimed_and_that_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    example = PDDL / "examples" / "deploy"
     plan = tmp_path / "plan.txt"
     plan.write_text(
         "0.00: (MOVE ROBOT0 CARRIER_TYPE P M1) [D:5.00; C:0.10]\n"
@@ -55,7 +50,7 @@ def test_a_plan_of_rounded_times_is_retimed_and_that_is_said(
         "10.00: (EXPLORE ROBOT0 CARRIER_TYPE M1 T3) [D:10.00; C:0.10]\n"
         "20.00: (EXPLORE ROBOT0 CARRIER_TYPE T3 T1) [D:23.00; C:0.10]\n"
     )
-    assert main(["validate", str(PDDL / "domain.pddl"), str(example / "problem.pddl"), str(plan)]) == 0
+    assert main(["validate", DOMAIN, PROBLEM, str(plan)]) == 0
     first, second = capsys.readouterr().out.splitlines()
     assert first == "valid: 5 actions, makespan 43.003 s"
     assert second == (

@@ -8,7 +8,7 @@ from rich.console import Console
 from synthetic_mission import RESOLUTION_M, synthetic_mission, truth
 
 from marsupial.cli.display import progress as module
-from marsupial.cli.display.alive import Alive
+from marsupial.cli.display.messages import Alive
 from marsupial.cli.display.progress import progress
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area

@@ -7,15 +7,10 @@ import pytest
 
 from marsupial.cli.main import main
 
-COMMANDS: dict[str, tuple[str, ...]] = {
-    "map": ("map", "FILE"),
-    "run": ("run", "FILE", "--steps", "1"),
-    "compare": ("compare", "FILE", "--out", "OUT"),
-    "export": ("export", "FILE", "-o", "OUT"),
-    "replay": ("replay", "FILE", "--html", "OUT"),
-    "plan": ("plan", "FILE", "--steps", "1"),
-    "validate": ("validate", "FILE", "FILE", "FILE"),
-}
+COMMANDS = (
+    "map FILE", "run FILE --steps 1", "compare FILE --out OUT", "export FILE -o OUT", "replay FILE --html OUT",
+    "plan FILE --steps 1", "validate FILE FILE FILE",
+)  # fmt: skip
 
 SUFFIXES = ("yaml", "map", "json", "jsonl", "pddl", "pgm", "scen", "txt")
 
@@ -38,7 +33,7 @@ def test_wrong_files_are_refused_in_words(
     for suffix in SUFFIXES:
         file = written(tmp_path / f"given.{suffix}", content)
         words = {"FILE": str(file), "OUT": str(tmp_path / "out")}
-        code = main([words.get(word, word) for word in COMMANDS[command]])
+        code = main([words.get(word, word) for word in command.split()])
         told = capsys.readouterr()
         assert code in (2, 3), told.err
         assert file.name in told.err

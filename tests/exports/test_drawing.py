@@ -8,9 +8,9 @@ from growing_mission import growing_mission
 from PIL import Image
 from synthetic_mission import synthetic_mission
 
-from marsupial.exports.activity import Activity, stretches
 from marsupial.exports.drawing import MissionDrawing, figure
 from marsupial.exports.ground import coarse, frontier, ground_image
+from marsupial.exports.trails import Activity, stretches
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 from marsupial.replay.page import module_text

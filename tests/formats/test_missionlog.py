@@ -1,4 +1,3 @@
-import io
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
@@ -13,41 +12,25 @@ from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.arrays import Bytes
 from marsupial.errors import LogError
-from marsupial.formats.loglines import EVENTS, LogEncoder, log_lines
-from marsupial.formats.missionlog import LogWriter, parse_log, read_log
+from marsupial.formats.loglines import EVENTS, LogEncoder, log_lines, read_triggers, trigger_text
+from marsupial.formats.missionlog import parse_log, read_log
 from marsupial.formats.strips import runs_in
-from marsupial.formats.triggers import read_triggers
+from marsupial.library.recording import LogFile
 from marsupial.mission.runs import runs_of
+from marsupial.model import mission as m
 from marsupial.model.grid import UNKNOWN, Cell, Terrain
-from marsupial.model.mission import (
-    ActionEnd,
-    ActionEnded,
-    ActionStarted,
-    DriveEnded,
-    DriveStarted,
-    MapMeeting,
-    MapTarget,
-    MissionEnded,
-    MissionEvent,
-    PlacedRobot,
-    Planned,
-    Remaining,
-    Revealed,
-    RobotLost,
-    Status,
-)
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.robots import EnergyModel, RobotType, Role
 from marsupial.model.scenario import Goal
 
-START = mission_started()
+START, MISSION = mission_started(), synthetic_mission()
 
 
-def text_of(*events: MissionEvent) -> bytes:
+def text_of(*events: m.MissionEvent) -> bytes:
     return "".join(line + "\n" for line in log_lines(events)).encode("ascii")
 
 
-def line_of(event: MissionEvent) -> str:
+def line_of(event: m.MissionEvent) -> str:
     """Return the line of an event that follows the start."""
     return list(log_lines([START, event]))[1]
 
@@ -59,7 +42,7 @@ def painted(seen: Mapping[int, int]) -> Bytes:
     return cells
 
 
-def read_changed(event: MissionEvent, change: Callable[[dict[str, Any]], object]) -> str:
+def read_changed(event: m.MissionEvent, change: Callable[[dict[str, Any]], object]) -> str:
     """Return what is said of a log whose only event after the first was changed as JSON."""
     value = json.loads(line_of(event))
     change(value)
@@ -72,14 +55,14 @@ def read_changed(event: MissionEvent, change: Callable[[dict[str, Any]], object]
 
 
 def test_a_whole_mission_comes_back_as_it_was(tmp_path: Path) -> None:
-    with LogWriter(tmp_path / "m.jsonl") as writer:
-        for event in synthetic_mission():
-            writer.write(event)
+    with LogFile(tmp_path / "m.jsonl") as file:
+        for event in MISSION:
+            file.event(event)
     log = read_log(tmp_path / "m.jsonl")
-    assert log.events == synthetic_mission()
+    assert log.events == MISSION
     assert not log.truncated
     assert log.mission == START
-    assert log.ended == synthetic_mission()[-1]
+    assert log.ended == MISSION[-1]
 
 
 cells = st.builds(Cell, st.integers(0, START.width - 1), st.integers(0, START.height - 1))
@@ -96,14 +79,16 @@ actions = st.one_of(
     st.builds(Action, name=docking, robot=rovers, origin=st.none(), carrier=st.just("carrier1"), **action_times),
 )
 targets = st.builds(
-    MapTarget,
+    m.MapTarget,
     name=names,
     cell=cells,
     explorers=st.lists(names, max_size=2).map(tuple),
     reveal_m2=numbers,
     frontier_cells=times,
 )
-meetings = st.builds(MapMeeting, name=names, carrier_cell=cells, rover_cell=cells, carrier_type=names, rover_type=names)
+meetings = st.builds(
+    m.MapMeeting, name=names, carrier_cell=cells, rover_cell=cells, carrier_type=names, rover_type=names
+)
 runs = st.dictionaries(st.integers(0, START.width * START.height - 1), st.integers(0, 254), max_size=80).map(
     lambda seen: runs_of(np.array(sorted(seen), dtype=np.int64), painted(seen))
 )
@@ -139,7 +124,7 @@ starts = st.builds(
         goal=goal,
         resolution_m=resolution_m,
         origin_m=origin_m,
-        robots=(PlacedRobot(name="carrier1", type="carrier", cell=Cell(0, 0)),),
+        robots=(m.PlacedRobot(name="carrier1", type="carrier", cell=Cell(0, 0)),),
     ),
     types,
     st.lists(st.builds(Terrain, code=st.integers(0, 254), name=names, blocks_sight=st.booleans())).map(tuple),
@@ -149,13 +134,13 @@ starts = st.builds(
     names,
 )
 later_events = st.one_of(
-    st.builds(Revealed, t_ms=times, robot=robots, runs=runs),
+    st.builds(m.Revealed, t_ms=times, robot=robots, runs=runs),
     st.builds(
-        DriveStarted, t_ms=times, robot=robots, cell=st.just(Cell(30, 20)), steps=st.text("01234567", max_size=15)
+        m.DriveStarted, t_ms=times, robot=robots, cell=st.just(Cell(30, 20)), steps=st.text("01234567", max_size=15)
     ),
-    st.builds(DriveEnded, t_ms=times, robot=robots, cell=cells),
+    st.builds(m.DriveEnded, t_ms=times, robot=robots, cell=cells),
     st.builds(
-        Planned,
+        m.Planned,
         t_ms=times,
         revision=times,
         trigger=names.map(read_triggers),
@@ -163,13 +148,13 @@ later_events = st.one_of(
         meetings=st.lists(meetings, max_size=2).map(tuple),
         actions=st.lists(actions, max_size=2).map(tuple),
     ),
-    st.builds(ActionStarted, t_ms=times, revision=times, action=actions, cell=cells),
-    st.builds(ActionEnded, t_ms=times, revision=times, action=actions, end=st.sampled_from(ActionEnd)),
-    st.builds(RobotLost, t_ms=times, robot=robots, reason=names),
+    st.builds(m.ActionStarted, t_ms=times, revision=times, action=actions, cell=cells),
+    st.builds(m.ActionEnded, t_ms=times, revision=times, action=actions, end=st.sampled_from(m.ActionEnd)),
+    st.builds(m.RobotLost, t_ms=times, robot=robots, reason=names),
     st.builds(
-        MissionEnded,
+        m.MissionEnded,
         t_ms=times,
-        status=st.sampled_from(Status),
+        status=st.sampled_from(m.Status),
         reason=names,
         exploration_ms=st.none() | times,
         explored_area_m2=numbers,
@@ -182,14 +167,16 @@ later_events = st.one_of(
         plans_valid=times,
         plans_invalid=times,
         aboard=st.lists(names, max_size=3).map(tuple),
-        remaining=st.lists(st.builds(Remaining, cell=cells, frontier_cells=times, reason=names), max_size=3).map(tuple),
+        remaining=st.lists(st.builds(m.Remaining, cell=cells, frontier_cells=times, reason=names), max_size=3).map(
+            tuple
+        ),
     ),
 )
 
 
 @settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(later_events)
-def test_every_event_comes_back_exactly(event: MissionEvent) -> None:
+def test_every_event_comes_back_exactly(event: m.MissionEvent) -> None:
     events = parse_log(text_of(START, event)).events
     assert events == (START, event)
     assert text_of(*events) == text_of(START, event)
@@ -197,12 +184,12 @@ def test_every_event_comes_back_exactly(event: MissionEvent) -> None:
 
 @settings(max_examples=100, deadline=None)
 @given(starts)
-def test_every_mission_comes_back_exactly(event: MissionEvent) -> None:
+def test_every_mission_comes_back_exactly(event: m.MissionEvent) -> None:
     assert parse_log(text_of(event)).events == (event,)
 
 
 def test_every_class_of_event_has_a_tag() -> None:
-    assert set(EVENTS.values()) == set(MissionEvent.__args__)
+    assert set(EVENTS.values()) == set(m.MissionEvent.__args__)
 
 
 def test_no_event_has_a_field_that_the_format_uses_itself() -> None:
@@ -217,7 +204,7 @@ def test_the_first_line_says_format_and_version() -> None:
 
 
 def test_a_line_has_its_fields_in_the_order_of_the_class_and_no_spaces() -> None:
-    event = DriveStarted(t_ms=5, robot="rover1_1", cell=Cell(3, 4), steps="017")
+    event = m.DriveStarted(t_ms=5, robot="rover1_1", cell=Cell(3, 4), steps="017")
     assert line_of(event) == '{"event":"drive","t_ms":5,"robot":"rover1_1","cell":[3,4],"steps":"017"}'
 
 
@@ -227,32 +214,32 @@ def test_sets_are_written_in_order() -> None:
 
 
 def test_numpy_integers_are_written_as_numbers() -> None:
-    event = DriveEnded(t_ms=np.int64(7), robot="carrier1", cell=Cell(np.int64(3), 4))  # type: ignore[arg-type]
+    event = m.DriveEnded(t_ms=np.int64(7), robot="carrier1", cell=Cell(np.int64(3), 4))  # type: ignore[arg-type]
     assert line_of(event) == '{"event":"stand","t_ms":7,"robot":"carrier1","cell":[3,4]}'
 
 
 def test_what_is_seen_is_gathered_until_something_else_happens() -> None:
-    first = Revealed(t_ms=5, robot="carrier1", runs=(7, 2, 1))
-    second = Revealed(t_ms=9, robot="rover1_1", runs=(70, 1, 0))
+    first = m.Revealed(t_ms=5, robot="carrier1", runs=(7, 2, 1))
+    second = m.Revealed(t_ms=9, robot="rover1_1", runs=(70, 1, 0))
     lines = list(log_lines([START, first, second, DRIVE, first]))
     assert lines[1] == '{"event":"reveal","t_ms":5,"looks":[["carrier1",0,"BBAOBA"],["rover1_1",4,"ABDU"]]}'
     assert [json.loads(line)["event"] for line in lines[2:]] == ["drive", "reveal"]
 
 
 def test_what_was_seen_last_is_on_disk_when_the_log_is_closed(tmp_path: Path) -> None:
-    with LogWriter(tmp_path / "m.jsonl") as writer:
-        writer.write(START)
-        writer.write(SEEN)
+    with LogFile(tmp_path / "m.jsonl") as file:
+        file.event(START)
+        file.event(SEEN)
         assert read_log(tmp_path / "m.jsonl").events == (START,)
     assert read_log(tmp_path / "m.jsonl").events == (START, SEEN)
 
 
 def test_a_plan_only_names_what_stood_in_the_one_before_just_the_same() -> None:
-    spot = MapTarget(name="t", cell=Cell(3, 4), explorers=("rover",), reveal_m2=1.0, frontier_cells=5)
-    door = MapMeeting(
+    spot = m.MapTarget(name="t", cell=Cell(3, 4), explorers=("rover",), reveal_m2=1.0, frontier_cells=5)
+    door = m.MapMeeting(
         name="m", carrier_cell=Cell(1, 1), rover_cell=Cell(1, 2), carrier_type="carrier", rover_type="rover"
     )
-    plan = Planned(t_ms=0, revision=1, trigger=read_triggers("start"), targets=(spot,), meetings=(door,), actions=())
+    plan = m.Planned(t_ms=0, revision=1, trigger=read_triggers("start"), targets=(spot,), meetings=(door,), actions=())
     smaller = replace(spot, reveal_m2=0.5)
     plans = (plan, plan, replace(plan, targets=(smaller,)), replace(plan, targets=()), plan)
     values = [json.loads(line) for line in log_lines([START, *plans])][1:]
@@ -264,7 +251,7 @@ def test_a_plan_only_names_what_stood_in_the_one_before_just_the_same() -> None:
 
 
 def test_a_plan_that_names_what_was_not_in_the_one_before_is_refused() -> None:
-    plan = Planned(t_ms=0, revision=1, trigger=read_triggers("start"), targets=(), meetings=(), actions=())
+    plan = m.Planned(t_ms=0, revision=1, trigger=read_triggers("start"), targets=(), meetings=(), actions=())
     said = read_changed(plan, lambda line: line["targets"].append("t_9"))
     assert 'line 2: targets[0]: does not stand in the plan before: "t_9"' in said
 
@@ -280,43 +267,21 @@ def test_what_is_no_number_is_not_written() -> None:
         text_of(replace(START, resolution_m=float("nan")))
 
 
-def test_a_stream_is_written_to_and_left_open() -> None:
-    stream = io.StringIO()
-    with LogWriter(stream) as writer:
-        writer.write(START)
-    assert stream.getvalue().encode("ascii") == text_of(START)
-
-
-def test_a_writer_outside_its_block_refuses_to_write() -> None:
-    with pytest.raises(ValueError, match="inside its with block"):
-        LogWriter(io.StringIO()).write(START)
-
-
 # A run that was killed.
 
 
 def test_a_line_cut_off_at_the_end_is_left_out_and_reported() -> None:
-    whole = text_of(*synthetic_mission())
+    whole = text_of(*MISSION)
     log = parse_log(whole[:-9])
     assert log.truncated
-    assert log.events == synthetic_mission()[:-1]
+    assert log.events == MISSION[:-1]
     assert log.ended is None
 
 
 def test_a_last_line_that_only_lacks_its_line_break_is_whole() -> None:
-    log = parse_log(text_of(*synthetic_mission())[:-1])
-    assert log.events == synthetic_mission()
+    log = parse_log(text_of(*MISSION)[:-1])
+    assert log.events == MISSION
     assert not log.truncated
-
-
-def test_a_log_cut_off_in_its_first_line_holds_no_mission() -> None:
-    with pytest.raises(LogError, match="holds no mission"):
-        parse_log(text_of(START)[:40])
-
-
-def test_a_broken_line_in_the_middle_is_an_error() -> None:
-    with pytest.raises(LogError, match="line 2: is not JSON"):
-        parse_log(text_of(START) + b'{"event":"stand","t_m\n' + text_of(START))
 
 
 # Files that are no logs.
@@ -337,24 +302,25 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         (b"[" * 100_000 + b"\n", "line 1: is not JSON"),
         (b'{"event":"mission"}\n', 'line 1: format: must be "marsupial-log", got null'),
         (b'{"event":"mission","format":"marsupial-log","version":3}\n', "line 1: version: must be 2, got 3"),
+        (text_of(START)[:40], "holds no mission"),
+        (text_of(START) + b'{"event":"stand","t_m\n' + text_of(START), "line 2: is not JSON"),
+        (text_of(START, START), "line 2: event: a log holds one mission"),
+        (text_of(*MISSION).partition(b"\n")[2], "line 1: event: the first event must be the mission"),
+        (text_of(*MISSION, MISSION[-1]), "line 29: event: nothing may follow the end of the mission"),
     ],
+    ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_a_file_that_is_no_log_is_refused(data: bytes, message: str) -> None:
     with pytest.raises(LogError, match=message):
         parse_log(data)
 
 
-def test_the_first_event_must_be_the_mission() -> None:
-    with pytest.raises(LogError, match="line 1: event: the first event must be the mission"):
-        parse_log(text_of(*synthetic_mission()).partition(b"\n")[2])
-
-
 # Wrong fields, each named by line and path.
 
-DRIVE = DriveStarted(t_ms=5, robot="rover1_1", cell=Cell(3, 4), steps="017")
+DRIVE = m.DriveStarted(t_ms=5, robot="rover1_1", cell=Cell(3, 4), steps="017")
 MOVE = Action(name=ActionName.MOVE, start_ms=0, duration_ms=5, robot="carrier1", place="m1", origin="s")
-BEGIN = ActionStarted(t_ms=5, revision=1, action=MOVE, cell=Cell(3, 4))
-SEEN = Revealed(t_ms=5, robot="rover1_1", runs=(7, 2, 1))
+BEGIN = m.ActionStarted(t_ms=5, revision=1, action=MOVE, cell=Cell(3, 4))
+SEEN = m.Revealed(t_ms=5, robot="rover1_1", runs=(7, 2, 1))
 
 
 @pytest.mark.parametrize(
@@ -384,7 +350,7 @@ SEEN = Revealed(t_ms=5, robot="rover1_1", runs=(7, 2, 1))
         (BEGIN, "cell", [60, 0], r"cell: lies outside the map: \[60, 0\]"),
     ],
 )
-def test_a_wrong_field_is_named_by_line_and_path(event: MissionEvent, path: str, value: Any, message: str) -> None:
+def test_a_wrong_field_is_named_by_line_and_path(event: m.MissionEvent, path: str, value: Any, message: str) -> None:
     def change(line: dict[str, Any]) -> None:
         *outer, last = path.split(".")
         for name in outer:
@@ -459,19 +425,8 @@ def test_a_mission_that_makes_no_sense_is_refused(change: dict[str, Any], messag
         parse_log(text_of(replace(START, **change)))
 
 
-def test_nothing_may_follow_the_end() -> None:
-    late = DriveEnded(t_ms=26_005, robot="carrier1", cell=Cell(1, 1))
-    with pytest.raises(LogError, match="line 29: event: nothing may follow the end of the mission"):
-        parse_log(text_of(*synthetic_mission(), late))
-
-
-def test_a_log_holds_one_mission() -> None:
-    with pytest.raises(LogError, match="line 2: event: a log holds one mission"):
-        parse_log(text_of(START, START))
-
-
 def test_numbers_that_nothing_can_be_made_of_are_refused() -> None:
-    line = line_of(DriveEnded(t_ms=1, robot="carrier1", cell=Cell(1, 1))).replace("[1,1]", f"[{10**30},1]")
+    line = line_of(m.DriveEnded(t_ms=1, robot="carrier1", cell=Cell(1, 1))).replace("[1,1]", f"[{10**30},1]")
     with pytest.raises(LogError, match=r"line 2: cell\[0\]: must be at most 1e\+15, got 10"):
         parse_log(text_of(START) + line.encode() + b"\n")
 
@@ -479,3 +434,25 @@ def test_numbers_that_nothing_can_be_made_of_are_refused() -> None:
 def test_cells_told_more_often_than_there_are_any_are_refused() -> None:
     with pytest.raises(ValueError, match="has a cell twice"):
         runs_in("BC" + 2 * "AAJBIA", 10, 10)
+
+
+# Triggers as text.
+
+
+@pytest.mark.parametrize(
+    ("text", "triggers"),
+    [
+        ("start", (m.Trigger(m.Cause.START),)),
+        ("way blocked: c1, c2", (m.Trigger(m.Cause.WAY_BLOCKED, ("c1", "c2")),)),
+        ("gone: t1; new: t2, t3", (m.Trigger(m.Cause.GONE, ("t1",)), m.Trigger(m.Cause.NEW, ("t2", "t3")))),
+        ("failed: c1; failed: r1", (m.Trigger(m.Cause.FAILED, ("c1",)), m.Trigger(m.Cause.FAILED, ("r1",)))),
+    ],
+)
+def test_what_asks_for_a_plan_is_written_in_words_and_read_again(text: str, triggers: tuple[m.Trigger, ...]) -> None:
+    assert trigger_text(triggers) == text
+    assert read_triggers(text) == triggers
+
+
+@pytest.mark.parametrize("text", ["", "; ", "start: ", "gone:", "somebody else's words; start", "other: a"])
+def test_other_words_are_kept_as_they_are(text: str) -> None:
+    assert trigger_text(read_triggers(text)) == text

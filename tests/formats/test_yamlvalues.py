@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from marsupial.errors import MapError
-from marsupial.formats.mapfiles.nav2_header import header_of
+from marsupial.formats.mapfiles.nav2 import header_of
 from marsupial.formats.scenario import is_scenario_file
 from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml
 

@@ -21,20 +21,14 @@ STEP = Budget(steps=1)
 def _package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     groups = {
         "marsupial.strategies": {
-            "plain": "others:Plain",
-            "asking": "others:Asking",
-            "gone": "others:Gone",
-            "failing": "others:fails",
+            "plain": "others:Plain", "asking": "others:Asking", "gone": "others:Gone", "failing": "others:fails",
             "heuristic": "others:Plain",
         },
         "marsupial.engines": {
-            "copy": "others:Copy",
-            "lost": "nowhere_at_all:Engine",
-            "half": "others:Half",
-            "failing": "others:fails",
+            "copy": "others:Copy", "lost": "nowhere_at_all:Engine", "half": "others:Half", "failing": "others:fails",
             "greedy": "others:Copy",
         },
-    }
+    }  # fmt: skip
     monkeypatch.syspath_prepend(install(tmp_path / "site", "others", groups))
 
 

@@ -1,6 +1,6 @@
 """The one table of metrics, and who reads it."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -43,8 +43,6 @@ def test_every_metric_is_read_shown_kept_and_explained(key: str, lobby: marsupia
 
 
 def test_a_metric_that_a_mission_does_not_have_is_none(lobby: marsupial.Exploration) -> None:
-    from dataclasses import replace
-
     metric = METRICS["exploration_time_s"]
     without = replace(lobby, exploration_time_s=None)
     assert (metric.of(without), metric.cell(without), metric.shown(without)) == (None, None, "never done")

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from simulated_missions import STEP, drawn_scenario, team_at, watched
 from small_missions import ANNEX, kinds_of
 
-from marsupial.generators.builtin import SCENARIOS, builtin_scenario
+from marsupial.generators import GENERATORS
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import PlanningTimes
 from marsupial.library.missions import reachable_area, simulate
 from marsupial.mission.observer import Observer
@@ -30,9 +31,9 @@ EVERYBODY = [*WITH_ROVERS, CLAIRVOYANT]
 
 LOG = """
 import sys
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
 from marsupial.formats.loglines import LogEncoder
-from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.mission.observer import Observer
 from marsupial.model.planning import Budget
 
@@ -140,8 +141,8 @@ def test_robots_do_what_robots_can_do(name: str, strategy: str) -> None:
 
 
 def small_cave(carriers: int) -> Scenario:
-    cave = replace(SCENARIOS["cave"], width_m=20.0, height_m=15.0)
-    return replace(builtin_scenario("cave", carriers, 0), grid=cave.grid())
+    grid = GENERATORS["cave"].make(width_m=20.0, height_m=15.0, resolution_m=0.25, seed=1)
+    return replace(builtin_scenario("cave", carriers, 0), grid=grid)
 
 
 @pytest.mark.parametrize("strategy", RULES)

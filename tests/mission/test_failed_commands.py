@@ -16,7 +16,7 @@ from small_missions import (
 )
 
 from marsupial.cli.display.progress import MissionWatch
-from marsupial.formats.triggers import trigger_text
+from marsupial.formats.loglines import trigger_text
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observers
 from marsupial.mission.playback import Playback

@@ -18,7 +18,7 @@ from small_missions import (
     rover_on,
 )
 
-from marsupial.formats.triggers import trigger_text
+from marsupial.formats.loglines import trigger_text
 from marsupial.maps.lookout import LOOK_MS
 from marsupial.mission.loop import MAX_FRUITLESS
 from marsupial.model.grid import Cell

@@ -4,7 +4,7 @@ import pytest
 from mission_fakes import Timed
 from small_missions import TWO_ANNEXES, carrier_at, drawn_grid, fly, greedy_strategy, kinds_of, rover_at, rover_on
 
-from marsupial.formats.triggers import trigger_text
+from marsupial.formats.loglines import trigger_text
 from marsupial.mission.goals import unmet
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, Planned, Status, Trigger

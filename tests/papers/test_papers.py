@@ -7,8 +7,7 @@ import pytest
 from compare_workers import invented
 
 from marsupial.bench.compare.cells import ComparisonOutcome
-from marsupial.bench.compare.header import header_of
-from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.plan import Comparison, Trial, header_of
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import Curve
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, StatementVerdict

@@ -5,8 +5,7 @@ import pytest
 from compare_workers import invented
 
 from marsupial.bench.compare.cells import ComparisonOutcome
-from marsupial.bench.compare.header import header_of
-from marsupial.bench.compare.plan import Comparison
+from marsupial.bench.compare.plan import Comparison, header_of
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.statements import ExperimentTerms, StatementVerdict
 from marsupial.model.planning import Budget

@@ -13,8 +13,8 @@ from eyes import contrast
 from patience import HANG_S
 from synthetic_mission import mission_started, synthetic_mission
 
+from marsupial.formats.loglines import read_triggers
 from marsupial.formats.missionlog import parse_log
-from marsupial.formats.triggers import read_triggers
 from marsupial.model.mission import MissionEvent, Planned
 from marsupial.replay.page import LIVE_MODULES, MODULES, joined_modules, module_text, page_style, replay_page
 

@@ -14,8 +14,8 @@ from servers import Server
 from service_house import client
 
 from marsupial.errors import UsageError
-from marsupial.formats.situation import situation_from_fields
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.situations import situation_of
 from marsupial.mission.observer import Observer
 from marsupial.model import Budget, Outcome, PlanningReport, Status
 from marsupial.planning.checker import check
@@ -104,7 +104,7 @@ def test_a_job_is_given_a_valid_plan(running: Server, http: httpx.Client, planne
             assert any(line == "event: plan" for line in answer.iter_lines())
         job = http.post(links["cancel"]).json()
     assert (job["state"] in ("succeeded", "cancelled"), job["planner"]) == (True, planner)
-    situation = situation_from_fields(http.get(job["links"]["situation"]).json()["situation"])
+    situation = situation_of(http.get(job["links"]["situation"]).json()["situation"])
     plan = reading_of(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation).plan
     assert check(situation, plan).valid
 

@@ -9,7 +9,7 @@ from servers import Server
 from service_house import pointers, problem
 from talk import frames
 
-from marsupial.formats.situation import situation_from_fields
+from marsupial.library.situations import situation_of
 from marsupial.planning.checker import check
 from marsupial_service.analyses.situations import reading_of
 from marsupial_service.schemas import answers
@@ -46,7 +46,7 @@ def test_demo_data_are_planned_for(http: httpx.Client, demo: str) -> None:
     job = answer.json()
     assert (job["state"], job["outcome"] in ("optimal", "satisficing")) == ("succeeded", True)
     found = http.get(job["links"]["situation"]).json()
-    situation = situation_from_fields(found["situation"])
+    situation = situation_of(found["situation"])
     plan = reading_of(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation).plan
     assert check(situation, plan).valid
     assert reading_of(TextPlan(ipc=job["best"]["ipc"]), situation).plan == plan

@@ -18,24 +18,17 @@ from marsupial.bench.compare.statistics import Estimate
 from marsupial.wording import counted
 
 NAME = "answer"
-
 ROW_IN, WIDTH_IN = 0.42, 7.6
-
-SPREAD = 0.13
-"""Greatest vertical offset of the dots of pairs, as a share of a row's height."""
+SPREAD = 0.13  # greatest vertical offset of the dots of pairs, as a share of a row's height
 
 
 def sentences(outcome: ComparisonOutcome) -> list[str]:
     """Return a sentence for each rival of the base, the best one first."""
     if not outcome.rivals:
         return [_alone(outcome, contender) for contender in outcome.contenders]
-    found = [outcome.pairing(outcome.cases, rival, TIME) for rival in outcome.rivals]
-    ranked = sorted(zip(outcome.rivals, found, strict=True), key=lambda pair: -_gain(pair[1]))
-    return [_sentence(outcome, rival, stands) for rival, stands in ranked]
-
-
-def _gain(pairing: Pairing) -> float:
-    return -np.inf if pairing.gain is None else pairing.gain
+    found = [(outcome.pairing(outcome.cases, rival, TIME), rival) for rival in outcome.rivals]
+    found.sort(key=lambda pair: np.inf if pair[0].gain is None else -pair[0].gain)
+    return [_sentence(outcome, rival, stands) for stands, rival in found]
 
 
 def _alone(outcome: ComparisonOutcome, contender: Contender) -> str:
@@ -51,7 +44,8 @@ def _sentence(outcome: ComparisonOutcome, rival: Contender, stands: Pairing) -> 
     base, gain = outcome.base, stands.estimate
     if gain is None:
         return f"Nothing can be said about {rival} yet: it has no mission complete that {base} has completed too."
-    pairs = f"{counted(gain.count, 'pair')} of missions on {_listed(outcome.scenarios)}"
+    maps = " and ".join(filter(None, (", ".join(outcome.scenarios[:-1]), outcome.scenarios[-1])))
+    pairs = f"{counted(gain.count, 'pair')} of missions on {maps}"
     if gain.half is None:
         few = f"{gain.units}: too few for an interval"
         said = f"{rival} takes {_less(gain.mean)} than {base} on average over {pairs} ({few})"
@@ -73,8 +67,8 @@ def quality_sentence(outcome: ComparisonOutcome) -> str:
     """Return a sentence about exploration quality."""
     found = ((rival, outcome.pairing(outcome.cases, rival, QUALITY)) for rival in outcome.rivals)
     parts = [
-        f"that of {rival} is {_more(gain.mean)} than {outcome.base}'s{_interval(gain, 'the gain')}, "
-        f"higher in {one.wins} pairs and lower in {one.losses}"
+        f"that of {rival} is {abs(gain.mean):.1%} {'higher' if gain.mean >= 0 else 'lower'} than {outcome.base}'s"
+        f"{_interval(gain, 'the gain')}, higher in {one.wins} pairs and lower in {one.losses}"
         for rival, one in found
         if (gain := one.estimate) is not None
     ]
@@ -85,10 +79,6 @@ def _less(share: float) -> str:
     return f"{abs(share):.1%} {'less' if share >= 0 else 'more'} time"
 
 
-def _more(share: float) -> str:
-    return f"{abs(share):.1%} {'higher' if share >= 0 else 'lower'}"
-
-
 def _interval(found: Estimate, of_what: str) -> str:
     """Return the interval of a relative gain, and what it is over."""
     if found.low is None or found.high is None:
@@ -96,15 +86,8 @@ def _interval(found: Estimate, of_what: str) -> str:
     return f" (95% interval of {of_what} over {found.units}: {found.low:+.1%} to {found.high:+.1%})"
 
 
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
 def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
-    """Return the plot of each rival's gain in exploration time, in all and by scenario; None without any pair.
-
-    If there is only one scenario, by team size.
-    """
+    """Return the plot of each rival's gain in exploration time; None without any pair."""
     rows = list(_rows(outcome))
     if not any(stands.logs for _, found in rows for stands in found):
         return None

@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from marsupial.bench.compare.header import cases_of, contenders_of
-from marsupial.bench.compare.plan import Case, Contender
+from marsupial.bench.compare.plan import Case, Contender, cases_of, contenders_of
 from marsupial.bench.compare.rows import Curve, MissionRow, Timing
 from marsupial.bench.compare.statistics import Estimate, Origin, estimate
 from marsupial.library.metrics import METRICS, Metric
@@ -29,6 +28,7 @@ QUALITY = replace(METRICS["quality"], title="exploration quality Q")
 MISSION_TIME = METRICS["mission_time_s"]
 DISTANCE = METRICS["distance_m"]
 ENERGY = METRICS["energy_j"]
+MEASURES = (TIME, MISSION_TIME, DISTANCE, ENERGY, QUALITY)  # the metrics of the main table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,7 +212,7 @@ class ComparisonOutcome:
     def ratio(self, case: Case, contender: Contender) -> Estimate | None:
         """Return the mean ratio of exploration times to the clairvoyant's, over the missions both completed.
 
-        None without a clairvoyant. Missions in which it has nothing to explore are left out.
+        None without a clairvoyant; missions in which it has nothing to explore are left out.
         """
         if self.clairvoyant is None:
             return None
@@ -241,7 +241,6 @@ class ComparisonOutcome:
         cells: dict[tuple[type, Case, Contender], list[Any]] = {}
         records: tuple[MissionRow | Timing | Curve, ...] = (*self.rows, *self.timings, *self.curves)
         for record in records:
-            cells.setdefault((type(record), self._by_kind(record.trial.case), record.trial.contender), []).append(
-                record
-            )
+            cell = type(record), self._by_kind(record.trial.case), record.trial.contender
+            cells.setdefault(cell, []).append(record)
         return cells

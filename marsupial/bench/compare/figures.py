@@ -33,50 +33,42 @@ if TYPE_CHECKING:
 
 INK = "#2b3138"
 
+# Colours of contenders: distinct for colour-blind readers too, visible on light and dark pages.
 COLOURS = ("#7050dd", "#b7893f", "#0b785d", "#f03c83", "#7c87fa", "#826909")
-"""Colours of contenders: distinct for colour-blind readers too, visible on light and dark pages."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P")
 LINES = ("-", "--", "-.", ":", "-", "--")
 
 PNG_DPI = 150
-
-MOST_POINTS = 60
-"""Most points of a line: all samples of all panels would make a page of megabytes."""
+MOST_POINTS = 60  # of a line: all samples of all panels would make a page of megabytes
 
 BARS = "Error bars are 95 % intervals of the mean over complete missions, where there are enough maps or starts."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Figure:
-    """A figure as `svg` text and `png` bytes; `scenario` if it is about a single one."""
+    """A figure as `svg` text and `png` bytes."""
 
     name: str
     title: str
     caption: str
     svg: str
     png: bytes
-    scenario: str = ""
+    scenario: str = ""  # the scenario, if it is about a single one
 
 
 def figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
     """Yield the figures of a comparison: for each scenario time, quality, coverage over time, planning time."""
     for scenario in outcome.scenarios:
         name = slug(scenario)
-        for measure, kind in ((TIME, "exploration-time"), (QUALITY, "quality")):
-            if _occurs(outcome, measure, scenario):
-                yield measure_figure(outcome, measure, [scenario], name=f"{kind}-{name}", about=scenario)
         cells = [(case, contender) for case in outcome.cases_of(scenario) for contender in outcome.contenders]
+        for measure, kind in ((TIME, "exploration-time"), (QUALITY, "quality")):
+            if any(outcome.estimate(*cell, measure) is not None for cell in cells):
+                yield measure_figure(outcome, measure, [scenario], name=f"{kind}-{name}", about=scenario)
         if any(outcome.curves_of(*cell) for cell in cells):
             yield coverage_figure(outcome, scenario, name=f"coverage-{name}")
         if any(outcome.timings_of(*cell) for cell in cells):
             yield planning_figure(outcome, scenario, name=f"planning-time-{name}")
-
-
-def _occurs(outcome: ComparisonOutcome, measure: Metric, scenario: str) -> bool:
-    """Return whether a metric has a value to draw."""
-    cells = ((case, contender) for case in outcome.cases_of(scenario) for contender in outcome.contenders)
-    return any(outcome.estimate(*cell, measure) is not None for cell in cells)
 
 
 def measure_figure(
@@ -110,10 +102,7 @@ def measure_figure(
 def gain_figure(
     outcome: ComparisonOutcome, measure: Metric, scenarios: Sequence[str], *, name: str, of_paper: str = ""
 ) -> Figure:
-    """Return the rivals' gains by team size, in per cent of the base's mean: a row of panels per scenario.
-
-    `of_paper` names the paper's figure.
-    """
+    """Return the rivals' gains by team size, in per cent of the base's mean: a row of panels per scenario."""
 
     def value(case: Case, contender: Contender) -> Estimate | None:
         found = outcome.pairing(case, contender, measure).estimate
@@ -252,8 +241,7 @@ def mean_coverage(curves: Sequence[Curve]) -> tuple[Floats, Floats, Floats]:
 
 def _coverage_panel(axes: Axes, outcome: ComparisonOutcome, case: Case) -> None:
     for k, contender in enumerate(outcome.contenders):
-        curves = outcome.curves_of(case, contender)
-        if curves:
+        if curves := outcome.curves_of(case, contender):
             times, mean, half = mean_coverage(curves)
             shown = np.linspace(0, len(times) - 1, min(len(times), MOST_POINTS)).round().astype(int)
             times, mean, half = times[shown], mean[shown], half[shown]
@@ -275,10 +263,8 @@ def _by_team_size(
     signed: bool = False,
     logarithmic: bool = False,
 ) -> Drawing:
-    """Draw values by the number of carriers, a panel for each number of rovers and a row for each scenario.
-
-    With one number of carriers only, by the number of rovers. Values can't be below 0 unless they are `signed`.
-    """
+    """Draw values by the number of carriers, a panel for each number of rovers and a row for each scenario."""
+    # With one number of carriers only, by the number of rovers. Values can't be below 0 unless they are `signed`.
     scenarios = list(dict.fromkeys(case.scenario for case in cases))
     by_rovers = len({case.carriers for case in cases}) == 1 and len({case.rovers for case in cases}) > 1
     columns = [None] if by_rovers else sorted({case.rovers for case in cases})
@@ -322,16 +308,16 @@ def _size_panel(
         ]
         if points:
             x, y, sides = zip(*points, strict=True)
-            look: dict[str, Any] = {"marker": MARKERS[k % len(MARKERS)], "linestyle": LINES[k % len(LINES)]}
-            sizes_pt: dict[str, Any] = {"markersize": 4.5, "linewidth": 1.4, "elinewidth": 1.1, "capsize": 3}
-            bars = np.array(sides).T
-            axes.errorbar(x, y, bars, color=COLOURS[k % len(COLOURS)], label=str(contender), **look, **sizes_pt)
+            axes.errorbar(
+                x, y, np.array(sides).T, color=COLOURS[k % len(COLOURS)], marker=MARKERS[k % len(MARKERS)],
+                linestyle=LINES[k % len(LINES)], label=str(contender), markersize=4.5, linewidth=1.4, elinewidth=1.1,
+                capsize=3,
+            )  # fmt: skip
     axes.set_xticks(sorted(set(sizes)))
     axes.set_xlim(min(sizes) - 0.5, max(sizes) + 0.5)
 
 
 def _hide_empty(axes: Sequence[Sequence[Axes]]) -> None:
-    """Remove empty panels."""
     for panel in (panel for row in axes for panel in row):
         panel.set_visible(panel.has_data())
 

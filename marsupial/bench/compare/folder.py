@@ -14,8 +14,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from marsupial.bench.compare import header as head
-from marsupial.bench.compare.plan import Trial
+from marsupial.bench.compare.plan import Trial, demand_part, header_text, parse_header
 from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS, Curve, Format, MissionRow, Record, Result, Timing
 from marsupial.errors import InputError, UsageError
 from marsupial.formats.files import replace_file
@@ -27,16 +26,10 @@ FILES: Mapping[str, Format[Any]] = {"coverage.csv": CURVES, "timings.csv": TIMIN
 
 
 def read_header(path: Path) -> dict[str, Any]:
-    """Return the head of the comparison in a folder.
-
-    Raises
-    ------
-    InputError
-        If there is none or it can't be read.
-    """
+    """Return the head of the comparison in a folder; raise an `InputError` if there is none or it can't be read."""
     file = path / HEADER
     try:
-        return head.parse(file.read_text(encoding="utf-8"), str(file))
+        return parse_header(file.read_text(encoding="utf-8"), str(file))
     except (OSError, UnicodeDecodeError) as error:
         raise InputError("holds no comparison", source=str(path)) from error
 
@@ -60,28 +53,19 @@ def read_curves(path: Path) -> tuple[Curve, ...]:
 def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -> Iterator[Callable[[Result], None]]:
     """Open the folder of a new or interrupted comparison, repair its files, and yield a function that stores a result.
 
-    Parameters
-    ----------
-    drop
-        Missions whose row has one of these statuses are removed, to be run again.
-
-    Raises
-    ------
-    UsageError
-        If it holds another comparison, or another process has it open.
-    InputError
-        If a file can't be read.
+    Rows with a status in `drop` are removed, so that their missions run again. Raise a `UsageError` if the folder holds
+    another comparison or another process has it open, an `InputError` if a file can't be read.
     """
     path.mkdir(parents=True, exist_ok=True)
     with _locked(path):
         if (path / HEADER).exists():
             there = read_header(path)
-            head.demand_part(there, header, str(path / HEADER))
+            demand_part(there, header, str(path / HEADER))
             # the versions with which the folder was begun
             header = {**header, "made_with": there["made_with"]}
         elif any((path / name).exists() for name in FILES):
             raise UsageError(f"{path}: has rows but no {HEADER}: choose another --out")
-        replace_file(path / HEADER, head.written(header).encode())
+        replace_file(path / HEADER, header_text(header).encode())
         done = [row.trial for row in read_rows(path) if row.status not in drop]
         for name, lines in FILES.items():
             _rewrite(path / name, lines, done)
@@ -90,9 +74,8 @@ def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -
 
             def add(result: Result) -> None:
                 # FILES ends with the rows: a killed process leaves records without a row, never the reverse
-                for file, lines, record in zip(
-                    files, FILES.values(), (result.curve, result.timing, result.row), strict=True
-                ):
+                records = (result.curve, result.timing, result.row)
+                for file, lines, record in zip(files, FILES.values(), records, strict=True):
                     if record is not None:
                         file.write(lines.encode(record))
                         file.flush()

@@ -12,10 +12,9 @@ from pathlib import Path
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
 from marsupial.bench.compare.figures import slug
-from marsupial.bench.compare.plan import Case, Comparison, Contender
-from marsupial.library.missions import simulate
+from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
+from marsupial.bench.compare.trial import simulated
 from marsupial.library.recording import Recorder
-from marsupial.model.mission import MissionEvent
 from marsupial.replay.page import replay_page
 
 FOLDER = "replays"
@@ -23,13 +22,13 @@ FOLDER = "replays"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NotablePair:
-    """A mission of a rival and one of the base; `gain` is the time saved relative to the base's."""
+    """A mission of a rival and one of the base."""
 
     kind: str
     case: Case
     rival: Contender
     seed: int
-    gain: float
+    gain: float  # the time saved relative to the base's
 
     @property
     def path(self) -> str:
@@ -37,67 +36,41 @@ class NotablePair:
         return f"{FOLDER}/{self.kind}-{slug(f'{self.case} {self.rival}')}-seed{self.seed}.html"
 
 
-@dataclass(frozen=True, slots=True)
-class PairReplay:
-    """A link to a page: its path in the folder, and its text."""
-
-    path: str
-    text: str
-
-
 def notable_pairs(outcome: ComparisonOutcome) -> list[NotablePair]:
     """Return the best and the worst pair of each rival, of those with two complete missions."""
     found: list[NotablePair] = []
     for rival in outcome.rivals:
         pairs = [
-            NotablePair(
-                kind="", case=replace(case, scenario=start.map), rival=rival, seed=start.seed, gain=1 - ours / theirs
-            )
+            (1 - ours / theirs, replace(case, scenario=start.map), start.seed)
             for case in outcome.cases
             for start, ours, theirs in outcome.pairs(case, rival, TIME)
             if theirs
         ]
-        if pairs:
-            ranked = sorted(pairs, key=lambda pair: pair.gain)
-            chosen = {"best": ranked[-1]} | ({"worst": ranked[0]} if len(ranked) > 1 else {})
-            found += [replace(pair, kind=kind) for kind, pair in chosen.items()]
+        ranked = sorted(pairs, key=lambda pair: pair[0])
+        for kind, chosen in (("best", ranked[-1:]), ("worst", ranked[:1] if len(ranked) > 1 else [])):
+            for gain, case, seed in chosen:
+                found.append(NotablePair(kind=kind, case=case, rival=rival, seed=seed, gain=gain))
     return found
 
 
 def pair_pages(comparison: Comparison, outcome: ComparisonOutcome, out: Path) -> Iterator[tuple[str, bytes]]:
-    """Yield path and content of the page of each notable pair that is not in the folder `out` yet.
-
-    Yield nothing if planning was limited by time: a second run may differ.
-    """
+    """Yield path and content of the page of each notable pair that is not in the folder `out` yet."""
     if comparison.budget.seconds is not None:
-        return
+        return  # a second run may differ where planning is limited by time
     for pair in notable_pairs(outcome):
         if not (out / pair.path).exists():
-            ours, theirs = (_rerun(comparison, pair, contender) for contender in (pair.rival, outcome.base))
-            yield pair.path, replay_page(ours, theirs).encode()
+            recorders = Recorder(), Recorder()
+            for contender, recorder in zip((pair.rival, outcome.base), recorders, strict=True):
+                trial = Trial(pair.case, contender, pair.seed)
+                simulated(trial, comparison.scenarios[pair.case], comparison.budget, recorder)
+            yield pair.path, replay_page(*(recorder.events for recorder in recorders)).encode()
 
 
-def _rerun(comparison: Comparison, pair: NotablePair, contender: Contender) -> tuple[MissionEvent, ...]:
-    recorder = Recorder()
-    simulate(
-        comparison.scenarios[pair.case],
-        strategy=contender.strategy,
-        planner=contender.planner,
-        budget=comparison.budget,
-        seed=pair.seed,
-        observer=recorder,
-    )
-    return tuple(recorder.events)
-
-
-def replays_in(out: Path, outcome: ComparisonOutcome) -> list[PairReplay]:
-    """Return the links to the pages in a folder."""
-    return [
-        PairReplay(
-            pair.path,
-            f"{pair.kind} pair of {pair.rival}: {pair.case}, seed {pair.seed}, "
-            f"{100 * abs(pair.gain):.1f} % {'faster' if pair.gain >= 0 else 'slower'} than {outcome.base}",
-        )
+def replays_in(out: Path, outcome: ComparisonOutcome) -> dict[str, str]:
+    """Return the texts of links to the pages in a folder, by their path in it."""
+    return {
+        pair.path: f"{pair.kind} pair of {pair.rival}: {pair.case}, seed {pair.seed}, "
+        f"{100 * abs(pair.gain):.1f} % {'faster' if pair.gain >= 0 else 'slower'} than {outcome.base}"
         for pair in notable_pairs(outcome)
         if (out / pair.path).exists()
-    ]
+    }

@@ -1,16 +1,25 @@
-"""The definition of a comparison: every contender on every case with every seed.
+"""The definition of a comparison: every contender on every case with every seed; and its head, ``comparison.json``.
 
 All contenders get the same maps, teams, starts and seeds, so that missions can be compared pair by pair.
+
+The head of a comparison's folder has everything that the rows depend on. A folder is continued only by the same
+comparison, or by one that includes all its missions.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import platform
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
+from importlib.metadata import version
+from typing import Any
 
 from marsupial.bench.compare.statistics import Origin
+from marsupial.cluster.make import LIBRARIES
+from marsupial.errors import InputError, Problem, UsageError
+from marsupial.formats.jsonvalues import JsonFault, parse_json
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.scenario import PlanningTime, Scenario
 
@@ -62,30 +71,14 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """The missions of a comparison.
+    """The missions of a comparison."""
 
-    Parameters
-    ----------
-    scenarios
-        Scenario of each case, in the order of the tables.
-    contenders
-        The last one is the base to compare the others with.
-    runs
-        Missions per case and contender; their seeds are `first_seed` and those that follow.
-    budget
-        Budget of each planning.
-    paper
-        Name of the paper, as in `marsupial reproduce`, if this is its experiment.
-    suite
-        Name of the suite of maps (`marsupial.bench.suite.maps`), if this is one: results are told by kind of map.
-    """
-
-    scenarios: Mapping[Case, Scenario]
-    contenders: tuple[Contender, ...]
-    runs: int
-    budget: Budget
-    paper: str | None = None
-    suite: str | None = None
+    scenarios: Mapping[Case, Scenario]  # in the order of the tables
+    contenders: tuple[Contender, ...]  # the last one is the base to compare the others with
+    runs: int  # missions per case and contender; their seeds are `first_seed` and those that follow
+    budget: Budget  # of each planning
+    paper: str | None = None  # the paper of this experiment, as in `marsupial reproduce`
+    suite: str | None = None  # a name in `marsupial.bench.suite.maps`; results are then grouped by kind of map
     first_seed: int = 1
 
     def trials(self) -> Iterator[Trial]:
@@ -97,10 +90,8 @@ class Comparison:
 
 
 def prepared(scenario: Scenario) -> Scenario:
-    """Return the scenario as comparisons use it: starts drawn by each mission's seed, instant planning.
-
-    Charged planning time would make missions depend on the machine.
-    """
+    """Return the scenario as comparisons use it: starts drawn by each mission's seed, instant planning."""
+    # Charged planning time would make missions depend on the machine.
     return replace(scenario, start_seed=None, planning_time=PlanningTime.INSTANT)
 
 
@@ -122,3 +113,101 @@ def digest(scenario: Scenario) -> str:
         rest["interference"] = True
     text = json.dumps(rest, default=sorted, sort_keys=True)  # sets of terrain codes become lists
     return hashlib.sha256(grid.cells.tobytes() + text.encode()).hexdigest()[:16]
+
+
+FORMAT, VERSION = "marsupial-comparison", 1
+
+
+def header_of(comparison: Comparison) -> dict[str, Any]:
+    """Return the head as JSON values; `made_with` is information only, and may differ if a folder is continued."""
+    budget = comparison.budget
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "marsupial": version("marsupial"),
+        "paper": comparison.paper,
+        **({"suite": comparison.suite, "first_seed": comparison.first_seed} if comparison.suite else {}),
+        "contenders": [[contender.strategy, contender.planner] for contender in comparison.contenders],
+        "cases": [
+            {
+                "scenario": case.scenario,
+                "carriers": case.carriers,
+                "rovers": case.rovers,
+                **({"interference": True} if scenario.interference else {}),
+                "digest": digest(scenario),
+            }
+            for case, scenario in comparison.scenarios.items()
+        ],
+        "runs": comparison.runs,
+        "budget": {"steps": budget.steps} if budget.seconds is None else {"seconds": budget.seconds},
+        "made_with": {"python": platform.python_version(), **{name: version(name) for name in LIBRARIES}},
+    }
+
+
+def header_text(header: Mapping[str, Any]) -> str:
+    """Return the head as the text of its file."""
+    return json.dumps(header, indent=1) + "\n"
+
+
+def parse_header(text: str, source: str) -> dict[str, Any]:
+    """Parse the text of a head; raise an `InputError` if it is not one."""
+    try:
+        header = parse_json(text)
+    except JsonFault as error:
+        raise InputError("is not the head of a comparison: no JSON", source=source) from error
+    if not isinstance(header, dict) or header.get("format") != FORMAT:
+        raise InputError("is not the head of a comparison", source=source)
+    if header.get("version") != VERSION:
+        raise InputError(f"is of version {header.get('version')}, this marsupial knows {VERSION}", source=source)
+    try:
+        cases_of(header), contenders_of(header), int(header["runs"]), dict(header["budget"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError("is damaged", source=source) from error
+    return header
+
+
+def cases_of(header: Mapping[str, Any]) -> tuple[Case, ...]:
+    """Return the cases of a comparison in their order."""
+    return tuple(Case(str(c["scenario"]), int(c["carriers"]), int(c["rovers"])) for c in header["cases"])
+
+
+def contenders_of(header: Mapping[str, Any]) -> tuple[Contender, ...]:
+    """Return the contenders of a comparison in their order."""
+    return tuple(Contender(str(strategy), str(planner)) for strategy, planner in header["contenders"])
+
+
+def budget_text(header: Mapping[str, Any]) -> str:
+    """Return the budget of each planning in words."""
+    ((unit, amount),) = header["budget"].items()
+    return f"{amount:g} {unit if amount != 1 else unit.removesuffix('s')}"
+
+
+def demand_part(there: Mapping[str, Any], asked: Mapping[str, Any], source: str) -> None:
+    """Raise a `UsageError` with the differences if a folder's comparison is not part of the requested one.
+
+    The request may have more cases, contenders and runs, and another base or paper, since no mission depends on these.
+    """
+    grown = {
+        "cases": all(case in asked["cases"] for case in there["cases"]),
+        "contenders": all(contender in asked["contenders"] for contender in there["contenders"]),
+        "runs": there["runs"] <= asked["runs"],
+    }
+    same = (name for name in ("marsupial", "suite", "first_seed", "budget") if there.get(name) != asked.get(name))
+    if names := [*same, *(name for name, fits in grown.items() if not fits)]:
+        problems = [Problem(name, _difference(name, there.get(name), asked.get(name))) for name in names]
+        lines = [f"{source}: {problem}" for problem in problems]
+        raise UsageError("\n".join([*lines, f"{source}: it holds another comparison: choose another --out"]))
+
+
+def _difference(name: str, there: Any, asked: Any) -> str:
+    if name == "cases":
+        before, now = (
+            {f"{case['scenario']} {case['carriers']}x{case['rovers']}": case["digest"] for case in cases}
+            for cases in (there, asked)
+        )
+        if changed := [name for name in now if name in before and before[name] != now[name]]:
+            return f"another map, team or goal under the same name: {', '.join(changed)}"
+        there, asked = ", ".join(before), ", ".join(now)
+    if name == "contenders":
+        there, asked = ([str(Contender(*pair)) for pair in pairs] for pairs in (there, asked))
+    return f"the folder has {there}, asked for is {asked}"

@@ -15,8 +15,8 @@ from typing import Any
 
 from marsupial.bench.compare.conduct import TrialQueue
 from marsupial.bench.compare.plan import Comparison, Trial
-from marsupial.bench.compare.ray_task import attend
 from marsupial.bench.compare.rows import Result
+from marsupial.bench.compare.trial import attend
 from marsupial.cluster.make import Terms, WorkerRefused, make
 from marsupial.cluster.ray_cluster import Cluster, connected, refusal
 from marsupial.errors import UsageError
@@ -36,30 +36,23 @@ class RayPool:
         self._work = work
 
     def results(self, trials: Sequence[Trial]) -> Generator[Result]:
-        """Yield exactly one result for each of `trials`, as they are done; see `MissionRunner`.
-
-        While the cluster has no nodes, it waits until one joins.
-
-        Raises
-        ------
-        UsageError
-            If the cluster is lost, or a worker has another version installed (`cluster.make.Terms`).
-        """
+        """See `MissionRunner`; wait while the cluster has no nodes, raise a `UsageError` if it is lost or refuses."""
         waiting = TrialQueue(trials)
         running: dict[Future[Result], tuple[Trial, Any]] = {}
         with connected(self._cluster) as ray:
             start = self._starter(ray)
             try:
                 while waiting or running:
-                    room = _room(ray)
+                    # Ask again each time, since nodes may join; a few more tasks than processors leave none idle.
+                    processors = int(ray.cluster_resources().get("CPU", 0))
+                    room = processors + max(2, processors // 4)
                     while len(running) < room and (trial := waiting.take()) is not None:
                         reference = start(trial)
                         running[reference.future()] = trial, reference
                     # ray.wait would swallow what a signal handler raises
                     for done in wait(running, _LOOK_S, FIRST_COMPLETED).done:
                         trial, _ = running.pop(done)
-                        result = self._outcome(ray, trial, done, waiting)
-                        if result is not None:
+                        if (result := self._outcome(ray, trial, done, waiting)) is not None:
                             yield result
             except ConnectionError as error:
                 raise self._refusal("the cluster was lost", error) from error
@@ -73,7 +66,7 @@ class RayPool:
 
     def _starter(self, ray: Any) -> Callable[[Trial], Any]:
         """Return a function that starts a mission and returns the reference to its result."""
-        # pickled here, so that the object store holds bytes and a worker unpacks them once (`ray_task._unpacked`)
+        # pickled here, so that the object store holds bytes and a worker unpacks them once (`trial.unpacked`)
         task = ray.remote(num_cpus=1, max_retries=0)(self._work)
         store = [ray.put(pickle.dumps(dict(self._comparison.scenarios)))]
         terms = Terms(make=make(), token=not self._cluster.here)
@@ -99,9 +92,3 @@ class RayPool:
 
     def _refusal(self, what: str, error: Exception) -> UsageError:
         return refusal(f"{self._cluster.address}: {what}: {error}")
-
-
-def _room(ray: Any) -> int:
-    """Return how many missions should be running, asked anew each time since nodes may join."""
-    processors = int(ray.cluster_resources().get("CPU", 0))
-    return processors + max(2, processors // 4)

@@ -6,16 +6,15 @@ The page is self-contained: figures are inline, for light and dark screens.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
+from types import MappingProxyType
 
 from marsupial.bench.compare.answer import answer_figure, quality_sentence, sentences
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import INK, Figure, figures
-from marsupial.bench.compare.header import budget_text
-from marsupial.bench.compare.pairs import PairReplay
+from marsupial.bench.compare.plan import budget_text
 from marsupial.bench.compare.statements import Experiment, Finding, checklist, reading
 from marsupial.bench.compare.statistics import FEWEST_UNITS
 from marsupial.bench.compare.tables import ReportTable, TableCell, markdown, status_table, tables
@@ -31,20 +30,12 @@ _CLAIRVOYANT = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Opening:
-    """The start of a page, besides the answer in words: its plot, and links to replays of pairs."""
-
-    figure: Figure | None = None
-    replays: Sequence[PairReplay] = ()
-
-
 def documents(
-    outcome: ComparisonOutcome, experiment: Experiment | None = None, replays: Sequence[PairReplay] = ()
+    outcome: ComparisonOutcome, experiment: Experiment | None = None, replays: Mapping[str, str] = MappingProxyType({})
 ) -> Iterator[tuple[str, bytes]]:
     """Yield path and content of each document.
 
-    `experiment` is that of the paper, if the comparison belongs to one; `replays` are linked from the page.
+    `experiment` is that of the paper, if the comparison belongs to one; `replays` are the texts of links by path.
     """
     findings: list[Finding] = []
     overview = experiment is None or experiment.overview
@@ -59,21 +50,21 @@ def documents(
     for figure in (*filter(None, [answer]), *drawn):
         yield f"figures/{figure.name}.svg", figure.svg.encode()
         yield f"figures/{figure.name}.png", figure.png
-    yield "report.html", page(outcome, written, drawn, Opening(answer, replays), experiment, findings).encode()
+    if experiment is None:
+        first = _section("The answer", _answer(outcome, answer, [table for table in written if table.opening], replays))
+    else:
+        first = _section("Statements of the paper", _findings(findings, reading(outcome.runs, experiment.paper_runs)))
+    yield "report.html", _page(outcome, first, written, drawn, experiment).encode()
 
 
-def page(
+def _page(
     outcome: ComparisonOutcome,
+    first: str,
     tables: Sequence[ReportTable],
     figures: Sequence[Figure],
-    opening: Opening,
     experiment: Experiment | None,
-    findings: Sequence[Finding],
 ) -> str:
-    """Return the page; `findings` are those of a paper's `experiment`.
-
-    The answer, or a paper's statements, come first, then tables and figures by scenario, then overall tables.
-    """
+    """Return the page: the `first` section, tables and figures by scenario, overall tables, the method."""
     facts = (
         f"{counted(len(outcome.rows), 'mission')}: {counted(len(outcome.contenders), 'contender')}, "
         f"{counted(len(outcome.cases), 'case')} on {counted(len(outcome.maps), 'map')}, "
@@ -81,22 +72,17 @@ def page(
         f"marsupial {outcome.header['marsupial']}"
     )
     of_all = [_figure(figure) for figure in figures if not figure.scenario]
-    sections = [_section("Results", "\n".join(of_all))] if of_all else []
     title = f"{' / '.join(map(str, outcome.contenders))}: {', '.join(outcome.scenarios)}"
-    if experiment is not None:
-        title = experiment.title
-        content = _findings(findings, reading(outcome.runs, experiment.paper_runs))
-        sections.insert(0, _section("Statements of the paper", content))
-    else:
-        main = [table for table in tables if table.opening]
-        sections.insert(0, _section("The answer", _answer(outcome, opening, main)))
-    for scenario in outcome.scenarios:
-        sections.append(_section(scenario, _of_scenario(scenario, tables, figures)))
     others = (table for table in tables if not table.scenario and (experiment is not None or not table.opening))
-    sections.append(_section("In numbers", "\n".join(map(_table, others))))
-    sections.append(_section("Method", _method(outcome, experiment)))
+    sections = [
+        first,
+        *([_section("Results", "\n".join(of_all))] if of_all else []),
+        *(_section(scenario, _of_scenario(scenario, tables, figures)) for scenario in outcome.scenarios),
+        _section("In numbers", "\n".join(map(_table, others))),
+        _section("Method", _method(outcome, experiment)),
+    ]
     parts = {
-        "title": escape(title),
+        "title": escape(title if experiment is None else experiment.title),
         "style": _read("report.css"),
         "facts": escape(facts),
         "warning": "".join(f'<p class="notice">{escape(notice)}</p>\n' for notice in _notices(outcome)),
@@ -114,17 +100,19 @@ def _notices(outcome: ComparisonOutcome) -> Iterator[str]:
         yield f"{failed} of {len(outcome.rows)} missions are not complete and count in no mean."
 
 
-def _answer(outcome: ComparisonOutcome, opening: Opening, main: Sequence[ReportTable]) -> str:
+def _answer(
+    outcome: ComparisonOutcome, figure: Figure | None, main: Sequence[ReportTable], replays: Mapping[str, str]
+) -> str:
     """Return the answer in words, as a plot and as the main table, with links to replays."""
     first, *others = sentences(outcome)
     parts = [f'<p class="answer">{escape(first)}</p>', *(f"<p>{escape(text)}</p>" for text in others)]
     if quality := quality_sentence(outcome):
         parts.append(f"<p>{escape(quality)}</p>")
-    if opening.figure is not None:
-        parts.append(_figure(opening.figure))
+    if figure is not None:
+        parts.append(_figure(figure))
     parts += map(_table, main)
-    if opening.replays:
-        links = (f'<li><a href="{escape(one.path, quote=True)}">{escape(one.text)}</a></li>' for one in opening.replays)
+    if replays:
+        links = (f'<li><a href="{escape(path)}">{escape(text)}</a></li>' for path, text in replays.items())
         parts.append(f'<p>To be watched side by side, on one clock:</p>\n<ul class="replays">{"".join(links)}</ul>')
     return "\n".join(parts)
 
@@ -142,8 +130,7 @@ def _of_scenario(scenario: str, tables: Sequence[ReportTable], figures: Sequence
     own = [table for table in tables if table.scenario == scenario]
     parts = [_figure(figure) for figure in figures if figure.scenario == scenario]
     parts += [_table(table) for table in own if table.main]
-    folded = "\n".join(_table(table) for table in own if not table.main)
-    if folded:
+    if folded := "\n".join(_table(table) for table in own if not table.main):
         parts.append(f"<details><summary>More metrics</summary>\n{folded}\n</details>")
     return "\n".join(parts)
 
@@ -158,8 +145,7 @@ def inlined(figure: Figure) -> str:
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = text.replace(INK, "currentColor")
     text = re.sub(r'(\bid="|url\(#|href="#)', lambda found: f"{found[1]}{figure.name}-", text)
-    label = escape(figure.title, quote=True)
-    return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1).strip()
+    return text.replace("<svg ", f'<svg role="img" aria-label="{escape(figure.title)}" ', 1).strip()
 
 
 def _table(table: ReportTable) -> str:
@@ -179,12 +165,9 @@ def _is_number(cell: TableCell) -> bool:
 
 
 def _cell(cell: TableCell) -> str:
-    kinds = [cell.mark] if cell.mark else []
-    if not _is_number(cell):
-        kinds.append("text")
-    if len(cell.text) > 60:
-        kinds.append("wrap")
-    attribute = f' class="{" ".join(kinds)}"' if kinds else ""
+    kinds = {cell.mark: True, "text": not _is_number(cell), "wrap": len(cell.text) > 60}
+    names = " ".join(kind for kind, holds in kinds.items() if kind and holds)
+    attribute = f' class="{names}"' if names else ""
     return f"<td{attribute}>{escape(cell.text)}</td>"
 
 

@@ -19,11 +19,8 @@ from marsupial.model.mission import Status
 ERROR, CRASHED = "error", "crashed"
 """Status of a mission that raised an exception, and of one whose process died; the others are those of `Status`."""
 
-KEY = ("scenario", "strategy", "planner", "carriers", "rovers", "seed")
-"""First columns of every file."""
-
-COVERAGE_SCALE = 10_000
-"""Unit of stored coverage: whole parts of 1 / this."""
+KEY = ("scenario", "strategy", "planner", "carriers", "rovers", "seed")  # first columns of every file
+COVERAGE_SCALE = 10_000  # stored coverage is in whole parts of 1 / this
 
 Record = TypeVar("Record", "MissionRow", "Timing", "Curve")
 
@@ -107,29 +104,17 @@ class Format(Generic[Record]):
 
     def encode(self, record: Record) -> str:
         """Return the record's line."""
-        return _line((*_key(record.trial), *(_written(getattr(record, name)) for name in self.readers)))
+        case, contender = record.trial.case, record.trial.contender
+        line: list[object] = [case.scenario, contender.strategy, contender.planner, case.carriers, case.rovers]
+        return _line([*line, record.trial.seed, *(_written(getattr(record, name)) for name in self.readers)])
 
     def decode(self, fields: Sequence[str]) -> Record:
-        """Return the record of a line's fields.
-
-        Raises
-        ------
-        ValueError
-            If their number is wrong, or one can't be parsed.
-        """
+        """Return the record of a line's fields; raise a `ValueError` if their number or one of them is wrong."""
         scenario, strategy, planner, carriers, rovers, seed, *rest = fields
-        values = {
-            name: None if text == "" else read(text)
-            for (name, read), text in zip(self.readers.items(), rest, strict=True)
-        }
+        texts = zip(self.readers.items(), rest, strict=True)
+        values = {name: None if text == "" else read(text) for (name, read), text in texts}
         case = Case(scenario, int(carriers), int(rovers))
         return self.make(trial=Trial(case, Contender(strategy, planner), int(seed)), **values)
-
-
-def _key(trial: Trial) -> tuple[object, ...]:
-    """Return the values of the columns `KEY`."""
-    case, contender = trial.case, trial.contender
-    return case.scenario, contender.strategy, contender.planner, case.carriers, case.rovers, trial.seed
 
 
 def _line(values: Sequence[object]) -> str:
@@ -157,12 +142,8 @@ def metrics_of(record: type[MissionRow | Timing], summary: Summary) -> dict[str,
     return {column: METRIC_BY_COLUMN[column].cell(summary) for column in columns}
 
 
-def _reader(column: str) -> Callable[[str], Any]:
-    """Return the parser of a row's column: that of a metric, or text."""
-    return METRIC_BY_COLUMN[column].read if column in METRIC_BY_COLUMN else str
-
-
-ROWS = Format(MissionRow, {each.name: _reader(each.name) for each in fields(MissionRow) if each.name != "trial"})
+_COLUMNS = (each.name for each in fields(MissionRow) if each.name != "trial")
+ROWS = Format(MissionRow, {name: METRIC_BY_COLUMN[name].read if name in METRIC_BY_COLUMN else str for name in _COLUMNS})
 
 TIMINGS = Format(Timing, {each.name: float for each in fields(Timing) if each.name != "trial"})
 

@@ -32,78 +32,44 @@ READING = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """A statement of a paper and its verdict.
-
-    `where` is its place in the paper, `criterion` the test on the data, `evidence` the figures.
-    """
+    """A statement of a paper and its verdict."""
 
     statement: str
-    where: str
-    criterion: str
+    where: str  # its place in the paper
+    criterion: str  # the test on the data
     verdict: StatementVerdict
-    evidence: tuple[str, ...]
+    evidence: tuple[str, ...]  # the figures
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExperimentTerms:
-    """The settings of an experiment that its caller may choose.
+    """The settings of an experiment that its caller may choose."""
 
-    Parameters
-    ----------
-    runs
-        Missions for each case and contender.
-    maps
-        The folder with the maps of real buildings that some papers use.
-    """
-
-    runs: int
+    runs: int  # missions for each case and contender
     planner: str
     budget: Budget
-    maps: Path
-
-
-def _no_tables(outcome: ComparisonOutcome) -> list[ReportTable]:
-    return []
+    maps: Path  # the folder with the maps of real buildings that some papers use
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """An experiment of a paper: its comparison, its figures and its findings.
-
-    Parameters
-    ----------
-    setting
-        Description of what is simulated.
-    runs, planner
-        Default number of missions per case, and default planner.
-    paper_runs
-        Number of missions behind the paper's means; None if it does not say.
-    tables
-        The paper's tables with our data beside the printed numbers.
-    overview
-        Whether to add the usual tables and figures of a comparison.
-    parts
-        Names of further experiments of the paper, by subfolder.
-    """
+    """An experiment of a paper: its comparison, its figures and its findings."""
 
     title: str
-    setting: str
-    runs: int
-    paper_runs: int | None
-    planner: str
+    setting: str  # what is simulated
+    runs: int  # missions per case, unless the caller asks for another number
+    paper_runs: int | None  # missions behind the paper's means; None if it does not say
+    planner: str  # unless the caller asks for another
     comparison: Callable[[ExperimentTerms], Comparison]
     figures: Callable[[ComparisonOutcome], Iterator[Figure]]
     findings: Callable[[ComparisonOutcome], list[Finding]]
-    tables: Callable[[ComparisonOutcome], list[ReportTable]] = _no_tables
-    overview: bool = True
-    parts: Mapping[str, str] = field(default_factory=dict)
+    tables: Callable[[ComparisonOutcome], list[ReportTable]] = lambda outcome: []  # printed numbers beside ours
+    overview: bool = True  # whether to add the usual tables and figures of a comparison
+    parts: Mapping[str, str] = field(default_factory=dict)  # further experiments of the paper, by subfolder
 
 
 def share_verdict(held: Sequence[bool | None]) -> StatementVerdict:
-    """Return the verdict on a statement about several places; None stands for a place without data.
-
-    It holds in part if it does in at least half of them.
-    """
+    """Return the verdict on a statement about several places; None stands for a place without data."""
     known = [one for one in held if one is not None]
     if not known or len(known) < len(held):
         return StatementVerdict.OPEN

@@ -31,8 +31,8 @@ Key = TypeVar("Key", bound=Hashable)
 
 LEVEL = 0.95
 
+# Least number of independent units for an interval: fewer hardly show how much they differ.
 FEWEST_UNITS = 5
-"""Least number of independent units for an interval: fewer hardly show how much they differ."""
 
 
 class Origin(NamedTuple):

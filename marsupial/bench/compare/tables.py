@@ -7,37 +7,22 @@ from dataclasses import dataclass, field
 from math import inf
 from statistics import fmean
 
-from marsupial.bench.compare.cells import (
-    DISTANCE,
-    ENERGY,
-    MISSION_TIME,
-    QUALITY,
-    TIME,
-    ComparisonOutcome,
-    Pairing,
-)
-from marsupial.bench.compare.plan import Case, Contender
+from marsupial.bench.compare.cells import MEASURES, QUALITY, TIME, ComparisonOutcome, Pairing
+from marsupial.bench.compare.plan import Case
 from marsupial.bench.compare.statistics import FEWEST_UNITS, Estimate
 from marsupial.library.metrics import Metric
 
 GOOD, BAD = "good", "bad"
 
 NOTHING = "–"
-
 RATIO_DIGITS = 2
-
 EVERYWHERE = "all"
-
-OURS = "temporal"
-"""The strategy whose losses come first in the main table."""
+OURS = "temporal"  # the strategy whose losses come first in the main table
 
 GAINS = (
     "Means are geometric, over pairs of missions with the same map, team and starts; in brackets the 95 % interval, "
     f"over maps or starts, from {FEWEST_UNITS} of these on."
 )
-
-MEASURES = (TIME, MISSION_TIME, DISTANCE, ENERGY, QUALITY)
-"""Metrics of the main table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,17 +35,14 @@ class TableCell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportTable:
-    """A table with its caption; `scenario` if it is about a single one, `main` if it is one of its main tables.
-
-    `opening` is set for the table that stands at the start of a page, with the answer.
-    """
+    """A table with its caption."""
 
     title: str
     caption: str
     heads: tuple[str, ...]
-    scenario: str = ""
-    main: bool = True
-    opening: bool = False
+    scenario: str = ""  # the scenario, if it is about a single one
+    main: bool = True  # whether it is one of the scenario's main tables
+    opening: bool = False  # whether it stands at the start of a page, with the answer
     rows: list[tuple[TableCell, ...]] = field(default_factory=list)
 
     def add(self, *cells: TableCell | str) -> None:
@@ -73,7 +55,7 @@ def tables(outcome: ComparisonOutcome) -> list[ReportTable]:
     made = [status_table(outcome)]
     if len(outcome.contenders) > 1:
         made.insert(0, main_table(outcome))
-    for measure in (TIME, QUALITY, MISSION_TIME, DISTANCE, ENERGY):
+    for measure in (TIME, QUALITY, *MEASURES[1:-1]):
         made += [measure_table(outcome, measure, scenario) for scenario in outcome.scenarios]
         if measure is TIME and outcome.clairvoyant and outcome.strategies:
             made += [ratio_table(outcome, scenario) for scenario in outcome.scenarios]
@@ -113,18 +95,17 @@ def main_table(outcome: ComparisonOutcome) -> ReportTable:
     places: dict[str, Sequence[Case]] = {EVERYWHERE: outcome.cases}
     if len(outcome.scenarios) > 1:
         places |= {scenario: outcome.cases_of(scenario) for scenario in outcome.scenarios}
-    rows = [(where, one, cases) for where, cases in places.items() for one in outcome.contenders if one != base]
-    rows.sort(key=lambda row: (row[0] != EVERYWHERE, row[1] == outcome.clairvoyant, _lead(outcome, row[1], row[2])))
-    for where, contender, cases in rows:
-        pairings = [outcome.pairing(cases, contender, measure) for measure in MEASURES]
+    rows = []
+    for where, cases in places.items():
+        for contender in (one for one in outcome.contenders if one != base):
+            pairings = [outcome.pairing(cases, contender, measure) for measure in MEASURES]
+            gain = pairings[0].gain
+            # where `temporal` loses stands first, whether it is the base or not
+            lead = inf if gain is None else -gain if base.strategy == OURS else gain
+            rows.append(((where != EVERYWHERE, contender == outcome.clairvoyant, lead), where, contender, pairings))
+    for _, where, contender, pairings in sorted(rows, key=lambda row: row[0]):
         table.add(where, str(contender), *map(gain_cell, pairings), _pair_cells(pairings[0])[1])
     return table
-
-
-def _lead(outcome: ComparisonOutcome, contender: Contender, cases: Sequence[Case]) -> float:
-    """Return what a contender saves of the base's time, or loses if the base is `temporal`: losses come first."""
-    gain = outcome.pairing(cases, contender, TIME).gain
-    return inf if gain is None else -gain if outcome.base.strategy == OURS else gain
 
 
 def measure_table(outcome: ComparisonOutcome, measure: Metric, scenario: str) -> ReportTable:
@@ -179,8 +160,7 @@ def planning_table(outcome: ComparisonOutcome) -> ReportTable:
     )
     for scenario in outcome.scenarios:
         for contender in outcome.contenders:
-            found = [t for case in outcome.cases_of(scenario) for t in outcome.timings_of(case, contender)]
-            if found:
+            if found := [t for case in outcome.cases_of(scenario) for t in outcome.timings_of(case, contender)]:
                 times_s = (
                     fmean(t.planning_median_s for t in found),
                     fmean(t.planning_p95_s for t in found),
@@ -208,7 +188,8 @@ def markdown(table: ReportTable) -> str:
     """Return a table as Markdown: `GOOD` cells bold, `BAD` ones in italics."""
     lines = [f"## {table.title}", "", table.caption, "", _line(table.heads)]
     lines.append("|" + "|".join("---" if i == 0 else "---:" for i in range(len(table.heads))) + "|")
-    lines += [_line([_marked(cell) for cell in row]) for row in table.rows]
+    marks = {GOOD: "**", BAD: "_", "": ""}
+    lines += [_line([f"{marks[cell.mark]}{cell.text}{marks[cell.mark]}" for cell in row]) for row in table.rows]
     return "\n".join(lines) + "\n"
 
 
@@ -252,7 +233,3 @@ def _pair_cells(pairing: Pairing) -> list[TableCell]:
 
 def _line(texts: Sequence[str]) -> str:
     return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"
-
-
-def _marked(cell: TableCell) -> str:
-    return {GOOD: f"**{cell.text}**", BAD: f"_{cell.text}_", "": cell.text}[cell.mark]

@@ -1,14 +1,19 @@
-"""Run one mission of a comparison and return its row; also the loop of the local pool's workers."""
+"""Run one mission of a comparison and return its records, in a worker of the local pool or a task of Ray."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import pickle
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from time import process_time
+from typing import Any
 
 import numpy as np
 
 from marsupial.bench.compare.plan import Case, Trial
 from marsupial.bench.compare.rows import COVERAGE_SCALE, ERROR, Curve, MissionRow, Result, Timing, metrics_of
+from marsupial.cluster import make
+from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
 from marsupial.model.grid import Mask
@@ -18,25 +23,45 @@ from marsupial.model.runs import triples
 from marsupial.model.scenario import Scenario
 from marsupial.processes.channel import Channel
 
-EVERY_MS = 5_000
-"""Simulated time between two samples."""
+EVERY_MS = 5_000  # simulated time between two samples
 
 Terms = tuple[Mapping[Case, Scenario], Budget]
 """The argument of a worker."""
 
-READY = None
-"""The first message of a worker."""
+READY = None  # the first message of a worker
 
 
 def serve(terms: Terms, channel: Channel) -> None:
-    """Receive trials and send their results until there are no more; the function of a worker's job.
-
-    All trials share the imports, the compiled code and the scenarios.
-    """
+    """Receive trials and send their results until there are no more; the function of a worker's job."""
+    # All trials share the imports, the compiled code and the scenarios.
     scenarios, budget = terms
     channel.send(READY)
     while isinstance(trial := channel.receive(), Trial):
         channel.send(carry_out(trial, scenarios[trial.case], budget))
+
+
+def attend(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: make.Terms) -> Result:
+    """Run a mission on a worker of Ray; raise a `WorkerRefused` if the worker does not meet `terms`.
+
+    `scenarios`: the reference to the pickled scenarios, in a sequence, as Ray would resolve a bare one for each task.
+    """
+    make.demand(terms)
+    return carry_out(trial, unpacked(scenarios[0])[trial.case], budget)
+
+
+@lru_cache(maxsize=1)
+def unpacked(reference: Any) -> Mapping[Case, Scenario]:
+    """Fetch the scenarios from Ray, once per process."""
+    import ray
+
+    found: Mapping[Case, Scenario] = pickle.loads(ray.get(reference))
+    return found
+
+
+def simulated(trial: Trial, scenario: Scenario, budget: Budget, observer: Observer) -> Summary:
+    """Run the mission of a trial."""
+    strategy, planner = trial.contender.strategy, trial.contender.planner
+    return simulate(scenario, strategy=strategy, planner=planner, budget=budget, seed=trial.seed, observer=observer)
 
 
 def carry_out(trial: Trial, scenario: Scenario, budget: Budget) -> Result:
@@ -44,14 +69,7 @@ def carry_out(trial: Trial, scenario: Scenario, budget: Budget) -> Result:
     began = process_time()
     try:
         sampler = CoverageSampler()
-        summary = simulate(
-            scenario,
-            strategy=trial.contender.strategy,
-            planner=trial.contender.planner,
-            budget=budget,
-            seed=trial.seed,
-            observer=sampler,
-        )
+        summary = simulated(trial, scenario, budget, sampler)
     except Exception as error:
         return Result(row=MissionRow(trial=trial, status=ERROR, reason=f"{type(error).__name__}: {error}"))
     return Result(
@@ -64,10 +82,7 @@ def carry_out(trial: Trial, scenario: Scenario, budget: Budget) -> Result:
 
 
 class CoverageSampler(Observer):
-    """Samples coverage, in parts of `COVERAGE_SCALE`, every `EVERY_MS` of simulated time.
-
-    A sample holds everything up to its moment; the last one is the mission's end.
-    """
+    """Samples coverage, in parts of `COVERAGE_SCALE`, every `EVERY_MS` of simulated time and at the mission's end."""
 
     def __init__(self) -> None:
         self.known: list[int] = []
@@ -76,13 +91,11 @@ class CoverageSampler(Observer):
         self._cells = 0
 
     def reachable(self, area: Mask) -> None:
-        """Set the cells to explore."""
         # cumulative counts: the explorable cells of a run of cells are a difference of two entries
         self._upto = np.concatenate([[0], np.cumsum(area.ravel())]).tolist()
         self._area = max(1, self._upto[-1])
 
     def event(self, event: MissionEvent) -> None:
-        """Count revealed cells, and sample up to the moment of the event."""
         if isinstance(event, Revealed):
             self._catch_up(event.t_ms)
             for start, length, _ in triples(event.runs):

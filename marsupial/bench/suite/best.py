@@ -29,23 +29,13 @@ from marsupial.planning.checker import check
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Best:
-    """The best known plan for an instance.
+    """The best known plan for an instance."""
 
-    Parameters
-    ----------
-    digest
-        Digest of its situation, see `digest_of`.
-    plan
-        Lines in IPC format.
-    lower_bound_ms
-        Lower bound of the makespan by the engine `bound_by`; 0 for none.
-    """
-
-    digest: str
+    digest: str  # of its situation, see `digest_of`
     makespan_ms: int
     found_by: str
-    plan: tuple[str, ...]
-    lower_bound_ms: int = 0
+    plan: tuple[str, ...]  # lines in IPC format
+    lower_bound_ms: int = 0  # of the makespan, by the engine `bound_by`; 0 for none
     bound_by: str = ""
 
     @property
@@ -69,13 +59,7 @@ def known_best() -> dict[str, Best]:
 
 
 def read_best(text: str) -> dict[str, Best]:
-    """Return best plans by instance from the text of a file.
-
-    Raises
-    ------
-    InputError
-        If the file is invalid, or for another version of the suite.
-    """
+    """Return best plans by instance from a file's text; raise an `InputError` if it is invalid or of another suite."""
     try:
         data = parse_json(text)
         version, rows = data["suite"], data["best"]
@@ -102,13 +86,7 @@ def write_best(best: Mapping[str, Best]) -> str:
 
 
 def verified(best: Best, situation: Situation) -> Best:
-    """Return `best` if its digest, plan and makespan are right for this situation.
-
-    Raises
-    ------
-    InvalidPlanError
-        If they are not.
-    """
+    """Return `best` if its digest, plan and makespan are right for this situation, else raise `InvalidPlanError`."""
     if best.digest != digest_of(situation):
         raise InvalidPlanError("the best plan known is for another situation")
     verdict = check(situation, best.read_plan(situation))
@@ -120,13 +98,7 @@ def verified(best: Best, situation: Situation) -> Best:
 
 
 def better(one: Best | None, other: Best | None) -> Best | None:
-    """Return the shorter of two plans for the same situation, with the higher bound that it does not refute.
-
-    Raises
-    ------
-    InvalidPlanError
-        If they are for different situations.
-    """
+    """Return the shorter of two plans for the same situation, with the higher bound that it does not refute."""
     if one is None or other is None:
         return one or other
     if one.digest != other.digest:
@@ -138,14 +110,9 @@ def better(one: Best | None, other: Best | None) -> Best | None:
 
 
 def with_plan(known: Best | None, situation: Situation, plan: Plan, found_by: str) -> Best:
-    """Return `known`, improved by `plan` if that is shorter.
+    """Return `known`, improved by `plan` if that is shorter, without a bound that the plan refutes.
 
-    A bound refuted by the plan is dropped.
-
-    Raises
-    ------
-    InvalidPlanError
-        If the checker refuses the plan, or `known` is for another situation.
+    Raise an `InvalidPlanError` if the checker refuses the plan, or `known` is for another situation.
     """
     verdict = check(situation, plan)
     if not verdict.valid:

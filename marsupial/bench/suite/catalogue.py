@@ -20,39 +20,27 @@ VERSION = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Instance:
-    """One instance: its team as "carriers x rovers of each", number of targets, and family.
-
-    `situation` returns its situation, the same every time.
-    """
+    """One instance of the suite."""
 
     name: str
-    team: str
+    team: str  # carriers x rovers of each
     targets: int
     family: str
-    situation: Callable[[], Situation]
+    situation: Callable[[], Situation]  # returns its situation, the same every time
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionMoment:
-    """A moment of a mission with the greedy planner, `at_ms` after its start, stored in a file.
+    """A moment of a mission with the greedy planner, `at_ms` after its start, stored in a file."""
 
-    Missions change with every change of marsupial, the stored moments do not.
-
-    Parameters
-    ----------
-    rovers
-        Rovers of each carrier.
-    recover
-        Whether the goal requires all rovers aboard at the end, which the mission at that moment did not yet.
-    """
-
+    # Missions change with every change of marsupial, the stored moments do not.
     scenario: str
     carriers: int
-    rovers: int
+    rovers: int  # of each carrier
     seed: int
     at_ms: int
     targets: int
-    recover: bool = False
+    recover: bool = False  # whether all rovers must be aboard at the end, which the mission did not ask for yet
 
     @property
     def name(self) -> str:

@@ -20,60 +20,32 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from marsupial.model import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo, TravelTable
 from marsupial.model.robots import Role
-from marsupial.model.situation import (
-    UNREACHABLE,
-    PlanningType,
-    RobotState,
-    Situation,
-    SituationGoal,
-    TargetInfo,
-    TravelTable,
-)
 
 DOCK_MS, UNDOCK_MS = 10_000, 5_000
 ROVER_SLOWNESS = 2
-OWN_TARGETS = 10
-"""One target in this many is in a corridor."""
-
-FAR = 10**12
-"""No path, while tables are computed."""
+OWN_TARGETS = 10  # one target in this many is in a corridor
+FAR = 10**12  # no path, while tables are computed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Floor:
-    """The parameters of a floor.
-
-    Parameters
-    ----------
-    rovers
-        Rovers aboard each carrier, which is its capacity.
-    rooms, doors
-        Number of rover-only rooms, and of doors of each; the second is opposite the first.
-    lot_ms
-        Least width and height of a block; the greatest is twice that.
-    scattered
-        Carriers start in any corridor, not all in the first one.
-    roaming
-        Rovers drive along corridors too.
-    in_flight
-        Every other carrier is busy, and every other rover on the ground in a room, half of those busy.
-    homes
-        Every carrier must return to its start.
-    """
+    """The parameters of a floor."""
 
     seed: int
     carriers: int
-    rovers: int
+    rovers: int  # aboard each carrier, which is its capacity
     targets: int
-    rooms: int
-    doors: int = 1
-    lot_ms: tuple[int, int] = (12_000, 12_000)
-    scattered: bool = False
-    roaming: bool = False
+    rooms: int  # for rovers only
+    doors: int = 1  # of each room; the second is opposite the first
+    lot_ms: tuple[int, int] = (12_000, 12_000)  # least width and height of a block; the greatest is twice that
+    scattered: bool = False  # carriers start in any corridor, not all in the first one
+    roaming: bool = False  # rovers drive along corridors too
+    # every other carrier is busy, and every other rover on the ground in a room, half of those busy
     in_flight: bool = False
     recover: bool = False
-    homes: bool = False
+    homes: bool = False  # every carrier must return to its start
 
     def situation(self) -> Situation:
         """Draw the situation."""

@@ -15,20 +15,13 @@ from pathlib import Path
 from marsupial.errors import UsageError
 from marsupial.wording import unknown_name
 
+# What a comparison on a suite takes unless something else is asked for.
 CARRIERS, ROVERS = "2,4", "2"
-"""Numbers of carriers, and of rovers per carrier, with which a suite is carried out unless others are asked for."""
+RUNS = 3  # missions for each map, team and contender
+PLANNER = "anytime"  # what `auto` adds, proofs that makespans are best, saves no time of a mission
+CONTENDERS = "heuristic,heuristic-plus,assignment,wurm2010,clairvoyant,temporal"  # all against the last
 
-RUNS = 3
-"""Missions for each map, team and contender unless another number is asked for."""
-
-PLANNER = "anytime"
-"""Planner unless another is asked for: what `auto` adds, proofs that makespans are best, saves no time of a mission."""
-
-CONTENDERS = "heuristic,heuristic-plus,assignment,wurm2010,clairvoyant,temporal"
-"""Contenders unless others are asked for; the last is compared with all others."""
-
-LASER_FOLDER = Path("../shared/maps")
-"""Folder of laser maps of real buildings, which are not part of marsupial."""
+LASER_FOLDER = Path("../shared/maps")  # laser maps of real buildings, which are not part of marsupial
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,21 +33,13 @@ class MapSuite:
     laser: bool = False
 
     def sources(self) -> list[str]:
-        """Return the maps as scenarios are named.
-
-        Raises
-        ------
-        UsageError
-            If a laser map is missing.
-        """
+        """Return the maps as scenarios are named; raise a `UsageError` if a laser map is missing."""
         if not self.laser:
             return list(self.maps)
         files = [LASER_FOLDER / f"{name}.yaml" for name in self.maps]
-        missing = [file.name for file in files if not file.is_file()]
-        if missing:
-            raise UsageError(
-                f"laser maps are missing: {', '.join(missing)}; they are looked for in {LASER_FOLDER.resolve()}"
-            )
+        if missing := [file.name for file in files if not file.is_file()]:
+            place = LASER_FOLDER.resolve()
+            raise UsageError(f"laser maps are missing: {', '.join(missing)}; they are looked for in {place}")
         return [str(file) for file in files]
 
 
@@ -88,13 +73,7 @@ SUITES: Mapping[str, MapSuite] = {**PROOF, **{f"{name}-tuning": suite for name, 
 
 
 def suite_named(name: str) -> MapSuite:
-    """Return a suite.
-
-    Raises
-    ------
-    UsageError
-        If there is none of this name.
-    """
+    """Return a suite; raise a `UsageError` if there is none of this name."""
     if name not in SUITES:
         raise UsageError(unknown_name("suite", name, SUITES))
     return SUITES[name]

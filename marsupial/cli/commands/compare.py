@@ -3,46 +3,35 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from marsupial.cli.options import completing, shared
+from marsupial.errors import UsageError
+
+_SCENARIOS = "Built-in scenarios, scenario files, nav2 or MovingAI maps."
+_SUITE = "Maps of a suite instead: footprint, paper, laser, or NAME-tuning."
+_STRATEGIES = (
+    "STRATEGY or STRATEGY:PLANNER, comma-separated; the last is the baseline. "
+    f"Strategies: {shared.STRATEGIES}. [default: temporal,heuristic; of a suite temporal against all others]"
+)
+_PLANNER = "Planner for strategies given without one [default: auto, of a suite anytime]."
+_RUNS = "Missions per case, with seeds 1, 2, ... [default: 30, of a suite 3]"
+_STEPS = f"Steps per planning call, reproducible [default: {shared.COMPARE_STEPS}]."
+_REPORT = "Rebuild tables, figures and report from the results in this folder."
 
 
 def compare(
     context: typer.Context,
-    scenarios: Annotated[
-        list[str] | None,
-        shared.scenario_argument("Built-in scenarios, scenario files, nav2 or MovingAI maps.", metavar="SCENARIO..."),
-    ] = None,
-    suite: Annotated[
-        str | None,
-        typer.Option(
-            autocompletion=completing.suite, help="Maps of a suite instead: footprint, paper, laser, or NAME-tuning."
-        ),
-    ] = None,
-    strategies: Annotated[
-        str | None,
-        typer.Option(
-            autocompletion=completing.strategies,
-            help="STRATEGY or STRATEGY:PLANNER, comma-separated; the last is the baseline. "
-            f"Strategies: {shared.STRATEGIES}. [default: temporal,heuristic; of a suite temporal against all others]",
-        ),
-    ] = None,
-    planner: Annotated[
-        str | None,
-        shared.planner_option("Planner for strategies given without one [default: auto, of a suite anytime]."),
-    ] = None,
+    scenarios: Annotated[list[str] | None, shared.scenario_argument(_SCENARIOS, metavar="SCENARIO...")] = None,
+    suite: Annotated[str | None, typer.Option(autocompletion=completing.suite, help=_SUITE)] = None,
+    strategies: Annotated[str | None, typer.Option(autocompletion=completing.strategies, help=_STRATEGIES)] = None,
+    planner: Annotated[str | None, shared.planner_option(_PLANNER)] = None,
     carriers: Annotated[str | None, typer.Option(help="Numbers of carriers, such as 1-6 or 2,4.")] = None,
     rovers: Annotated[str | None, typer.Option(help="Numbers of rovers per carrier, such as 1-3.")] = None,
-    runs: Annotated[
-        int | None,
-        typer.Option(min=1, max=100_000, help="Missions per case, with seeds 1, 2, ... [default: 30, of a suite 3]"),
-    ] = None,
-    steps: Annotated[
-        int | None, typer.Option(help=f"Steps per planning call, reproducible [default: {shared.COMPARE_STEPS}].")
-    ] = None,
+    runs: Annotated[int | None, typer.Option(min=1, max=100_000, help=_RUNS)] = None,
+    steps: Annotated[int | None, typer.Option(help=_STEPS)] = None,
     budget: Annotated[float | None, typer.Option(help="Seconds per planning call instead, not reproducible.")] = None,
     routes: shared.RouteChoice = None,
     interference: shared.KeepApart = False,
@@ -51,9 +40,7 @@ def compare(
     ray: shared.RayAddress = None,
     out: Annotated[Path | None, typer.Option(help="Output folder; resumes a comparison found in it.")] = None,
     retry_failed: shared.RetryFailed = False,
-    report: Annotated[
-        Path | None, typer.Option(help="Rebuild tables, figures and report from the results in this folder.")
-    ] = None,
+    report: Annotated[Path | None, typer.Option(help=_REPORT)] = None,
     quiet: shared.Quiet = False,
     verbose: shared.Verbose = False,
 ) -> None:
@@ -66,18 +53,12 @@ def compare(
     from marsupial.bench.compare.plan import Comparison
     from marsupial.bench.suite.maps import CARRIERS, CONTENDERS, PLANNER, ROVERS, RUNS, suite_named
     from marsupial.cli.work.compare_arguments import cases_of, contenders, numbers, warn_of_ignored
-    from marsupial.cli.work.missions import kept_apart, limits_of, routed
-    from marsupial.errors import UsageError
+    from marsupial.cli.work.missions import changed, limits_of
     from marsupial.library.choices import budget_of
     from marsupial.model.bounds import BOUNDS
 
     if report is not None:
-        others = shared.options_given(context, "report", "quiet", "verbose")
-        if others:
-            raise UsageError(f"--report takes no {' and no '.join(others)}: it only reads and writes its folder")
-        from marsupial.cli.work.comparing import report as write_report
-
-        write_report(report)
+        _rebuild(report, shared.options_given(context, "report", "quiet", "verbose"))
         return
     if bool(scenarios) == (suite is not None):
         raise UsageError("needs a SCENARIO or a --suite, not both, or --report with a folder")
@@ -93,14 +74,10 @@ def compare(
     compared = contenders(strategies, planner, chosen)
     limit = None if (steps, budget) == (None, None) else "--steps" if budget is None else "--budget"
     warn_of_ignored(strategies, compared, planner, limit)
-    teams = (
-        numbers(carriers, "--carriers", BOUNDS["carriers"]),
-        numbers(rovers, "--rovers", BOUNDS["rovers_per_carrier"]),
-    )
-    cases = {
-        case: kept_apart(routed(scenario, routes), interference)
-        for case, scenario in cases_of(scenarios or [], *teams, limits).items()
-    }
+    teams = [numbers(carriers, "--carriers", BOUNDS["carriers"])]
+    teams.append(numbers(rovers, "--rovers", BOUNDS["rovers_per_carrier"]))
+    options: dict[str, Any] = {"routes": routes, "interference": interference, "limits": limits}
+    cases = {case: changed(one, **options) for case, one in cases_of(scenarios or [], *teams).items()}
     from marsupial.cli.work import comparing  # takes a second: only now is it clear that it is needed
 
     comparison = Comparison(
@@ -112,3 +89,12 @@ def compare(
         first_seed=1 if maps is None else maps.first_seed,
     )
     comparing.carry_out(comparison, out, workers=workers, ray=ray, retry_failed=retry_failed)
+
+
+def _rebuild(folder: Path, others: list[str]) -> None:
+    """Write the documents of a folder anew; refuse the other options given, which it can't take."""
+    if others:
+        raise UsageError(f"--report takes no {' and no '.join(others)}: it only reads and writes its folder")
+    from marsupial.cli.work.comparing import report
+
+    report(folder)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli.display.messages import say
 from marsupial.cli.options import completing
 from marsupial.cli.options.shared import Quiet, Seed, Verbose
 from marsupial.cli.process.exit_codes import MISSION_CODES
@@ -35,10 +36,9 @@ def demo(
 
     Example: marsupial demo --out demo
     """
-    from marsupial.cli.display.messages import say
-    from marsupial.cli.display.outputs import make_folder, write_file
     from marsupial.cli.display.report import print_comparison
     from marsupial.cli.work.missions import MissionRequest, carry_out
+    from marsupial.formats.files import make_folder, write_file
     from marsupial.formats.missionlog import read_log
     from marsupial.replay.page import replay_page
 

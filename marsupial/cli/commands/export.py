@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli.display.messages import say
 from marsupial.cli.options.shared import Quiet, scenario_argument
 
 
@@ -30,9 +31,8 @@ def export(
 
     Example: marsupial export lobby --at 10 -o moment
     """
-    from marsupial.cli.display.messages import say
-    from marsupial.cli.display.outputs import make_folder, write_file
     from marsupial.cli.work.moments import moment_of
+    from marsupial.formats.files import make_folder, write_file
 
     moment = moment_of(source, at, carriers=carriers, rovers=rovers, seed=seed)
     from marsupial.library.situations import situation_files

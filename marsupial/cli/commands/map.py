@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli.display.messages import say, warn
 from marsupial.cli.options.shared import Json, Quiet, scenario_argument
+from marsupial.errors import ScenarioError, UsageError
+from marsupial.formats.files import write_bytes, writing
 from marsupial.wording import counted
 
 if TYPE_CHECKING:
@@ -39,7 +42,7 @@ def describe_map(
     Example: marsupial map office --out office_map.png
     """
     grid, kinds, reading, scenario = _understood(file)
-    from marsupial.cli.display.messages import warn  # compiled code takes long to import: only now is it needed
+    # Compiled code takes long to import: only now is it needed.
     from marsupial.cli.display.tables import print_json
     from marsupial.exports.mapclasses import map_classes
     from marsupial.maps.describe import describe
@@ -79,9 +82,6 @@ def _write_map(out: Path, grid: Grid, how: str) -> None:
     """Write a nav2 map: its yaml, and the image beside it."""
     import numpy as np
 
-    from marsupial.cli.display.messages import say, warn
-    from marsupial.cli.display.outputs import write_bytes
-    from marsupial.errors import UsageError
     from marsupial.formats.mapfiles.nav2 import nav2_files
     from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 
@@ -102,7 +102,6 @@ def _show(classes: CellArray) -> None:
     from rich.console import Console
 
     from marsupial.cli.display.map_picture import QUARTERS, map_picture
-    from marsupial.cli.display.outputs import writing
 
     try:
         QUARTERS.encode(sys.stdout.encoding or "ascii")
@@ -118,8 +117,6 @@ def _show(classes: CellArray) -> None:
 def _write_picture(
     out: Path, file: str, description: MapDescription, grid: Grid, classes: CellArray, scenario: Scenario | None
 ) -> None:
-    from marsupial.cli.display.messages import say
-    from marsupial.cli.display.outputs import write_bytes
     from marsupial.exports.mapfigure import map_figure
 
     title = f"{Path(file).stem}: {description.width_m:.4g} m x {description.height_m:.4g} m"
@@ -132,7 +129,6 @@ def _write_picture(
 
 def _starts(scenario: Scenario | None, seed: int = 1) -> tuple[dict[str, Cell], str]:
     """Return the start cells of robots with a name for them; none if there is no room."""
-    from marsupial.errors import ScenarioError
     from marsupial.mission.placement import place_team
 
     try:
@@ -149,7 +145,6 @@ def _starts(scenario: Scenario | None, seed: int = 1) -> tuple[dict[str, Cell], 
 
 def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None, Scenario | None]:
     """Return a map, the robot types to describe it for, how its file was read, and its scenario, if any."""
-    from marsupial.errors import ScenarioError
     from marsupial.formats.mapfiles.read import read_map
     from marsupial.formats.scenario import is_scenario_file
     from marsupial.generators.builtin import bare_map_scenario, is_builtin
@@ -190,8 +185,7 @@ def _print(description: MapDescription) -> None:
         for r in description.reach
     ]
     print_table(("robot type", "radius m", "largest reach m2", "gets to the border", "parts"), reach, right=(1, 2, 4))
-    legend = legend_rows(description.legend, {share.code: share.name for share in shares})
-    if legend:
+    if legend := legend_rows(description.legend, {share.code: share.name for share in shares}):
         # The last column is only of use where symbols were joined.
         columns = len(LEGEND_HEADS) - (not any(commonest for *_, commonest in legend))
         print_table(LEGEND_HEADS[:columns], [row[:columns] for row in legend], right=(2,))

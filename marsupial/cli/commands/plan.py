@@ -31,8 +31,8 @@ def plan(
 
     marsupial plan moment/situation.json --budget 5 -o plan.txt
     """
-    from marsupial.cli.display.outputs import write_file
     from marsupial.cli.display.tables import print_json, print_text
+    from marsupial.formats.files import write_file
     from marsupial.library.choices import DEFAULT_PLANNER, budget_of
     from marsupial.library.situations import situation_of
     from marsupial.planning.engines import engine

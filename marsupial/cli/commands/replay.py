@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli.display.messages import say, warn
 from marsupial.cli.options.shared import Quiet
 from marsupial.errors import UsageError
+from marsupial.formats.files import write_bytes, write_file
 
 if TYPE_CHECKING:
     from marsupial.exports.write import ExportOptions
@@ -62,7 +64,10 @@ def replay(
         check_export(export.suffix, options)
     events = _events(log)
     if html is not None:
-        _page(events, None if other is None else _events(other), html)
+        from marsupial.replay.page import replay_page
+
+        write_file(html, replay_page(events, None if other is None else _events(other)))
+        say(f"wrote {html}")
     if export is not None:
         _export(events, export, options)
     elif html is None:
@@ -73,18 +78,7 @@ def replay(
         play(events, Console(), speed or TERMINAL_SPEED, time.monotonic, time.sleep)
 
 
-def _page(events: Sequence[MissionEvent], other: Sequence[MissionEvent] | None, path: Path) -> None:
-    from marsupial.cli.display.messages import say
-    from marsupial.cli.display.outputs import write_file
-    from marsupial.replay.page import replay_page
-
-    write_file(path, replay_page(events, other))
-    say(f"wrote {path}")
-
-
 def _export(events: Sequence[MissionEvent], path: Path, options: ExportOptions) -> None:
-    from marsupial.cli.display.messages import say
-    from marsupial.cli.display.outputs import write_bytes
     from marsupial.exports.write import export_mission
     from marsupial.mission.rebuild import check_moment
 
@@ -98,7 +92,6 @@ def _export(events: Sequence[MissionEvent], path: Path, options: ExportOptions) 
 
 def _events(log: Path) -> tuple[MissionEvent, ...]:
     """Return the events of a log, with a warning if its last line is cut off."""
-    from marsupial.cli.display.messages import warn
     from marsupial.formats.missionlog import read_log
 
     mission = read_log(log)

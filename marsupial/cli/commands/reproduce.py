@@ -8,17 +8,7 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.options import completing
-from marsupial.cli.options.shared import (
-    COMPARE_STEPS,
-    KeepApart,
-    Quiet,
-    RayAddress,
-    RetryFailed,
-    Verbose,
-    Workers,
-    planner_option,
-)
+from marsupial.cli.options import completing, shared
 
 
 def reproduce(
@@ -29,17 +19,19 @@ def reproduce(
     runs: Annotated[
         int | None, typer.Option(min=1, max=100_000, help="Missions per case [default: see above].")
     ] = None,
-    planner: Annotated[str | None, planner_option("Planner for the temporal strategy [default: anytime].")] = None,
-    steps: Annotated[int, typer.Option(min=1, help="Steps per planning call.")] = COMPARE_STEPS,
+    planner: Annotated[
+        str | None, shared.planner_option("Planner for the temporal strategy [default: anytime].")
+    ] = None,
+    steps: Annotated[int, typer.Option(min=1, help="Steps per planning call.")] = shared.COMPARE_STEPS,
     maps: Annotated[
         Path | None, typer.Option(help="Folder of real building maps for wurm2008 [default: ../shared/maps].")
     ] = None,
-    interference: KeepApart = False,
-    workers: Workers = None,
-    ray: RayAddress = None,
-    retry_failed: RetryFailed = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
+    interference: shared.KeepApart = False,
+    workers: shared.Workers = None,
+    ray: shared.RayAddress = None,
+    retry_failed: shared.RetryFailed = False,
+    quiet: shared.Quiet = False,
+    verbose: shared.Verbose = False,
 ) -> None:
     """Run the experiments of a paper.
 
@@ -65,7 +57,7 @@ def reproduce(
         raise UsageError(unknown_name("paper", paper, PAPERS))
     from marsupial.bench.compare.statements import ExperimentTerms
     from marsupial.cli.work import comparing
-    from marsupial.cli.work.missions import kept_apart
+    from marsupial.cli.work.missions import changed
     from marsupial.model.planning import Budget
     from marsupial.papers.wurm2008 import experiment as wurm2008
     from marsupial.planning.engines import mission_engine
@@ -81,6 +73,6 @@ def reproduce(
         asked = runs if part is whole else None
         terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or wurm2008.MAPS)
         comparison = part.comparison(terms)
-        cases = {case: kept_apart(scenario, interference) for case, scenario in comparison.scenarios.items()}
+        cases = {case: changed(one, interference=interference) for case, one in comparison.scenarios.items()}
         comparison = replace(comparison, scenarios=cases)
         comparing.carry_out(comparison, out / folder, workers=workers, ray=ray, retry_failed=retry_failed)

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli.display.messages import say
 from marsupial.cli.options.shared import Json, Quiet, check_extra
 from marsupial.cli.process.exit_codes import INTERRUPTED, MISSION_CODES
 from marsupial.errors import UsageError
+from marsupial.formats.files import writing
 
 if TYPE_CHECKING:
     from marsupial_ros.bridge import BridgeOutcome
@@ -44,7 +46,6 @@ def ros(
     check_extra("the bridge to ROS", "ros", "cbor2", "httpx2", "websockets")
     from dataclasses import replace
 
-    from marsupial.cli.display.messages import say
     from marsupial.cli.display.tables import print_json, print_text
     from marsupial.wording import counted
     from marsupial_ros.journal import Journal
@@ -67,8 +68,6 @@ def ros(
 
 
 def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | None) -> BridgeOutcome:
-    from marsupial.cli.display.messages import say
-    from marsupial.cli.display.outputs import writing
     from marsupial.cli.process.interrupt import stop_requests
     from marsupial_client import AsyncClient, Busy, ClientError
     from marsupial_ros.bridge import Bridge

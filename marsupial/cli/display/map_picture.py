@@ -31,8 +31,8 @@ ROWS, COLUMNS = DOTS.shape
 
 CROSSING = 2  # small squares of wall that make a letter a wall: a line from side to side has at least as many
 
+# Columns without a terminal; lines of a terminal that are left for the key and the prompt.
 PLAIN_WIDTH, LINES_BESIDE = 80, 4
-"""Columns without a terminal; lines of a terminal that are left for the key and the prompt."""
 
 
 def map_picture(classes: CellArray, console: Console, *, blocks: bool) -> Text:
@@ -109,8 +109,8 @@ def _key(classes: CellArray, wide: int, *, coloured: bool) -> list[Text]:
 
 _NUMBERED = re.compile(r"(\w+) (\d+)")  # a numbered symbol such as ``grey 205``
 
+# More symbols than this become a range; at most this many are named, those with at least this share of its cells.
 MOST_SYMBOLS, LEAST_SHARE = 3, 0.05
-"""More symbols than this become a range; at most this many are named, those with at least this share of its cells."""
 
 LEGEND_HEADS = ("symbol in the file", "means", "cells", "most of them")
 

@@ -18,7 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from marsupial.exports.ground import box, coarse
-from marsupial.formats.triggers import trigger_text
+from marsupial.formats.loglines import trigger_text
 from marsupial.mission.state import RobotView
 from marsupial.model import UNKNOWN, ActionName, CellArray, Mask, MissionStarted, Planned, Role
 from marsupial.replay.palette import LIGHT, robot_styles
@@ -56,7 +56,10 @@ class Picture:
         for robot in robots:
             mark, style = self._marks[robot.name]
             cargo = f"carries {', '.join(robot.cargo)}" if robot.cargo else ""
-            table.add_row(Text(f" {mark} ", style=style), *map(_cell, (robot.name, doing(robot), cargo)))
+            words = (
+                Text(printable(text), no_wrap=True, overflow="ellipsis") for text in (robot.name, doing(robot), cargo)
+            )
+            table.add_row(Text(f" {mark} ", style=style), *words)
         return table
 
     def _picture_text(self, picture: CellArray, marks: dict[tuple[int, int], tuple[str, str]]) -> Text:
@@ -113,10 +116,6 @@ def _marks(mission: MissionStarted) -> dict[str, tuple[str, str]]:
     letters = {Role.CARRIER: cycle(ascii_uppercase), Role.ROVER: cycle(ascii_lowercase)}
     styles = robot_styles(mission).items()
     return {name: (next(letters[s.role]), f"bold white on {LIGHT.families[s.hue][0]}") for name, s in styles}
-
-
-def _cell(text: str) -> Text:
-    return Text(printable(text), no_wrap=True, overflow="ellipsis")
 
 
 def printable(text: str) -> str:

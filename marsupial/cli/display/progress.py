@@ -15,23 +15,22 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from marsupial.cli.display.alive import Alive
-from marsupial.cli.display.messages import Volume, volume
+from marsupial.cli.display.messages import Alive, Volume, volume
 from marsupial.cli.display.picture import Picture, moves, plan_line, plan_text, printable
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.state import MissionTracker, RobotView, views
 from marsupial.model import UNKNOWN, Mask, MissionEnded, MissionEvent, MissionStarted, Outcome, Planned, PlanningReport
 from marsupial.wording import clock, counted
 
+# Simulated time between two lines, as (up to this time, interval): longer missions print fewer lines.
 LINE_EVERY_MS = ((3_600_000, 60_000), (36_000_000, 600_000), (math.inf, 3_600_000))
-"""Simulated time between two lines, as (up to this time, interval): longer missions print fewer lines."""
 
 FRAME_EVERY_S = 0.1  # least wall-clock time between two pictures
 FRAME_SHARE = 0.05  # greatest share of wall-clock time for drawing pictures, which takes long for large maps
 PREPARING = "preparing the mission ..."  # message before the first event
 
+# Outcomes that are no failure of a planner, even without a plan: there was nothing to do.
 _WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)
-"""Outcomes that are no failure of a planner, even without a plan: there was nothing to do."""
 
 
 class MissionWatch(MissionTracker):

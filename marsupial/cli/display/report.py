@@ -75,7 +75,11 @@ def print_comparison(summaries: Sequence[Summary]) -> None:
     from marsupial.bench.compare.plan import Contender
 
     heads = ["", *(str(Contender(summary.strategy, summary.planner)) for summary in summaries), "saved"]
-    rows = [_row(key, summaries, _saved([METRICS[key].of(summary) for summary in summaries])) for key in SAVED]
+    rows = []
+    for key in SAVED:
+        first, last = METRICS[key].of(summaries[0]), METRICS[key].of(summaries[-1])
+        saved = "" if len(summaries) == 1 or first is None or not last else f"{1 - first / last:.1%}"
+        rows.append(_row(key, summaries, saved))
     rows.append(["status", *(str(summary.status) for summary in summaries), ""])
     rows += [_row(key, summaries) for key in OTHERS]
     print_table(heads, rows, right=range(1, len(heads)))
@@ -83,8 +87,3 @@ def print_comparison(summaries: Sequence[Summary]) -> None:
 
 def _row(key: str, summaries: Sequence[Summary], saved: str = "") -> list[str]:
     return [METRICS[key].title, *(METRICS[key].shown(summary) for summary in summaries), saved]
-
-
-def _saved(values: Sequence[float | None]) -> str:
-    first, last = values[0], values[-1]
-    return "" if len(values) == 1 or first is None or not last else f"{1 - first / last:.1%}"

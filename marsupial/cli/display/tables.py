@@ -15,7 +15,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from marsupial.cli.display.outputs import writing
+from marsupial.formats.files import writing
 
 WIDE = 100  # columns of output that is not a terminal: fits a window, a mail and a page
 
@@ -57,10 +57,4 @@ def print_text(text: str) -> None:
 
 def print_json(value: Any) -> None:
     """Print one JSON value, which must not contain infinite numbers or NaN."""
-    print_text(json.dumps(value, indent=2, allow_nan=False, default=_plain) + "\n")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, frozenset):
-        return sorted(value)
-    raise TypeError(f"no JSON for {value!r}")
+    print_text(json.dumps(value, indent=2, allow_nan=False, default=sorted) + "\n")  # sets become lists

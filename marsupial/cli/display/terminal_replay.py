@@ -28,24 +28,10 @@ def play(
 ) -> None:
     """Play a mission at `speed` times its own pace; `clock` returns wall-clock seconds and `sleep` waits for some."""
     playback = Playback(events)
-    if moves(console):
-        _animate(playback, console, speed, clock, sleep)
-    else:
+    if not moves(console):
         for line in summary_lines(playback):
             console.print(Text(line), soft_wrap=True)
-
-
-def summary_lines(playback: Playback) -> list[str]:
-    """Return a line for each plan and one for the end."""
-    news = [(plan.t_ms, plan_line(plan)) for plan in playback.plans]
-    news.append((playback.end_ms, _end_text(playback.ended)))
-    wide = max(len(clock(t_ms / 1000)) for t_ms, _ in news)
-    return [f"{clock(t_ms / 1000):>{wide}}  {_known(playback, t_ms)}  {text}" for t_ms, text in news]
-
-
-def _animate(
-    playback: Playback, console: Console, speed: float, clock: Callable[[], float], sleep: Callable[[float], None]
-) -> None:
+        return
     picture = Picture(playback.mission, playback.cells_at(playback.end_ms) != UNKNOWN, console)
     begin = clock()
     with Live(console=console, auto_refresh=False) as live:
@@ -55,6 +41,14 @@ def _animate(
             if t_ms >= playback.end_ms:
                 return
             sleep(FRAME_S)
+
+
+def summary_lines(playback: Playback) -> list[str]:
+    """Return a line for each plan and one for the end."""
+    news = [(plan.t_ms, plan_line(plan)) for plan in playback.plans]
+    news.append((playback.end_ms, _end_text(playback.ended)))
+    wide = max(len(clock(t_ms / 1000)) for t_ms, _ in news)
+    return [f"{clock(t_ms / 1000):>{wide}}  {_known(playback, t_ms)}  {text}" for t_ms, text in news]
 
 
 def _frame(playback: Playback, picture: Picture, t_ms: int) -> Group:

@@ -19,8 +19,8 @@ INVALID_PLAN = 6
 INTERNAL = 70
 INTERRUPTED = 130
 
+# The reader of stdout or stderr has gone (`| head`): the code that shells give commands ended by SIGPIPE.
 READER_LEFT = 141
-"""The reader of stdout or stderr has gone (`| head`): the code that shells give commands ended by SIGPIPE."""
 
 _OF_FILES = (errors.MapError, errors.ScenarioError, errors.SituationError, errors.PlanTextError, errors.LogError)
 

@@ -25,48 +25,36 @@ class Interrupted(BaseException):
     """The command was interrupted."""
 
 
-@contextmanager
-def interruptible() -> Iterator[None]:
-    """Raise `Interrupted` in the body on Ctrl-C or termination."""
-
-    def leave(number: int, frame: FrameType | None) -> None:
-        raise Interrupted
-
-    with _handling(leave):
-        yield
+def _leave(number: int, frame: FrameType | None) -> None:
+    raise Interrupted
 
 
 @contextmanager
-def stop_requests() -> Iterator[Callable[[], int]]:
-    """Yield a function that returns the number of signals so far, for a command that ends by itself in two steps."""
+def stop_requests(again: Handler = lambda number, frame: None) -> Iterator[Callable[[], int]]:
+    """Yield a function that returns the number of signals so far; `again` is called for those after the first."""
     asked: list[int] = []
 
     def note(number: int, frame: FrameType | None) -> None:
         asked.append(number)
         if len(asked) == 1:
             say(ENDING)
+        else:
+            again(number, frame)
 
-    with _handling(note):
+    with interruptible(note):
         yield lambda: len(asked)
 
 
 @contextmanager
 def asked_to_stop() -> Iterator[Callable[[], bool]]:
     """Yield a function that returns whether there was a signal; a second one raises `Interrupted`."""
-    asked = threading.Event()
-
-    def note(number: int, frame: FrameType | None) -> None:
-        if asked.is_set():
-            raise Interrupted
-        asked.set()
-        say(ENDING)
-
-    with _handling(note):
-        yield asked.is_set
+    with stop_requests(again=_leave) as asked:
+        yield lambda: asked() > 0
 
 
 @contextmanager
-def _handling(handler: Handler) -> Iterator[None]:
+def interruptible(handler: Handler = _leave) -> Iterator[None]:
+    """Call `handler` on Ctrl-C or termination; by default, raise `Interrupted` in the body."""
     if threading.current_thread() is not threading.main_thread():  # only the main thread receives signals
         yield
         return

@@ -19,7 +19,7 @@ from marsupial.library.scenarios import load_scenario
 from marsupial.model.bounds import Bound
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import Role
-from marsupial.model.scenario import MissionLimits, Scenario, has_fixed_starts
+from marsupial.model.scenario import Scenario, has_fixed_starts
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import strategy as made
 
@@ -45,8 +45,7 @@ def numbers(text: str | None, option: str, bound: Bound) -> tuple[int, ...] | No
 def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contender, ...]:
     """Return the contenders of a text like ``temporal:greedy,heuristic``; `planner` is for those that name none."""
     found = [_contender(part.strip(), planner or DEFAULT_PLANNER, budget) for part in text.split(",")]
-    twice = [str(contender) for contender in found if found.count(contender) > 1]
-    if twice:
+    if twice := [str(contender) for contender in found if found.count(contender) > 1]:
         raise UsageError(f"--strategies: {twice[0]} is named twice")
     return tuple(found)
 
@@ -74,23 +73,21 @@ def _contender(text: str, planner: str, budget: Budget) -> Contender:
 
 
 def cases_of(
-    sources: Sequence[str], carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: MissionLimits | None
+    sources: Sequence[str], carriers: Sequence[int] | None, rovers: Sequence[int] | None
 ) -> dict[Case, Scenario]:
-    """Return the scenarios of these options by case; None keeps the team or limits of a scenario."""
+    """Return the scenarios of these options by case; None keeps a number of a scenario's own team."""
     if len(sources) * len(carriers or (0,)) * len(rovers or (0,)) > MOST_CASES:
         raise UsageError(f"more than {MOST_CASES} combinations of scenarios and teams")
     found: dict[Case, Scenario] = {}
     for source in dict.fromkeys(sources):
-        of_source = _of_source(source, carriers, rovers, limits)
+        of_source = _of_source(source, carriers, rovers)
         if not found.keys().isdisjoint(of_source):  # two files of the same name: tell them apart by path
             of_source = {replace(case, scenario=source): scenario for case, scenario in of_source.items()}
         found |= of_source
     return found
 
 
-def _of_source(
-    source: str, carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: MissionLimits | None
-) -> dict[Case, Scenario]:
+def _of_source(source: str, carriers: Sequence[int] | None, rovers: Sequence[int] | None) -> dict[Case, Scenario]:
     found: dict[Case, Scenario] = {}
     grid = None
     for team in product(carriers or (None,), rovers or (None,)):
@@ -101,8 +98,7 @@ def _of_source(
         scenario = prepared(replace(loaded.scenario, grid=grid))
         roles = [scenario.type_of(member).role for member in scenario.team]
         count = roles.count(Role.CARRIER)
-        case = Case(scenario.name, count, round(roles.count(Role.ROVER) / count))
-        found[case] = scenario if limits is None else replace(scenario, limits=limits)
+        found[Case(scenario.name, count, round(roles.count(Role.ROVER) / count))] = scenario
     if any(map(has_fixed_starts, found.values())):
         warn(f"{source}: all starts are fixed: every run of it is the same mission")
     return found

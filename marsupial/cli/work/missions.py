@@ -14,8 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from marsupial.cli.display.alive import Alive
-from marsupial.cli.display.messages import say, warn
+from marsupial.cli.display.messages import Alive, say, warn
 from marsupial.cli.process.interrupt import asked_to_stop
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.library.choices import DEFAULT_PLANNER, budget_of, planner_for, takes_budget
@@ -66,7 +65,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     with Alive(lambda: "reading the map ..."):
         loaded = load_scenario(request.source, request.carriers, request.rovers)
         warnings = [] if again else loaded.warnings()
-    scenario = _changed(loaded.scenario, request)
+    scenario = _asked_for(loaded.scenario, request)
     for text in warnings:
         warn(text)
     if request.seed is not None and (scenario.start_seed is not None or has_fixed_starts(scenario)):
@@ -84,11 +83,8 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
         observers: list[Observer] = [stack.enter_context(progress())]
         if request.log is not None:
             observers.append(stack.enter_context(LogFile(request.log)))
-        run: Callable[..., Summary]
-        if request.server is None:
-            run = partial(simulate, cancelled=stack.enter_context(asked_to_stop()))
-        else:
-            run = _simulate_by(request.server)
+        run: Callable[..., Summary] = simulate if request.server is None else _simulate_by(request.server)
+        stopping = {} if request.server is not None else {"cancelled": stack.enter_context(asked_to_stop())}
         summary = run(
             scenario,
             strategy=request.strategy,
@@ -96,6 +92,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
             budget=budget,
             seed=DEFAULT_SEED if request.seed is None else request.seed,
             observer=Observers(observers),
+            **stopping,
         )
     return replace(summary, log=request.log), scenario
 
@@ -112,18 +109,16 @@ def check_strategy(name: str) -> None:
         raise UsageError(unknown_name("strategy", name, (*strategy_names(), CLAIRVOYANT)))
 
 
-def routed(scenario: Scenario, routes: str | None) -> Scenario:
-    """Return the scenario with the routes of ``--routes``; None keeps those of its robot types."""
-    if routes is None:
-        return scenario
-    if routes not in list(Routes):
-        raise UsageError(f"--routes: must be {' or '.join(Routes)}, got {routes!r}")
-    return with_routes(scenario, Routes(routes))
-
-
-def kept_apart(scenario: Scenario, interference: bool) -> Scenario:
-    """Return the scenario with ``--interference``; False keeps what it says itself."""
-    return replace(scenario, interference=True) if interference else scenario
+def changed(
+    scenario: Scenario, *, routes: str | None = None, interference: bool = False, limits: MissionLimits | None = None
+) -> Scenario:
+    """Return the scenario with ``--routes``, ``--interference`` and the limits; what is not given stays as it is."""
+    if routes is not None:
+        if routes not in list(Routes):
+            raise UsageError(f"--routes: must be {' or '.join(Routes)}, got {routes!r}")
+        scenario = with_routes(scenario, Routes(routes))
+    scenario = replace(scenario, interference=scenario.interference or interference)
+    return scenario if limits is None else replace(scenario, limits=limits)
 
 
 def limits_of(time_limit_s: float | None) -> MissionLimits | None:
@@ -140,8 +135,7 @@ def _warn_of_ignored(request: MissionRequest) -> None:
     ignored: dict[str, object] = {} if takes_budget(request.strategy) else given
     if not asks_planner(request.strategy):
         ignored = {"--planner": request.planner, **ignored}
-    said = [f"{option} {value}" for option, value in ignored.items() if value is not None]
-    if said:
+    if said := [f"{option} {value}" for option, value in ignored.items() if value is not None]:
         are = "is" if len(said) == 1 else "are"
         warn(f"strategy {request.strategy} asks no planner: {' and '.join(said)} {are} ignored")
 
@@ -172,13 +166,12 @@ def _simulate_by(server: str) -> Callable[..., Summary]:
     return partial(simulate_by, client, stopping=asked_to_stop)
 
 
-def _changed(scenario: Scenario, request: MissionRequest) -> Scenario:
+def _asked_for(scenario: Scenario, request: MissionRequest) -> Scenario:
     if request.planning_time is not None:
         if request.planning_time not in list(PlanningTime):
             raise UsageError(f"--planning-time: must be {' or '.join(PlanningTime)}, got {request.planning_time!r}")
         scenario = replace(scenario, planning_time=PlanningTime(request.planning_time))
-    scenario = kept_apart(routed(scenario, request.routes), request.interference)
+    scenario = changed(scenario, routes=request.routes, interference=request.interference)
     if scenario.interference and request.server is not None:
         raise UsageError("--server: robots of a service share cells, so it takes no interference")
-    limits = limits_of(request.time_limit_s)
-    return scenario if limits is None else replace(scenario, limits=limits)
+    return changed(scenario, limits=limits_of(request.time_limit_s))

@@ -14,9 +14,8 @@ from marsupial.bench.planners import BUDGETS_S, BenchEngine, EngineRun, Round, c
 from marsupial.bench.suite.best import Best, better, known_best, read_best, verified, write_best
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
 from marsupial.cli.display.messages import say
-from marsupial.cli.display.outputs import write_file
 from marsupial.errors import InputError, UsageError
-from marsupial.formats.files import about, read_text
+from marsupial.formats.files import about, read_text, write_file
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,10 +81,9 @@ def _merge(best: dict[str, Best], file: Path | None) -> None:
     for name, one in found.items():
         if name not in INSTANCES:
             raise InputError(f"there is no instance {name!r}", source=str(file))
-        if one != best.get(name):
-            merged = better(best.get(name), verified(one, INSTANCES[name].situation()))
-            if merged is not None:
-                best[name] = merged
+        known = best.get(name)
+        if one != known and (merged := better(known, verified(one, INSTANCES[name].situation()))) is not None:
+            best[name] = merged
 
 
 def _instances(patterns: tuple[str, ...]) -> tuple[Instance, ...]:

@@ -32,13 +32,13 @@ from marsupial.model.grid import CellArray, Mask
 
 MAX_CELLS = 100_000_000  # most cells of a map
 
+# Most cells of a map in a compressed file of fewer bytes; a mission on it takes less than 500 MB.
 SMALL_BYTES, SMALL_CELLS = 100_000, 2_125_000
-"""Most cells of a map in a compressed file of fewer bytes; a mission on it takes less than 500 MB."""
 
 CELLS_PER_BYTE = 160  # most cells per byte of a larger file; drawn and scanned maps have a few dozen
 
+# The decoders used; ``PPM`` is Pillow's name for PGM, PPM and PBM. The content decides, not the suffix.
 FORMATS = ("PNG", "PPM", "BMP", "JPEG")
-"""The decoders used; ``PPM`` is Pillow's name for PGM, PPM and PBM. The content decides, not the suffix."""
 
 _HEADERS = (PngImageFile, PpmImageFile, BmpImageFile, JpegImageFile)
 

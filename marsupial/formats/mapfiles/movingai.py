@@ -115,8 +115,7 @@ def _check_rows(rows: list[bytes], width: int, height: int, source: str) -> None
     for number, row in enumerate(rows[:height], start=5):
         if len(row) != width:
             problems.append(Problem(f"line {number}", f"has {len(row)} cells, but width is {width}"))
-        strange = row.translate(None, known)
-        if strange:
+        if strange := row.translate(None, known):
             column = row.index(strange[:1]) + 1
             problems.append(Problem(f"line {number}", f"unknown character {_shown(strange[:1])} in column {column}"))
     if len(rows) != height:

@@ -12,30 +12,171 @@ nav2's static layer does by default (`trinary_costmap` with `lethal_cost_thresho
 A map with wrong thresholds is still a valid map, on which exploration ends too early or never. So reading also returns
 warnings about greys whose meaning is doubtful.
 
+Values of the yaml are read as the map server reads them, so ``5e-2``, a text in YAML 1.1, is a number here too. The
+file comes from outside: its size is limited, and aliases and tags, which no map file needs, are refused. All wrong
+fields are reported at once. Like the map server, we ignore unknown fields; but if one looks like a field that is
+absent, it is probably a typo, and a warning names it.
+
 Maps are written in mode trinary with the saver's greys and thresholds, which every release of nav2 reads back. The
 format has no terrain, so all ground is free.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
 
 from marsupial.arrays import Ints
+from marsupial.errors import MapError, Problem
+from marsupial.formats.fields import Fields, shown
+from marsupial.formats.files import file_fault, read_bytes
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
-from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, read_header
 from marsupial.formats.mapfiles.occupancy import UNKNOWN_OCCUPANCY, Occupancy, OccupancyArray
+from marsupial.formats.yamlvalues import PlainLoader, YamlFault, parse_yaml, with_lines
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, LegendEntry, MapReading, Mask
-from marsupial.wording import counted
+from marsupial.model.bounds import BOUNDS
+from marsupial.wording import counted, suggestion
+
+MAX_YAML_BYTES = 64 * 1024
+
+_THRESHOLDS = ("free_thresh", "occupied_thresh")
+_NUMBERS = ("resolution", "origin", *_THRESHOLDS)
+_FIELDS = ("image", "mode", "negate", *_NUMBERS)
+
+_TRUTHS = {"y": 1, "n": 0}  # texts that the map server reads as true and false, but PyYAML doesn't
+
+
+class Mode(StrEnum):
+    """How greys become occupancy."""
+
+    TRINARY = "trinary"
+    SCALE = "scale"
+    RAW = "raw"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Nav2Header:
+    """The content of a map's yaml file; thresholds are occupancies from 0 to 1, `warnings` name probable typos."""
+
+    image: Path
+    resolution_m: float
+    origin_m: tuple[float, float, float]
+    negate: bool
+    free_thresh: float
+    occupied_thresh: float
+    mode: Mode
+    warnings: tuple[str, ...] = ()
+
+
+def read_header(path: Path) -> Nav2Header:
+    """Read a map's yaml file, and check that its image exists. Raise `MapError` with every wrong field."""
+    return _header(read_bytes(path, MapError, MAX_YAML_BYTES), path.parent, str(path))
+
+
+def header_of(data: bytes) -> Nav2Header:
+    """Return the header in the bytes of a yaml file, without a look at its image."""
+    if len(data) > MAX_YAML_BYTES:
+        raise MapError(f"has {len(data)} bytes, more than the limit of {MAX_YAML_BYTES}")
+    return _header(data, None, "")
+
+
+def _header(text: bytes, folder: Path | None, source: str) -> Nav2Header:
+    """Read the fields in `text`, and check that the image exists if a folder is given."""
+    fields = Fields(_load(text, source), "", [])
+    origin = fields.numbers("origin", 3) or (0.0, 0.0, 0.0)
+    free, occupied = (_threshold(fields, key) for key in _THRESHOLDS)
+    if not fields.problems and free > occupied:
+        fields.wrong("free_thresh", f"must not be above occupied_thresh ({occupied:g}), got {free:g}")
+    typos = [Problem(key, f"unknown field{meant}") for key, meant in _typos(fields.data)]
+    header = Nav2Header(
+        image=(folder or Path()) / fields.text("image"),
+        resolution_m=fields.number("resolution", None, BOUNDS["resolution_m"]),
+        origin_m=(origin[0], origin[1], origin[2]),
+        negate=bool(fields.integer("negate")),
+        free_thresh=free,
+        occupied_thresh=occupied,
+        mode=Mode(fields.choice("mode", list(Mode), Mode.TRINARY) or Mode.TRINARY),
+        warnings=tuple(f"{typo}; it is ignored" for typo in with_lines(typos, text)),
+    )
+    if fields.problems:  # a typo may be why a field is missing
+        fields.problems += typos
+    written = fields.data.get("image")
+    if folder is not None and written and isinstance(written, str):
+        _check_image(written, folder, fields)
+    if fields.problems:
+        raise MapError(with_lines(fields.problems, text), source=source)
+    return header
+
+
+def _threshold(fields: Fields, key: str) -> float:
+    """Read a share; explain how to write it if it is in percent, which the map server refuses too."""
+    value = fields.data.get(key)
+    if isinstance(value, str) and value.endswith("%"):
+        fields.wrong(key, f"must be a share from 0 to 1 without a percent sign, as 0.65, got {shown(value)}")
+        return 0.0
+    return fields.number(key, None, BOUNDS["share"])
+
+
+def _typos(data: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield each unknown field that looks like an absent one, with a suggestion."""
+    absent = [key for key in _FIELDS if key not in data]
+    for key in data:
+        if meant := "" if key in _FIELDS else suggestion(str(key), absent):
+            yield str(key), meant
+
+
+def _load(data: bytes, source: str) -> Mapping[str, Any]:
+    try:
+        fields = parse_yaml(data, PlainLoader, aliases=False)
+    except YamlFault as fault:
+        raise MapError(f"is not valid YAML: {fault}", source=source) from fault
+    if fields is None:
+        raise MapError("is empty", source=source)
+    if not isinstance(fields, dict):
+        raise MapError("must hold `key: value` lines (image, resolution, ...)", source=source)
+    return {key: _as_map_server(str(key), value) for key, value in fields.items()}
+
+
+def _as_map_server(key: str, value: Any) -> Any:
+    """Return a value as the map server reads it: numbers may be written as texts, a mode in capitals."""
+    if isinstance(value, list):
+        return [_as_map_server(key, item) for item in value]
+    if key == "negate" and isinstance(value, bool):
+        return int(value)
+    if key == "negate" and isinstance(value, str):
+        is_short = len(value) < 10  # `int` refuses thousands of digits
+        return _TRUTHS.get(value.lower(), int(value) if is_short and value.isascii() and value.isdigit() else value)
+    if key == "mode" and isinstance(value, str):
+        return value.lower()
+    if key in _NUMBERS and isinstance(value, str):
+        with suppress(ValueError):
+            return float(value)
+    return value
+
+
+def _check_image(written: str, folder: Path, fields: Fields) -> None:
+    image = folder / written
+    if (fault := file_fault(image)) is None:
+        return
+    text = f"{fault}: {image}"
+    if Path(written).is_absolute() and file_fault(folder / image.name) is None:
+        text += f" (an absolute path; {image.name} stands beside the yaml: write `image: {image.name}`)"
+    fields.wrong("image", text)
+
 
 SAVED_FREE, SAVED_OCCUPIED, SAVED_UNKNOWN = 254, 0, 205  # the greys that map savers write
 
 _SAVED_HEADER = {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
 
+# Greys that a conversion may have made of `SAVED_UNKNOWN`; blurred edges have them too, so they must be frequent.
 NEARLY_SAVED_UNKNOWN = range(200, 211)
-"""Greys that a conversion may have made of `SAVED_UNKNOWN`; blurred edges have them too, so they must be frequent."""
 
 POPULATED_SHARE = 0.005  # least share of the image of a grey that counts as an area, not as the blur along an edge
 DISTINCT_GREYS = 20  # least difference of frequent greys that probably mean different things
@@ -54,12 +195,10 @@ def read_occupancy(path: Path | str) -> Occupancy:
     header = read_header(Path(path))
     image = read_grey(header.image, source=str(path))
     values = occupancy_table(header)[image.grey]
-    transparent = _transparent(header, image)
-    if transparent is not None:
+    if (transparent := _transparent(header, image)) is not None:
         values[transparent] = UNKNOWN_OCCUPANCY
-    return Occupancy(
-        values=np.ascontiguousarray(np.flipud(values)), resolution_m=header.resolution_m, origin_m=header.origin_m
-    )
+    upright = np.ascontiguousarray(np.flipud(values))
+    return Occupancy(values=upright, resolution_m=header.resolution_m, origin_m=header.origin_m)
 
 
 def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
@@ -67,8 +206,7 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
     table = occupancy_table(header)
     codes = np.select([table < 0, table == 100], [UNKNOWN, OBSTACLE], FLOOR).astype(np.uint8)
     cells = codes[image.grey]
-    transparent = _transparent(header, image)
-    if transparent is not None:
+    if (transparent := _transparent(header, image)) is not None:
         cells[transparent] = UNKNOWN
     counts = np.zeros(256, dtype=np.int64)
     for y, row in enumerate(image.grey):  # row by row: counting takes eight bytes a pixel
@@ -83,11 +221,9 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
         *([f"{counted(between, 'cell')} with an occupancy between 1 and 99 became free"] if between else []),
         *_alpha_warnings(header, image, counts, table),
     )
-    grid = Grid(
-        cells=np.ascontiguousarray(np.flipud(cells)), resolution_m=header.resolution_m, origin_m=header.origin_m
-    )
+    upright = np.ascontiguousarray(np.flipud(cells))
     return MapReading(
-        grid=grid,
+        grid=Grid(cells=upright, resolution_m=header.resolution_m, origin_m=header.origin_m),
         format=f"nav2 map, {header.mode}{' negated' if header.negate else ''}, image {header.image.name}",
         legend=_legend(counts, codes, hidden),
         warnings=warnings,
@@ -190,13 +326,8 @@ def _mixed_warnings(header: Nav2Header, counts: Ints, codes: CellArray) -> list[
     total = max(int(counts.sum()), 1)
     found = []
     for code, word in _BECAME.items():
-        greys = [
-            g
-            for g in range(256)
-            if codes[g] == code
-            and counts[g] >= POPULATED_SHARE * total
-            and (g not in NEARLY_SAVED_UNKNOWN or code == UNKNOWN)
-        ]
+        frequent = np.flatnonzero((codes == code) & (counts >= POPULATED_SHARE * total)).tolist()
+        greys = [g for g in frequent if g not in NEARLY_SAVED_UNKNOWN or code == UNKNOWN]
         if greys and greys[-1] - greys[0] >= DISTINCT_GREYS:
             shares = " and ".join(f"{g} ({counts[g] / total:.1%})" for g in (greys[0], greys[-1]))
             found.append(

@@ -19,8 +19,8 @@ OccupancyArray = npt.NDArray[np.int8]
 
 UNKNOWN_OCCUPANCY, OCCUPIED = -1, 100
 
+# nav2's map saver writes a cell as free up to the first, as occupied from the second on (shares of 100).
 FREE_THRESH, OCCUPIED_THRESH = 0.25, 0.65
-"""nav2's map saver writes a cell as free up to the first, as occupied from the second on (shares of 100)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,8 +35,7 @@ class Occupancy:
     def __post_init__(self) -> None:
         if self.values.ndim != 2 or self.values.dtype != np.int8 or 0 in self.values.shape:
             raise MapError(f"needs a non-empty 2-d int8 array, got {self.values.dtype} {self.values.shape}")
-        fault = BOUNDS["resolution_m"].fault(self.resolution_m)
-        if fault:
+        if fault := BOUNDS["resolution_m"].fault(self.resolution_m):
             raise MapError(f"resolution {fault}")
 
 

@@ -19,8 +19,7 @@ from marsupial.formats.mapfiles.rosbag import SUFFIXES, is_recording, read_rosba
 from marsupial.model.mapreading import MapReading
 
 READERS: dict[str, Callable[[Path], MapReading]] = {
-    ".yaml": read_nav2,
-    ".yml": read_nav2,
+    **dict.fromkeys((".yaml", ".yml"), read_nav2),
     ".map": read_movingai,
     **dict.fromkeys(SUFFIXES, read_rosbag),
 }
@@ -40,8 +39,7 @@ def read_map(path: Path | str, resolution_m: float | None = None) -> MapReading:
     path = Path(path)
     if names_recording(path):
         return read_rosbag(path)
-    fault = file_fault(path)
-    if fault is not None:
+    if (fault := file_fault(path)) is not None:
         raise MapError(fault, source=str(path))
     reader = READERS.get(path.suffix.lower())
     if reader is None:
@@ -58,19 +56,15 @@ def _kind_fault(path: Path) -> str:
     """Return why a file of another kind is no map, and which file to give instead."""
     suffix = path.suffix.lower()
     if suffix == ".scen":
-        return f"holds MovingAI path problems for single agents, not a map: give the map they are for, {_map_of(path)}"
+        name = scenario_map(path)
+        beside = [path.with_suffix(""), *([path.parent / Path(name).name] if name else [])]
+        found = next((one for one in beside if one.suffix == ".map" and one.is_file()), name or "a .map file")
+        return f"holds MovingAI path problems for single agents, not a map: give the map they are for, {found}"
     if suffix == ".jsonl":
         return "is a mission log, not a map: `marsupial replay` and `marsupial export` take it"
     kinds = "a nav2 map (.yaml, .yml), a MovingAI map (.map) or a recording of ROS 2 (.mcap, .db3, or its folder)"
     fault = f"unknown kind of map {suffix!r}: must be {kinds}"
     if suffix not in _IMAGES:
         return fault
-    beside = next((one for one in (path.with_suffix(".yaml"), path.with_suffix(".yml")) if one.is_file()), None)
-    return f"{fault} (an image needs its map.yaml: give {beside or 'that'})"
-
-
-def _map_of(path: Path) -> Path | str:
-    """Return the path of the map that a MovingAI scenario file is for if it is in the same folder, else its name."""
-    name = scenario_map(path)
-    beside = [path.with_suffix(""), *([path.parent / Path(name).name] if name else [])]
-    return next((one for one in beside if one.suffix == ".map" and one.is_file()), name or "a .map file")
+    header = next((one for one in (path.with_suffix(".yaml"), path.with_suffix(".yml")) if one.is_file()), "that")
+    return f"{fault} (an image needs its map.yaml: give {header})"

@@ -26,11 +26,8 @@ if TYPE_CHECKING:
     from rosbags.rosbag2 import Reader
 
 SUFFIXES = (".mcap", ".db3")
-
 METADATA = "metadata.yaml"
-
 MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
-
 USUAL_TOPIC = "/map"
 
 
@@ -143,8 +140,7 @@ def _reading(occupancy: Occupancy, form: str, warnings: list[str]) -> MapReading
     low, high = 100 * occupancies.FREE_THRESH, 100 * occupancies.OCCUPIED_THRESH
     between = int(counts[[byte for value, byte in shown if low < value < high]].sum())
     if between:
-        text = f"{counted(between, 'cell')} with an occupancy between {low:g} and {high:g} became unknown"
-        warnings = [*warnings, text]
+        warnings.append(f"{counted(between, 'cell')} with an occupancy between {low:g} and {high:g} became unknown")
     return MapReading(
         grid=Grid(cells=cells, resolution_m=occupancy.resolution_m, origin_m=occupancy.origin_m),
         format=form,

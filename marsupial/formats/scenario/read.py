@@ -128,8 +128,7 @@ def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) ->
     for fields in parts[:MOST_TYPES]:  # a long list would cost time and report a problem each
         before = len(top.problems)
         kind = _read_type(fields, terrains)
-        fault = None if extent is None else radius_fault(kind.radius_m, extent)
-        if fault:
+        if fault := None if extent is None else radius_fault(kind.radius_m, extent):
             fields.wrong("radius_m", fault)
         # PDDL ignores case, so names that differ only in case count as equal.
         if kind.name and kind.name.lower() in {name.lower() for name in kinds}:

@@ -47,15 +47,13 @@ def standing_fault(grid: Grid, kind: RobotType, cell: Cell) -> str | None:
 
 def read_team(top: Fields, kinds: Kinds, grid: Grid | None) -> tuple[TeamMember, ...]:
     """Read ``team`` in either form; check starts if the map could be read."""
-    if isinstance(top.data.get("team"), Mapping):
+    given = top.data.get("team", [])
+    if isinstance(given, Mapping):
         return _read_numbers(top.part("team"), kinds)
-    if "team" in top.data and not isinstance(top.data["team"], list):
-        top.has("team")
-        top.wrong("team", "must be a list of robots, or a mapping with 'carriers' and 'rovers_per_carrier'")
-        return ()
-    if fault := team_fault(len(top.data.get("team", ()))):  # before each of them is looked at
-        top.has("team")
-        top.wrong("team", fault)
+    kind_fault = "must be a list of robots, or a mapping with 'carriers' and 'rovers_per_carrier'"
+    # The length is checked before any of the robots.
+    if fault := team_fault(len(given)) if isinstance(given, list) else kind_fault:
+        top.refuse("team", fault)
         return ()
     entries = [_read_member(fields, kinds, grid) for fields in top.parts("team")]
     check_names(entries)
@@ -75,8 +73,8 @@ def numbered_team(carrier: RobotType, rover: RobotType | None, carriers: int, ro
 def with_team(scenario: Scenario, carriers: int | None, rovers: int | None) -> Scenario:
     """Return the scenario with other numbers of carriers, and of rovers per carrier; None keeps a number.
 
-    The new team has the types of the first carrier and the first rover, and its starts are drawn. The number of rovers
-    to keep is that of the first carrier.
+    The new team has the types of the first carrier, whose number of rovers is kept, and the first rover; all starts are
+    drawn.
     """
     if carriers is None and rovers is None:
         return scenario
@@ -88,8 +86,7 @@ def with_team(scenario: Scenario, carriers: int | None, rovers: int | None) -> S
     carrier = scenario.type_of(first)
     types = [*map(scenario.type_of, of_role[Role.ROVER]), *(k for k in scenario.robot_types if k.role is Role.ROVER)]
     rover = types[0] if types else None
-    problem = _size_problem(carrier, rover, rovers)
-    if problem:
+    if problem := _size_problem(carrier, rover, rovers):
         raise ScenarioError([Problem("rovers", problem)])
     return replace(scenario, team=numbered_team(carrier, rover, carriers, rovers))
 
@@ -114,8 +111,7 @@ def _read_numbers(fields: Fields, kinds: Kinds) -> tuple[TeamMember, ...]:
     if fault := team_fault(carriers * (1 + rovers)):
         fields.wrong("carriers", fault)
         return ()
-    problem = _size_problem(carrier, rover, rovers)
-    if problem:
+    if problem := _size_problem(carrier, rover, rovers):
         fields.wrong("rovers_per_carrier", problem)
     return numbered_team(carrier, rover, carriers, rovers)
 
@@ -152,8 +148,7 @@ def _read_member(fields: Fields, kinds: Kinds, grid: Grid | None) -> MemberEntry
     carrier = fields.name("carrier") if fields.has("carrier") else None
     start = _read_start(fields, kinds.get(type_name), grid)
     fields.finish()
-    member = TeamMember(name=name, type=type_name, start=start, carrier=carrier)
-    return MemberEntry(fields, member)
+    return MemberEntry(fields, TeamMember(name=name, type=type_name, start=start, carrier=carrier))
 
 
 def _read_start(fields: Fields, kind: RobotType | None, grid: Grid | None) -> Cell | None:

@@ -17,10 +17,10 @@ from marsupial.formats.files import replace_file
 from marsupial.formats.scenario.map import SYMBOLS
 from marsupial.formats.scenario.read import FORMAT, VERSION
 from marsupial.formats.scenario.team import DRAWN, numbered_team
-from marsupial.model import SQRT2, TERRAINS, EnergyModel, Grid, RobotType, Role, Routes, Scenario, TeamMember, Terrain
+from marsupial.model import SQRT2, TERRAINS, Grid, RobotType, Role, Routes, Scenario, TeamMember
 
+# Characters for a scenario's own terrains, one for each code from 3 to 254.
 _LETTERS = string.ascii_letters + string.digits + "".join(chr(code) for code in range(0xC0, 0x180))
-"""Characters for a scenario's own terrains, one for each code from 3 to 254."""
 
 
 class _FlowLine(list[Any]):
@@ -48,8 +48,7 @@ def write_scenario(scenario: Scenario, path: Path | str) -> None:
 def scenario_text(scenario: Scenario) -> str:
     """Return the content of a scenario file."""
     fields: dict[str, Any] = {"format": FORMAT, "version": VERSION, "name": scenario.name}
-    own = terrain_fields(scenario.grid)
-    if own:
+    if own := terrain_fields(scenario.grid):
         fields["terrains"] = own
     names = {terrain.code: terrain.name for terrain in scenario.grid.terrains}
     fields["robot_types"] = [type_fields(kind, names) for kind in scenario.robot_types]
@@ -68,30 +67,23 @@ def scenario_text(scenario: Scenario) -> str:
 
 def terrain_fields(grid: Grid) -> list[dict[str, Any]]:
     """Return the value of the field ``terrains``."""
-    own = _own_terrains(grid)
+    own = (terrain for terrain in grid.terrains if terrain.code >= len(TERRAINS))
     return [{"name": one.name, "code": one.code, "blocks_sight": one.blocks_sight} for one in own]
 
 
-def _own_terrains(grid: Grid) -> list[Terrain]:
-    """Return the terrain classes beyond those that every map has."""
-    return [terrain for terrain in grid.terrains if terrain.code >= len(TERRAINS)]
-
-
 def _map_fields(grid: Grid) -> dict[str, Any]:
-    own = {_LETTERS[terrain.code - len(TERRAINS)]: terrain for terrain in _own_terrains(grid)}
+    own = {_LETTERS[one["code"] - len(TERRAINS)]: one for one in terrain_fields(grid)}
     characters = np.full(256, "", dtype="<U1")
-    for symbol, code in (SYMBOLS | {symbol: terrain.code for symbol, terrain in own.items()}).items():
+    for symbol, code in (SYMBOLS | {symbol: one["code"] for symbol, one in own.items()}).items():
         characters[code] = symbol
     # A code without a terrain class has no character: its cells would be lost in the rows.
     nameless = np.setdiff1d(grid.cells, np.flatnonzero(characters))
     if nameless.size:
         raise ScenarioError(f"terrain code {nameless[0]} of the map has no name")
-    fields: dict[str, Any] = {
-        "resolution_m": float(grid.resolution_m),
-        "origin_m": _FlowLine(map(float, grid.origin_m)),
-    }
+    fields: dict[str, Any] = {"resolution_m": float(grid.resolution_m)}
+    fields["origin_m"] = _FlowLine(map(float, grid.origin_m))
     if own:
-        fields["legend"] = {symbol: terrain.name for symbol, terrain in own.items()}
+        fields["legend"] = {symbol: one["name"] for symbol, one in own.items()}
     return fields | {"rows": ["".join(characters[row]) for row in grid.cells[::-1]]}
 
 
@@ -109,17 +101,14 @@ def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any
         fields["capacity"] = kind.capacity
     else:
         fields |= {"dock_s": kind.dock_ms / 1000, "undock_s": kind.undock_ms / 1000}
-    fields["energy"] = _energy_fields(kind.energy)
+    energy = kind.energy
+    fields["energy"] = {"idle_w": energy.idle_w, "drive_w": energy.drive_w}
+    # Energy of distance, stops and turns is left out where it is 0, as it is by default.
+    fields["energy"] |= {key: value for key in ("metre_j", "stop_j") if (value := getattr(energy, key))}
+    fields["energy"] |= {"turn_j": _FlowLine(energy.turn_j)} if any(energy.turn_j) else {}
     if kind.diagonal != SQRT2:
         fields["diagonal"] = kind.diagonal
     return fields if kind.routes is Routes.SHORTEST else fields | {"routes": str(kind.routes)}
-
-
-def _energy_fields(energy: EnergyModel) -> dict[str, Any]:
-    """Return the fields of an energy model, without the energy of distance, stops and turns where it is 0."""
-    fields: dict[str, Any] = {"idle_w": energy.idle_w, "drive_w": energy.drive_w}
-    fields |= {key: value for key in ("metre_j", "stop_j") if (value := getattr(energy, key))}
-    return fields | ({"turn_j": _FlowLine(energy.turn_j)} if any(energy.turn_j) else {})
 
 
 def _team_fields(scenario: Scenario) -> dict[str, Any] | list[dict[str, Any]]:

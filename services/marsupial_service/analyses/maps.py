@@ -17,9 +17,8 @@ from pathlib import Path
 from marsupial.errors import MapError, ScenarioError
 from marsupial.formats.fields import Notes
 from marsupial.formats.mapfiles.images import GreyImage, grey_of, size_of
-from marsupial.formats.mapfiles.nav2 import understand_image
-from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, header_of
-from marsupial.formats.mapfiles.terrain_mask import apply_mask
+from marsupial.formats.mapfiles.masks import apply_mask
+from marsupial.formats.mapfiles.nav2 import Mode, Nav2Header, header_of, understand_image
 from marsupial.formats.scenario import is_scenario_text
 from marsupial.formats.scenario.map import drawn_cells, mask_codes
 from marsupial.maps.survey import Survey, Surveyor

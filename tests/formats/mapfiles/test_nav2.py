@@ -10,18 +10,13 @@ from PIL import Image
 
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.images import read_grey
-from marsupial.formats.mapfiles.nav2 import occupancy_table, read_nav2
-from marsupial.formats.mapfiles.nav2_header import Mode, read_header
+from marsupial.formats.mapfiles.nav2 import Mode, occupancy_table, read_header, read_nav2
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Grid, LegendEntry
 
 HEADER = {
-    "image": "map.pgm",
-    "resolution": 0.5,
-    "origin": [1.0, 2.0, 0.25],
-    "negate": 0,
-    "occupied_thresh": 0.65,
+    "image": "map.pgm", "resolution": 0.5, "origin": [1.0, 2.0, 0.25], "negate": 0, "occupied_thresh": 0.65,
     "free_thresh": 0.196,
-}
+}  # fmt: skip
 
 F, O, U = FLOOR, OBSTACLE, UNKNOWN  # noqa: E741
 
@@ -79,24 +74,24 @@ def test_the_bottom_row_of_the_image_is_row_0(tmp_path: Path) -> None:
     assert occupancy_of(path).tolist() == [[-1, 0], [100, 100]]
 
 
-def test_negate_turns_black_into_free(tmp_path: Path) -> None:
-    assert grid_of(write_map(tmp_path, [[255, 0, 100]], negate=1)).cells.tolist() == [[O, F, U]]
-
-
-def test_the_thresholds_themselves_belong_to_obstacle_and_free(tmp_path: Path) -> None:
-    # p = 1 - 102/255 = 0.6 and 1 - 204/255 = 0.2
-    path = write_map(tmp_path, [[102, 103, 203, 204]], occupied_thresh=0.6, free_thresh=0.2)
-    assert grid_of(path).cells.tolist() == [[O, U, U, F]]
-
-
-def test_a_threshold_is_compared_in_single_precision_like_the_map_server_does(tmp_path: Path) -> None:
-    # 1 - 153/255 is 0.4 in double precision, and a little less in single.
-    assert grid_of(write_map(tmp_path, [[152, 153]], occupied_thresh=0.4)).cells.tolist() == [[O, U]]
-
-
-def test_free_wins_where_both_thresholds_are_the_same(tmp_path: Path) -> None:
-    path = write_map(tmp_path, [[0, 51, 255]], occupied_thresh=0.8, free_thresh=0.8)
-    assert grid_of(path).cells.tolist() == [[O, F, F]]
+@pytest.mark.parametrize(
+    ("greys", "changes", "cells"),
+    [
+        ([255, 0, 100], {"negate": 1}, [O, F, U]),
+        # p = 1 - 102/255 = 0.6 and 1 - 204/255 = 0.2
+        ([102, 103, 203, 204], {"occupied_thresh": 0.6, "free_thresh": 0.2}, [O, U, U, F]),
+        # 1 - 153/255 is 0.4 in double precision, and a little less in single
+        ([152, 153], {"occupied_thresh": 0.4}, [O, U]),
+        ([0, 51, 255], {"occupied_thresh": 0.8, "free_thresh": 0.8}, [O, F, F]),
+        ([254], {}, [F]),
+        ([100], {"mode": "Raw"}, [O]),
+    ],
+    ids=["negate", "on both thresholds", "single precision", "free wins", "no mode", "capitals"],
+)
+def test_negate_mode_and_thresholds_decide_as_in_the_map_server(
+    tmp_path: Path, greys: list[int], changes: dict[str, object], cells: list[int]
+) -> None:
+    assert grid_of(write_map(tmp_path, [greys], **changes)).cells.tolist() == [cells]
 
 
 def test_scale_spreads_the_greys_between_the_thresholds(tmp_path: Path) -> None:
@@ -148,11 +143,6 @@ def test_an_alpha_channel_that_older_map_servers_read_otherwise_is_named(tmp_pat
         assert [f"reads {cells} opaque pixels otherwise" in text for text in told] == [True] * bool(cells)
 
 
-def test_the_mode_may_be_absent_or_in_capitals(tmp_path: Path) -> None:
-    assert grid_of(write_map(tmp_path, [[254]])).cells.tolist() == [[F]]
-    assert grid_of(write_map(tmp_path, [[100]], mode="Raw")).cells.tolist() == [[O]]
-
-
 # Kinds of image
 
 
@@ -175,13 +165,7 @@ def test_colours_count_by_their_luma_and_it_is_said(tmp_path: Path) -> None:
 def test_palettes_bitmaps_and_16_bit_greys_are_read(tmp_path: Path) -> None:
     grey = np.array([[255, 0]], dtype=np.uint8)
     path = write_map(tmp_path, grey, image="map.png")
-    images = (
-        Image.fromarray(grey).convert("P"),
-        Image.fromarray(grey).convert("1"),
-        Image.fromarray(grey.astype(np.uint16) * 257),
-        Image.fromarray(grey).convert("LA"),
-    )
-    for image in images:
+    for image in (*map(Image.fromarray(grey).convert, ("P", "1", "LA")), Image.fromarray(grey.astype(np.uint16) * 257)):
         image.save(tmp_path / "map.png")
         assert grid_of(path).cells.tolist() == [[F, O]], image.mode
 
@@ -307,18 +291,8 @@ def test_a_negate_of_thousands_of_digits_is_named(tmp_path: Path) -> None:
 
 
 def test_all_wrong_values_are_named_at_once_with_the_missing_image(tmp_path: Path) -> None:
-    path = write_yaml(
-        tmp_path,
-        {
-            "image": "gone.pgm",
-            "resolution": -1,
-            "origin": [0, 0],
-            "negate": "perhaps",
-            "free_thresh": "low",
-            "occupied_thresh": 65,
-            "mode": "binary",
-        },
-    )
+    header = {"image": "gone.pgm", "resolution": -1, "origin": [0, 0], "negate": "perhaps", "mode": "binary"}
+    path = write_yaml(tmp_path, header | {"free_thresh": "low", "occupied_thresh": 65})
     assert problems_of(path) == {
         "image": f"no such file: {tmp_path / 'gone.pgm'}",
         "resolution": "must be positive, got -1",

@@ -16,41 +16,20 @@ GOOD: dict[str, Any] = {
     "version": 1,
     "map": {
         "resolution_m": 1.0,
-        "rows": [
-            "########",
-            "#....~~#",
-            "#....~~#",
-            "#....~~#",
-            "########",
-        ],
+        "rows": ["########", *["#....~~#"] * 3, "########"],
     },
     "robot_types": [
-        {
-            "name": "carrier",
-            "role": "carrier",
-            "speed_mps": 1.0,
-            "sensor_range_m": 10.0,
-            "radius_m": 0.5,
-            "terrains": ["floor"],
-            "capacity": 2,
-        },
-        {
-            "name": "rover",
-            "role": "rover",
-            "speed_mps": 0.5,
-            "sensor_range_m": 5.0,
-            "radius_m": 0.1,
-            "terrains": ["floor", "rough"],
-            "dock_s": 10.0,
-            "undock_s": 5.0,
-        },
+        {"name": "carrier", "role": "carrier", "speed_mps": 1.0, "sensor_range_m": 10.0, "radius_m": 0.5,
+         "terrains": ["floor"], "capacity": 2},
+        {"name": "rover", "role": "rover", "speed_mps": 0.5, "sensor_range_m": 5.0, "radius_m": 0.1,
+         "terrains": ["floor", "rough"], "dock_s": 10.0, "undock_s": 5.0},
     ],
     "team": [
         {"name": "anna", "type": "carrier", "start": [2.5, 2.5]},
         {"name": "joey", "type": "rover", "carrier": "anna"},
         {"name": "jill", "type": "rover", "start": [6.5, 1.5]},
     ],
-}
+}  # fmt: skip
 
 
 def changed(**changes: Any) -> dict[str, Any]:

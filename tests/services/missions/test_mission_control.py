@@ -11,8 +11,8 @@ import pytest
 from entry_house import followed
 from mission_house import Driver, open_missions, send, started, team
 
+from marsupial.formats.loglines import trigger_text
 from marsupial.formats.missionlog import parse_log
-from marsupial.formats.triggers import trigger_text
 from marsupial.model.mission import Changed, MissionEnded, MissionStarted, Planned, RobotLost, Status
 from marsupial.model.runs import cells_in, known_runs
 from marsupial_service.missions.simulated import SimulatedTeam

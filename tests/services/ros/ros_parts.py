@@ -7,7 +7,7 @@ from typing import Any
 
 from fake_ros import rooms, settings_text, team
 
-from marsupial.formats.mapfiles.filter_masks import FilterMasks
+from marsupial.formats.mapfiles.masks import FilterMasks
 from marsupial.model.grid import TERRAINS
 from marsupial_ros.chart import Chart
 from marsupial_ros.fleet import RobotFleet

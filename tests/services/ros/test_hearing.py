@@ -12,7 +12,7 @@ pytest.importorskip("websockets")
 from ros_parts import House, chart_of, grid_message, settings_of
 
 from marsupial.errors import MapError
-from marsupial.formats.mapfiles.filter_masks import FilterMasks
+from marsupial.formats.mapfiles.masks import FilterMasks
 from marsupial.model.grid import FLOOR, TERRAINS
 from marsupial_ros.chart import Chart
 from marsupial_ros.clock import Clock

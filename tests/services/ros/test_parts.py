@@ -21,7 +21,7 @@ from websockets.asyncio.server import ServerConnection, serve
 
 from marsupial.cli.main import main
 from marsupial.errors import InputError, MapError, ScenarioError, UsageError
-from marsupial.formats.mapfiles.filter_masks import FilterMasks
+from marsupial.formats.mapfiles.masks import FilterMasks
 from marsupial.formats.mapfiles.occupancy import Occupancy
 from marsupial.model.grid import FLOOR, OBSTACLE, TERRAINS, UNKNOWN
 from marsupial_client import AsyncClient

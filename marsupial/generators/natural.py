@@ -1,7 +1,12 @@
-"""A cave grown by a cellular automaton, with rough ground in places.
+"""Natural ground: a cave grown by a cellular automaton, and open ground strewn with boxes.
 
-Random noise on squares of half a metre is smoothed: a square becomes rock if most of its neighbours are, which leaves
-winding halls and passages. Rough ground is where a second, blurred noise is highest. Unreachable pockets are filled.
+Cave: random noise on squares of half a metre is smoothed: a square becomes rock if most of its neighbours are, which
+leaves winding halls and passages. Rough ground is where a second, blurred noise is highest.
+
+Boxes of random size are added until they cover the wanted share. Gaps between them are often too narrow for a carrier
+and wide enough for a rover.
+
+Unreachable pockets are filled, so that a little more than the wanted share becomes obstacle.
 
 References: Johnson, Yannakakis, Togelius, Cellular automata for real-time generation of infinite cave levels (PCGames
 2010).
@@ -9,9 +14,11 @@ References: Johnson, Yannakakis, Togelius, Cellular automata for real-time gener
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from marsupial.generators.canvas import CanvasSize, close_border, fill_pockets
+from marsupial.generators.canvas import Box, CanvasSize, carve, cells_of, close_border, fill_pockets
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray, Mask
 
 SQUARE_M = 0.5
@@ -19,6 +26,10 @@ ROCK_SHARE = 0.44
 ROUNDS = 5
 ROUGH_SHARE = 0.2
 ROUGH_BLUR_M = 1.5
+
+MOST_SHARE = 0.35
+DEFAULT_SHARE = 0.15
+LEAST_BOX_M, MOST_BOX_M = 0.5, 3.0
 
 
 def cave(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
@@ -46,3 +57,18 @@ def _rock(rng: np.random.Generator, height: int, width: int) -> Mask:
     for _ in range(ROUNDS):
         rock = ndimage.convolve(rock.astype(np.int64), kernel, mode="constant", cval=1) >= 5
     return rock
+
+
+def random_obstacles(
+    cells: CellArray, rng: np.random.Generator, size: CanvasSize, share: float = DEFAULT_SHARE
+) -> None:
+    """Strew boxes over open ground; `share` of it is covered, at most `MOST_SHARE`."""
+    cells[:] = FLOOR
+    wanted = math.floor(share * cells.size)
+    least, most = (cells_of(side_m, size.resolution_m) for side_m in (LEAST_BOX_M, MOST_BOX_M))
+    while np.count_nonzero(cells == OBSTACLE) < wanted:  # boxes may overlap
+        wide, high = rng.integers(least, most + 1, 2).tolist()
+        x0, y0 = int(rng.integers(cells.shape[1] - wide + 1)), int(rng.integers(cells.shape[0] - high + 1))
+        carve(cells, Box(x0, x0 + wide, y0, y0 + high), OBSTACLE)
+    close_border(cells)
+    fill_pockets(cells)

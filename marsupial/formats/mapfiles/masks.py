@@ -1,12 +1,15 @@
-"""Masks of nav2's costmap filters, keepout areas and speed limits, as terrain.
+"""Masks that paint terrain over a map: images of terrain classes, and nav2's keepout areas and speed limits.
 
-nav2 looks up the mask at a cell's position in the world, so a mask may have another size, origin or resolution than the
-map; cells outside of it don't change. Only known cells without obstacle are painted.
+Only known cells without obstacle are painted; walls and unknown cells don't change.
 
+- Terrain: the grey of an image of the map's size gives the class of each cell, but for transparent pixels.
 - Keepout: cells of occupancy 100 become a terrain that robot types can't drive on unless they list it.
 - Speed: nav2 reads an occupancy v as a limit of ``base + multiplier * v`` percent of the full speed. Robots here have
   one speed each, so limits become terrains by steps: a cell takes the terrain with the lowest percentage that its
   limit does not exceed. An occupancy of 0, and one whose limit is no percentage, means no limit.
+
+nav2 looks up its masks at a cell's position in the world, so these may have another size, origin or resolution than
+the map; cells outside of them don't change.
 
 References: nav2's `keepout_filter.cpp` and `speed_filter.cpp`.
 """
@@ -15,16 +18,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from marsupial.errors import MapError, Problem
+from marsupial.formats.files import raise_any
+from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.formats.mapfiles.occupancy import OCCUPIED, Occupancy, occupancy_on
-from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid
+from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid, Mask
+from marsupial.wording import counted
 
 NOTHING = UNKNOWN  # the value of an overlay where the cell does not change
 
+# The values of nav2's example of a speed filter: the mask says how many percent to take off the full speed.
 BASE, MULTIPLIER = 100.0, -1.0
-"""The values of nav2's example of a speed filter: the mask says how many percent to take off the full speed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,8 +78,12 @@ class FilterMasks:
 
 def painted(cells: CellArray, overlay: CellArray) -> CellArray:
     """Return the cells of a map with an overlay painted over those that are known and no obstacle."""
-    takes = (overlay != NOTHING) & (cells != OBSTACLE) & (cells != UNKNOWN)
-    return np.where(takes, overlay, cells)
+    return np.where((overlay != NOTHING) & _is_ground(cells), overlay, cells)
+
+
+def _is_ground(cells: CellArray) -> Mask:
+    """Return the mask (height, width) of known cells without obstacle."""
+    return (cells != OBSTACLE) & (cells != UNKNOWN)
 
 
 def _speed_codes(mask: SpeedMask) -> CellArray:
@@ -85,3 +97,42 @@ def _speed_codes(mask: SpeedMask) -> CellArray:
     for code, percent in sorted(mask.percents.items(), key=lambda item: -item[1]):
         table[limited & (limits <= percent)] = code
     return table
+
+
+def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Grid:
+    """Return the grid with the terrain classes of a mask image in a file; see `apply_mask`."""
+    source = str(mask_path)
+    _check_codes(codes, grid, source)
+    return apply_mask(grid, read_grey(Path(mask_path), field="mask", source=source), codes, source=source)
+
+
+def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source: str = "") -> Grid:
+    """Return the grid with the terrain classes of a mask image.
+
+    `codes`: terrain codes of the grid by grey (0 to 255); every grey on a known cell without obstacle needs one.
+    """
+    _check_codes(codes, grid, source)
+    if mask.grey.shape != grid.cells.shape:
+        height, width = mask.grey.shape
+        text = f"must be that of the map, {grid.width} x {grid.height}, got {width} x {height}"
+        raise MapError([Problem("size", text)], source=source)
+    greys = np.flipud(mask.grey)
+    takes = _is_ground(grid.cells)
+    if mask.opaque is not None:
+        takes &= np.flipud(mask.opaque)
+    counts = np.bincount(greys[takes], minlength=256)
+    unlisted = [int(g) for g in np.flatnonzero(counts) if int(g) not in codes]
+    raise_any([Problem(f"grey {g}", f"has no terrain code ({counted(counts[g], 'cell')})") for g in unlisted], source)
+    table = np.zeros(256, dtype=np.uint8)
+    table[list(codes)] = list(codes.values())
+    return replace(grid, cells=np.where(takes, table[greys], grid.cells))
+
+
+def _check_codes(codes: Mapping[int, int], grid: Grid, source: str) -> None:
+    known = {terrain.code for terrain in grid.terrains}
+    problems = [Problem(f"grey {g}", "must be from 0 to 255") for g in codes if not 0 <= g <= 255]
+    strange = {g: code for g, code in codes.items() if code not in known}
+    text = "terrain code {} is none of the map's classes {}"
+    problems += [Problem(f"grey {g}", text.format(code, sorted(known))) for g, code in strange.items()]
+    if problems:
+        raise MapError(problems, source=source)
