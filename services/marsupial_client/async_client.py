@@ -25,16 +25,7 @@ from marsupial_client.documents import (
 from marsupial_client.errors import Busy, ClientError, Conflict, Refused
 from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS, Event, JobEvent, MissionEvent, Readers
 from marsupial_client.http import Missed
-from marsupial_client.mission_documents import (
-    Batch,
-    Brief,
-    KnownMap,
-    LastReports,
-    MissionDocument,
-    News,
-    Report,
-    Taken,
-)
+from marsupial_client.mission_documents import Batch, Brief, KnownMap, LastReports, MissionDocument, News, Report, Taken
 
 
 class AsyncJob:

@@ -179,10 +179,7 @@ class Chart:
     def _read(self, occupancy: Occupancy) -> Grid:
         cells = terrain_codes(occupancy.values, *self._thresholds)
         grid = Grid(
-            cells=cells,
-            resolution_m=occupancy.resolution_m,
-            origin_m=occupancy.origin_m,
-            terrains=self._terrains,
+            cells=cells, resolution_m=occupancy.resolution_m, origin_m=occupancy.origin_m, terrains=self._terrains
         )
         if self._overlay is None:
             self._overlay = self._masks.overlay(grid)

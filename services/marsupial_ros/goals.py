@@ -38,10 +38,7 @@ def drive_goal(settings: Settings, robot: RobotSettings, route_m: Sequence[Point
     if robot.drive is DriveAction.NAVIGATE_TO_POSE:
         pose = pose_stamped(route_m[-1], final_yaw(route_m, yaw), frame)
         return ActionGoal(f"{robot.namespace}/navigate_to_pose", NAVIGATE_TYPE, {"pose": pose, "behavior_tree": ""})
-    values = {
-        "path": path_of(route_m, yaw, frame),
-        **asdict(settings.controller),
-    }
+    values = {"path": path_of(route_m, yaw, frame), **asdict(settings.controller)}
     return ActionGoal(f"{robot.namespace}/follow_path", FOLLOW_PATH_TYPE, values)
 
 

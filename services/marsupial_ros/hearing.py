@@ -46,12 +46,7 @@ class Hearing:
     """Receives messages of rosbridge; unreadable ones are reported once per topic and ignored."""
 
     def __init__(
-        self,
-        settings: Settings,
-        frames: Mapping[str, Frames],
-        chart: Chart,
-        clock: Clock,
-        say: Callable[[str], None],
+        self, settings: Settings, frames: Mapping[str, Frames], chart: Chart, clock: Clock, say: Callable[[str], None]
     ) -> None:
         self._frame = settings.map.frame
         self._chart = chart
@@ -60,10 +55,7 @@ class Hearing:
         self._said: set[str] = set()
         self._open = False
         self.fleet: RobotFleet | None = None
-        self._readers: dict[str, Reader] = {
-            settings.map.topic: self._map,
-            settings.map.updates: self._update,
-        }
+        self._readers: dict[str, Reader] = {settings.map.topic: self._map, settings.map.updates: self._update}
         for topic, known in frames.items():
             self._readers[topic] = partial(self._transforms, known, False)
             self._readers[topic + STATIC] = partial(self._transforms, known, True)

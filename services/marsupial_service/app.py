@@ -67,10 +67,7 @@ def create_app(settings: ServiceSettings) -> FastAPI:
         redirect_slashes=False,
         generate_unique_id_function=lambda route: route.name,
     )
-    app.state.service = State(
-        settings=settings,
-        keys=KeyFile(settings.data),
-    )
+    app.state.service = State(settings=settings, keys=KeyFile(settings.data))
     for router in (
         *(room.router for room in (missions, jobs, simulations, analyses, catalogue, operations)),
         operations.admin,

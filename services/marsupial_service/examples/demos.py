@@ -49,10 +49,7 @@ def tiny() -> Situation:
             PlanningType(name="carrier", role=Role.CARRIER, capacity=1),
             PlanningType(name="rover", role=Role.ROVER, dock_ms=1000, undock_ms=1000),
         ),
-        robots=(
-            RobotState(name="c", type="carrier", place="start"),
-            RobotState(name="r", type="rover", carrier="c"),
-        ),
+        robots=(RobotState(name="c", type="carrier", place="start"), RobotState(name="r", type="rover", carrier="c")),
         targets=(TargetInfo(name="target", explorers=frozenset({"rover"})),),
         meetings=("door",),
         travel_ms={"carrier": carrier, "rover": rover},

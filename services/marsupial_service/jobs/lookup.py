@@ -54,12 +54,6 @@ def _job(row: StoreRow) -> JobRecord:
 
 
 JOBS = EntryTable(
-    name="jobs",
-    events_name="events",
-    noun="job",
-    select=_SELECT,
-    record=_job,
-    event_type=JobEventType,
-    moves=MOVES,
+    name="jobs", events_name="events", noun="job", select=_SELECT, record=_job, event_type=JobEventType, moves=MOVES
 )
 """The table of jobs."""

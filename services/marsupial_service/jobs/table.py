@@ -339,8 +339,7 @@ def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota, took_ms: in
     for no more than it can have taken: its server may have died long ago.
     """
     row = tx.execute(
-        "SELECT owner, seconds, claimed_ms FROM jobs WHERE number = ? AND state = ?",
-        (number, JobState.RUNNING),
+        "SELECT owner, seconds, claimed_ms FROM jobs WHERE number = ? AND state = ?", (number, JobState.RUNNING)
     ).fetchone()
     if row is None or row["claimed_ms"] is None:
         return 0

@@ -13,13 +13,7 @@ from marsupial_service.http.answers import json_answer, mission_answer, mission_
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import Route
-from marsupial_service.intake.missions import (
-    MISSION_READER,
-    REPORT_READER,
-    changes_in,
-    known_map_text,
-    tell_known_map,
-)
+from marsupial_service.intake.missions import MISSION_READER, REPORT_READER, changes_in, known_map_text, tell_known_map
 from marsupial_service.intake.reading import Sent, read, shaped
 from marsupial_service.keys import Scope
 from marsupial_service.missions.frames import MissionFrame
@@ -82,10 +76,7 @@ async def create_mission(
 
 @router.get("", response_model=answers.MissionListAnswer, responses=errors())
 async def list_missions(
-    state: Service,
-    owner: Owner,
-    limit: PageLimit = 50,
-    before: Annotated[str | None, older_than("mission")] = None,
+    state: Service, owner: Owner, limit: PageLimit = 50, before: Annotated[str | None, older_than("mission")] = None
 ) -> Response:
     """List one's missions, the newest first."""
     found = await state.missions.list(owner, limit=limit + 1, before=before)

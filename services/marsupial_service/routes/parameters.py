@@ -40,13 +40,9 @@ Owner = Annotated[str, Depends(_owner)]
 KeyHolds = Annotated[Callable[[], bool], Depends(_key_holds)]
 """Says whether the key of the request is still good."""
 
-Prefer = Annotated[
-    str | None,
-    Header(description="`wait=5` waits up to 5 s for the job to end.", max_length=200),
-]
+Prefer = Annotated[str | None, Header(description="`wait=5` waits up to 5 s for the job to end.", max_length=200)]
 IdempotencyKey = Annotated[
-    str | None,
-    Header(description="The same key and body give the same job.", pattern=r"^[\x21-\x7e]{1,200}$"),
+    str | None, Header(description="The same key and body give the same job.", pattern=r"^[\x21-\x7e]{1,200}$")
 ]
 LastEventId = Annotated[
     str | None,

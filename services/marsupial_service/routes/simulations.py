@@ -22,12 +22,7 @@ from marsupial_service.planners import planner_infos
 from marsupial_service.routes.missions import MissionRoute, created
 from marsupial_service.routes.parameters import IdempotencyKey, Owner, Service, stored
 from marsupial_service.schemas import answers
-from marsupial_service.schemas.simulations import (
-    DEFAULT_PLANNER,
-    DEFAULT_SEED,
-    DEFAULT_STRATEGY,
-    SimulationBody,
-)
+from marsupial_service.schemas.simulations import DEFAULT_PLANNER, DEFAULT_SEED, DEFAULT_STRATEGY, SimulationBody
 
 router = APIRouter(prefix="/v1", route_class=MissionRoute, tags=["missions"])
 

@@ -151,8 +151,7 @@ class BatchBody(RequestBody):
 class ReportsBody(
     RootModel[
         Annotated[
-            Annotated[ReportBody, variant("n")] | Annotated[BatchBody, variant("reports")],
-            by_key("n", "reports"),
+            Annotated[ReportBody, variant("n")] | Annotated[BatchBody, variant("reports")], by_key("n", "reports")
         ]
     ]
 ):
