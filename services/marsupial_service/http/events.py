@@ -21,7 +21,7 @@ from marsupial_service.store import StoreError
 
 KEEP_ALIVE_S = 15.0
 KEY_S = 2.0
-"""How often it is looked whether the key of a stream is still good."""
+"""Pause between checks whether the key of a stream is still good."""
 
 _PIECE_BYTES = 16_384
 
@@ -45,16 +45,10 @@ class _Counted(EventStream):
         self._close = close
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send it."""
         try:
             await super().__call__(scope, receive, send)
         finally:
             self._close()
-
-
-def frame(event: EventRecord) -> bytes:
-    """Return an event as it is sent."""
-    return f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()
 
 
 async def stream(
@@ -120,7 +114,7 @@ def _pieces(events: Sequence[EventRecord]) -> Iterator[bytes]:
     """Yield events as they are sent: many small ones at once, as each piece costs as much as a small request."""
     piece = b""
     for event in events:
-        piece += frame(event)
+        piece += f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()
         if len(piece) >= _PIECE_BYTES:
             yield piece
             piece = b""

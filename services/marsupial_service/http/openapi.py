@@ -24,7 +24,7 @@ FILE = "openapi.json"
 _REF = "#/components/schemas/{model}"
 
 _ANSWER = re.compile(r"\b([A-Z]\w+)Answer\b")
-"""The models of answers, which are called there what they tell of."""
+"""Models of answers, which the document names without that suffix."""
 
 EVENTS = "text/event-stream"
 _EVENT: dict[str, Any] = {
@@ -64,10 +64,10 @@ def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
     schemas = found["components"]["schemas"]
     for name in ("HTTPValidationError", "ValidationError"):
         schemas.pop(name, None)
-    problem = ProblemAnswer.model_json_schema(ref_template="#/components/schemas/{model}")
+    problem = ProblemAnswer.model_json_schema(ref_template=_REF)
     schemas |= problem.pop("$defs", {}) | {"ProblemAnswer": problem}
     for model in (model for models in _EVENT_DATA.values() for model in models.values()):
-        schema = model.model_json_schema(ref_template="#/components/schemas/{model}", mode="serialization")
+        schema = model.model_json_schema(ref_template=_REF, mode="serialization")
         schemas |= {name: part for name, part in schema.pop("$defs", {}).items() if name not in schemas}
         schemas[model.__name__] = schema
     for path in found["paths"].values():

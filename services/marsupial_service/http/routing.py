@@ -1,7 +1,7 @@
 """What every route does before its own code: who asks, in which form the answer is wanted, the body received.
 
 The order is: key (401, 403), form of the answer (406), type of the body (415), its size and time (413, 408), its
-syntax (400), its shape (422). So a stranger can't make the service read anything.
+syntax (400), its shape (422).
 """
 
 from __future__ import annotations
@@ -33,10 +33,13 @@ class Route(APIRoute):
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Return the handler that checks the request first."""
         handle = super().get_route_handler()
+        response_class: Any = getattr(self.response_class, "value", self.response_class)
+        media_type = str(response_class.media_type or "application/json")
 
         async def checked(request: Request) -> Response:
+            # in this order, so that a stranger can't make the service read anything
             request.state.owner = self._owner(request)
-            _check_accept(request, self._media_type())
+            _check_accept(request, media_type)
             self._check_query(request)
             if self.body_field is None:
                 return await handle(request)
@@ -47,10 +50,6 @@ class Route(APIRoute):
                 held.release()
 
         return checked
-
-    def _media_type(self) -> str:
-        response_class: Any = getattr(self.response_class, "value", self.response_class)
-        return str(response_class.media_type or "application/json")
 
     def _owner(self, request: Request) -> str:
         """Return the name of the key, if its scope is that of the route."""
@@ -110,11 +109,9 @@ class _ReadRequest(Request):
         return read
 
     async def body(self) -> bytes:
-        """Return something, so that the framework asks for what there is."""
-        return b"{}"
+        return b"{}"  # the framework asks for `json` only if there is a body
 
     async def json(self) -> Any:
-        """Return what the route reads."""
         return self._sent
 
 

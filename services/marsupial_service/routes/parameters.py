@@ -58,16 +58,15 @@ def older_than(noun: str) -> Any:
     return Query(description=f"Id of a {noun}: older ones only.", max_length=100)
 
 
-def id_of(noun: str) -> Any:
-    """Return the parameter of a path that names an entry."""
-    return Path(description=f"Id of a {noun}.", max_length=100)
+_JobId = Annotated[str, Path(description="Id of a job.", max_length=100)]
+_MissionId = Annotated[str, Path(description="Id of a mission.", max_length=100)]
 
 
-async def _job(state: Service, owner: Owner, job: Annotated[str, id_of("job")]) -> JobRecord:
+async def _job(state: Service, owner: Owner, job: _JobId) -> JobRecord:
     return await state.jobs.of(owner, job)
 
 
-async def _mission(state: Service, owner: Owner, mission: Annotated[str, id_of("mission")]) -> MissionRecord:
+async def _mission(state: Service, owner: Owner, mission: _MissionId) -> MissionRecord:
     return await state.missions.of(owner, mission)
 
 
@@ -91,6 +90,15 @@ def stored(model: type[Answer], noun: str, status: int, at_once: str) -> dict[in
         **errors("key-reused", "too-many", "not-ready", "store-full", body=True),
         200: {**answer, "description": at_once},
         status: {**answer, "description": f"The {noun} is stored; it is at Location."},
+    }
+
+
+def streamed(events: str) -> dict[int | str, dict[str, Any]]:
+    """Return the responses of a route that streams these events."""
+    return {
+        **errors("not-found", "too-many"),
+        204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
+        200: {"description": events},
     }
 
 

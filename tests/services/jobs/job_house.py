@@ -5,6 +5,7 @@ import json
 import sys
 from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from entry_house import followed, opened, settings_of
@@ -16,6 +17,7 @@ from marsupial.model import Budget, Plan, Situation
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.entries.documents import plan_of
 from marsupial_service.entries.records import EventRecord
+from marsupial_service.jobs import lookup
 from marsupial_service.jobs.records import JobRecord, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 
@@ -67,7 +69,8 @@ class StoredPlan:
 async def plans_of(jobs: Jobs, job: str) -> list[StoredPlan]:
     """Return every revision of a job's plan, the first one first."""
     count = (await jobs.of("me", job)).plans
-    found = [json.loads(await jobs.plan_text(job, revision)) for revision in range(1, count + 1)]
+    texts = [await jobs.read(partial(lookup.plan_text, job=job, revision=number)) for number in range(1, count + 1)]
+    found = [json.loads(text) for text in texts]
     return [StoredPlan(one["revision"], plan_of(one["actions"]), one["makespan_ms"], one["ipc"]) for one in found]
 
 
