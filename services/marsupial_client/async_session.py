@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from asyncio import sleep
-from collections.abc import AsyncGenerator, Mapping
+from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import aclosing
 from http import HTTPStatus
 from time import monotonic
@@ -18,7 +18,7 @@ from typing import Any, cast
 import httpx2
 
 from marsupial_client.errors import Unreachable
-from marsupial_client.events import END
+from marsupial_client.events import END, Readers, event_of
 from marsupial_client.http import (
     LONGEST_EVENT_BYTES,
     SILENCE_S,
@@ -29,6 +29,7 @@ from marsupial_client.http import (
     RetryPauses,
     address,
     checked,
+    document_in,
     event_number,
     uses_proxies,
     whole,
@@ -60,9 +61,14 @@ class AsyncSession:
         await self._http.aclose()
 
     async def ask(
-        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
-    ) -> httpx2.Response:
-        """Send a request until it is answered, and return the answer. Raises Refused, Unreachable."""
+        self,
+        method: str,
+        path: str,
+        body: object = None,
+        headers: Mapping[str, str] | None = None,
+        read: Callable[[httpx2.Response, str], Any] = document_in,
+    ) -> Any:
+        """Send a request until it is answered; return what `read` makes of the answer. Raises Refused, Unreachable."""
         content = None if body is None else json.dumps(body).encode()
         kind = {} if body is None else {"Content-Type": "application/json"}
         all_headers = {**self._headers, **kind, **(headers or {})}
@@ -72,33 +78,23 @@ class AsyncSession:
                 request = self._http.build_request(
                     method, self.url + path, content=content, headers=all_headers, timeout=self._timeout_s
                 )
-                return checked(await self._answer(request, path), path)
+                return read(checked(await self._answer(request, path), path), path)
             except TRANSIENT as error:
                 await sleep(pauses.after(error, monotonic()))
 
-    async def document(
-        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
-    ) -> Any:
-        """Send a request and return the JSON of the answer. Raises Refused, Unreachable."""
-        pauses = self._pauses()
-        while True:
-            response = await self.ask(method, path, body, headers)
-            try:
-                return response.json()
-            except (ValueError, RecursionError):
-                error = MalformedAnswer(f"{path} is answered by what is no JSON")
-                await sleep(pauses.after(error, monotonic()))
-
-    async def frames(self, path: str, after: int = 0) -> AsyncGenerator[tuple[int, httpx2.ServerSentEvent], None]:
+    async def events(self, path: str, readers: Readers, after: int) -> AsyncGenerator[Any, None]:
         """Yield the events of a stream after number `after`, each once and in order, up to its `end`.
 
-        Raises Refused, Unreachable.
+        Raises Refused, Unreachable; ClientError if the data of an event is not JSON.
         """
         pauses = self._pauses()
+        timeout = httpx2.Timeout(self._timeout_s, read=SILENCE_S)
         while True:
             opened = math.inf
+            headers = {**self._headers, "Accept": "text/event-stream", "Last-Event-ID": str(after)}
+            request = self._http.build_request("GET", self.url + path, headers=headers, timeout=timeout)
             try:
-                response = await self._http.send(self._stream_request(path, after), stream=True)
+                response = await self._http.send(request, stream=True)
                 try:
                     if not response.is_success:
                         await response.aread()
@@ -114,7 +110,9 @@ class AsyncSession:
                                 continue
                             after = number
                             pauses = self._pauses()
-                            yield number, frame
+                            event = event_of(number, frame, readers, path)
+                            if event is not None:
+                                yield event
                             if frame.event == END:
                                 return
                 finally:
@@ -142,8 +140,3 @@ class AsyncSession:
         finally:
             await response.aclose()
         return whole(response, parts)
-
-    def _stream_request(self, path: str, after: int) -> httpx2.Request:
-        headers = {**self._headers, "Accept": "text/event-stream", "Last-Event-ID": str(after)}
-        timeout = httpx2.Timeout(self._timeout_s, read=SILENCE_S)
-        return self._http.build_request("GET", self.url + path, headers=headers, timeout=timeout)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import math
 from time import sleep
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Callable, Mapping
 from contextlib import closing
 from http import HTTPStatus
 from time import monotonic
@@ -19,7 +19,7 @@ from typing import Any, cast
 import httpx2
 
 from marsupial_client.errors import Unreachable
-from marsupial_client.events import END
+from marsupial_client.events import END, Readers, event_of
 from marsupial_client.http import (
     LONGEST_EVENT_BYTES,
     SILENCE_S,
@@ -30,6 +30,7 @@ from marsupial_client.http import (
     RetryPauses,
     address,
     checked,
+    document_in,
     event_number,
     uses_proxies,
     whole,
@@ -61,9 +62,14 @@ class Session:
         self._http.close()
 
     def ask(
-        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
-    ) -> httpx2.Response:
-        """Send a request until it is answered, and return the answer. Raises Refused, Unreachable."""
+        self,
+        method: str,
+        path: str,
+        body: object = None,
+        headers: Mapping[str, str] | None = None,
+        read: Callable[[httpx2.Response, str], Any] = document_in,
+    ) -> Any:
+        """Send a request until it is answered; return what `read` makes of the answer. Raises Refused, Unreachable."""
         content = None if body is None else json.dumps(body).encode()
         kind = {} if body is None else {"Content-Type": "application/json"}
         all_headers = {**self._headers, **kind, **(headers or {})}
@@ -73,33 +79,23 @@ class Session:
                 request = self._http.build_request(
                     method, self.url + path, content=content, headers=all_headers, timeout=self._timeout_s
                 )
-                return checked(self._answer(request, path), path)
+                return read(checked(self._answer(request, path), path), path)
             except TRANSIENT as error:
                 sleep(pauses.after(error, monotonic()))
 
-    def document(
-        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
-    ) -> Any:
-        """Send a request and return the JSON of the answer. Raises Refused, Unreachable."""
-        pauses = self._pauses()
-        while True:
-            response = self.ask(method, path, body, headers)
-            try:
-                return response.json()
-            except (ValueError, RecursionError):
-                error = MalformedAnswer(f"{path} is answered by what is no JSON")
-                sleep(pauses.after(error, monotonic()))
-
-    def frames(self, path: str, after: int = 0) -> Generator[tuple[int, httpx2.ServerSentEvent], None, None]:
+    def events(self, path: str, readers: Readers, after: int) -> Generator[Any, None, None]:
         """Yield the events of a stream after number `after`, each once and in order, up to its `end`.
 
-        Raises Refused, Unreachable.
+        Raises Refused, Unreachable; ClientError if the data of an event is not JSON.
         """
         pauses = self._pauses()
+        timeout = httpx2.Timeout(self._timeout_s, read=SILENCE_S)
         while True:
             opened = math.inf
+            headers = {**self._headers, "Accept": "text/event-stream", "Last-Event-ID": str(after)}
+            request = self._http.build_request("GET", self.url + path, headers=headers, timeout=timeout)
             try:
-                response = self._http.send(self._stream_request(path, after), stream=True)
+                response = self._http.send(request, stream=True)
                 try:
                     if not response.is_success:
                         response.read()
@@ -115,7 +111,9 @@ class Session:
                                 continue
                             after = number
                             pauses = self._pauses()
-                            yield number, frame
+                            event = event_of(number, frame, readers, path)
+                            if event is not None:
+                                yield event
                             if frame.event == END:
                                 return
                 finally:
@@ -143,8 +141,3 @@ class Session:
         finally:
             response.close()
         return whole(response, parts)
-
-    def _stream_request(self, path: str, after: int) -> httpx2.Request:
-        headers = {**self._headers, "Accept": "text/event-stream", "Last-Event-ID": str(after)}
-        timeout = httpx2.Timeout(self._timeout_s, read=SILENCE_S)
-        return self._http.build_request("GET", self.url + path, headers=headers, timeout=timeout)

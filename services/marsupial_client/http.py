@@ -8,6 +8,7 @@ from __future__ import annotations
 import random
 import re
 from collections.abc import Callable
+from typing import Any
 
 import httpx2
 
@@ -101,6 +102,14 @@ def checked(response: httpx2.Response, path: str) -> httpx2.Response:
     if not response.is_success:
         raise refusal(response.status_code, response.text, path, response.headers.get("Retry-After"))
     return response
+
+
+def document_in(response: httpx2.Response, path: str) -> Any:
+    """Return the JSON of an answer. Raises MalformedAnswer."""
+    try:
+        return response.json()
+    except (ValueError, RecursionError):
+        raise MalformedAnswer(f"{path} is answered by what is no JSON") from None
 
 
 def whole(response: httpx2.Response, parts: list[bytes]) -> httpx2.Response:

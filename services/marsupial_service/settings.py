@@ -101,22 +101,12 @@ class ServiceLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServiceSettings:
-    """Where the service listens and keeps its data.
+    """Where the service listens (port 0 is any free one), keeps its data, and runs its work.
 
-    Parameters
-    ----------
-    data
-        The folder of jobs, missions and keys.
-    store
-        The address of a PostgreSQL database that keeps them instead, and that other servers may use too.
-    ray
-        The address of a Ray cluster on which jobs and missions run, in place of this machine.
-    port
-        0 takes any free one.
-    keys
-        Whether every request needs an API key; where it listens to other machines it does, whatever is said here.
-    planners
-        Command lines of external planners by the names clients know them by (``cmd:optic {domain} {problem}``).
+    Jobs, missions and keys are kept in the folder `data`, or in the PostgreSQL database at the address `store`, which
+    other servers may use too. Jobs and missions run on this machine, or on the Ray cluster at the address `ray`.
+    `keys` makes every request need an API key; a service that listens to other machines always needs them. `planners`
+    are command lines of external planners (``cmd:optic {domain} {problem}``) by the names that clients use.
     """
 
     data: Path
@@ -154,7 +144,7 @@ class ServiceSettings:
 
     @property
     def needs_keys(self) -> bool:
-        """Return whether requests need an API key."""
+        """Whether requests need an API key."""
         return self.keys or self.host not in LOOPBACK
 
 

@@ -32,22 +32,10 @@ class Readiness:
 
 @dataclass(slots=True, kw_only=True)
 class State:
-    """The service while it runs.
+    """The service while it runs: `started` are its jobs and missions, `streams` the open event streams by owner.
 
-    Parameters
-    ----------
-    store
-        The one to be used, if it is open already.
-    runner
-        Runs the processes of jobs and missions.
-    started
-        Jobs and missions; None until the service has started.
-    streams
-        Open event streams by owner.
-    supervised
-        Processes of requests; `analyses` and `readers` run theirs there.
-    held_bytes
-        Of bodies that are being received and read.
+    `analyses` and `readers` run the processes of requests (`supervised`), `runner` those of jobs and missions.
+    `held_bytes` are those of bodies being received and read.
     """
 
     settings: ServiceSettings
@@ -78,7 +66,7 @@ class State:
         )
 
     def leave(self) -> None:
-        """End streams, as the service is asked to end."""
+        """End streams and processes of requests: the service is about to end."""
         self.supervised.leave()
         for entries in self.started or ():
             entries.leave()

@@ -56,7 +56,7 @@ def _feature(identity: str, geometry: Geometry, coordinates: list[Any], properti
 
 def _places(state: MapState) -> Iterator[FeatureAnswer]:
     """Yield a point for each robot type at each place: types may stand at different cells of it."""
-    survey = state.survey()
+    survey = state.survey
     kinds = {target.name: "target" for target in survey.targets} | {m.name: "meeting" for m in survey.meetings}
     kinds |= dict.fromkeys(survey.situation.homes, "home")
     reveal = {target.name: target.reveal_m2 for target in survey.situation.targets}
@@ -69,7 +69,7 @@ def _places(state: MapState) -> Iterator[FeatureAnswer]:
 
 def _frontiers(state: MapState) -> Iterator[FeatureAnswer]:
     width = state.grid.width
-    for target in state.survey().targets:
+    for target in state.survey.targets:
         points = [_centre(state, Cell(int(i) % width, int(i) // width)) for i in target.cells]
         told = {"what": "frontier", "name": target.name, "explorers": sorted(target.viewpoints)}
         yield _feature(f"{target.name}/frontier", "MultiPoint", points, told)
@@ -83,14 +83,13 @@ def _reach(state: MapState) -> Iterator[FeatureAnswer]:
             for polygon in polygons(mask)
         ]
         area_m2 = float(np.count_nonzero(mask) * state.grid.cell_area_m2)
-        yield _feature(
-            f"reach/{kind}", "MultiPolygon", rings, {"what": "reach", "robot_type": kind, "area_m2": area_m2}
-        )
+        told = {"what": "reach", "robot_type": kind, "area_m2": area_m2}
+        yield _feature(f"reach/{kind}", "MultiPolygon", rings, told)
 
 
 def _costs(state: MapState) -> Iterator[FeatureAnswer]:
     """Yield a straight line for each drive there is, with the time it takes on the way the robot really goes."""
-    situation, poses = state.situation(), state.survey().poses
+    situation, poses = state.situation(), state.survey.poses
     for kind in (one.name for one in situation.types):
         for origin, goal in permutations(situation.places, 2):
             travel_ms = situation.travel(kind, origin, goal)
