@@ -33,21 +33,9 @@ _SAME_RESOLUTION = 1e-6
 
 
 class Chart:
-    """The map of a mission.
+    """The map of a mission: `masks` are painted onto it, the thresholds are occupancies from 0 to 1 as of nav2 maps.
 
-    Parameters
-    ----------
-    terrains
-        All terrain classes of the mission.
-    masks
-        What is painted onto the map.
-    free_thresh, occupied_thresh
-        Occupancies from 0 to 1, as of a nav2 map.
-
-    Attributes
-    ----------
-    fresh
-        Whether there is anything of the map that `news` has not looked at.
+    It is `fresh` if there is anything that `news` has not looked at.
     """
 
     def __init__(
@@ -68,8 +56,15 @@ class Chart:
     @property
     def grid(self) -> Grid | None:
         """The last map from ROS, with its masks; None before the first."""
-        if self._grid is None and self._occupancy is not None:
-            self._grid = self._read(self._occupancy)
+        occupancy = self._occupancy
+        if self._grid is None and occupancy is not None:
+            cells = terrain_codes(occupancy.values, *self._thresholds)
+            grid = Grid(
+                cells=cells, resolution_m=occupancy.resolution_m, origin_m=occupancy.origin_m, terrains=self._terrains
+            )
+            if self._overlay is None:
+                self._overlay = self._masks.overlay(grid)
+            self._grid = replace(grid, cells=painted(cells, self._overlay))
         return self._grid
 
     def take(self, occupancy: Occupancy) -> None:
@@ -77,7 +72,7 @@ class Chart:
 
         Raises MapError if it is too large or of other cells than the mission; it is ignored then, with its updates.
         """
-        self._refused = True
+        self._refused = True  # until it has passed the check
         self._check(occupancy)
         self._refused = False
         before = self._occupancy
@@ -155,10 +150,8 @@ class Chart:
         return size, _revealed(grid, changed, robots)
 
     def standing(self, kind: RobotType, point: Point, within_m: float) -> Point | None:
-        """Return where a robot of a type can stand: at a point if it can, else nearest to it, within a distance.
-
-        Robots are hardly ever where the map says: localisation is off by a cell or two, walls are drawn too thick.
-        """
+        """Return where a robot of a type can stand: at a point if it can, else nearest to it, within a distance."""
+        # robots are hardly ever where the map says: localisation is off by a cell or two, walls are drawn too thick
         if self.grid is None:
             return None
         part, corner = _around(self.grid, point, within_m + kind.radius_m)
@@ -175,15 +168,6 @@ class Chart:
         if math.hypot(dx[best], dy[best]) * self.grid.resolution_m > within_m:
             return None
         return self.grid.point_m(float(columns[best] + corner[0] + 0.5), float(rows[best] + corner[1] + 0.5))
-
-    def _read(self, occupancy: Occupancy) -> Grid:
-        cells = terrain_codes(occupancy.values, *self._thresholds)
-        grid = Grid(
-            cells=cells, resolution_m=occupancy.resolution_m, origin_m=occupancy.origin_m, terrains=self._terrains
-        )
-        if self._overlay is None:
-            self._overlay = self._masks.overlay(grid)
-        return replace(grid, cells=painted(cells, self._overlay))
 
     def _check(self, occupancy: Occupancy) -> None:
         height, width = occupancy.values.shape

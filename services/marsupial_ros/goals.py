@@ -45,13 +45,9 @@ def drive_goal(settings: Settings, robot: RobotSettings, route_m: Sequence[Point
 def handover_goal(
     settings: Settings, mission: str, command: Command, rover: RobotSettings, point: Point, carrier: Point | None
 ) -> ActionGoal:
-    """Return the goal of a rover's docking or undocking.
+    """Return the goal of a rover's docking or undocking; its carrier stands at `carrier`.
 
-    Parameters
-    ----------
-    point, carrier
-        Where the rover stands, or is to be put, and where its carrier stands. It faces the carrier to dock, and away
-        from it when it is put down.
+    At `point` the rover stands, facing the carrier to dock, or is set down, facing away from it.
     """
     docks = command["name"] == "dock"
     a, b = (point, carrier or point) if docks else (carrier or point, point)

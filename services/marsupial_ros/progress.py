@@ -34,14 +34,9 @@ MOST_RECOVERIES = 6
 class Progress:
     """What is known of a drive's progress.
 
-    Parameters
-    ----------
-    moved_s, moved_from
-        When and where the robot was last seen to move.
-    told_s, nearer_s, left_m
-        When its action last told what is left, when that was last less than ever on this way, and how much it was then.
-    least_m, recoveries
-        The least that was left on any way, and the number of recoveries at that time and by now.
+    The robot was last seen to move at `moved_s` from `moved_from`. Its action last told at `told_s` what is left; on
+    the present way the least was `left_m`, at `nearer_s`, on any way `least_m`. `recoveries` are their number at the
+    time of that and by now.
     """
 
     moved_s: float = 0.0

@@ -17,20 +17,10 @@ LOOK_AHEAD_M = 5.0
 
 @dataclass(slots=True)
 class Errand:
-    """A command that has not ended.
+    """A command that has not ended: ROS was asked for `goal` at `since_s`, by a `name` that no other goal has.
 
-    Parameters
-    ----------
-    goal, name
-        What ROS was asked for, and the name that goal has there; a goal that is sent again has another.
-    passed
-        Of a drive: which point of the route the robot is at or was at last.
-    since_s
-        When the goal was sent.
-    progress
-        Of a drive: how it has got on since then.
-    cancelled_s
-        When it was last told to stop, None if it was not.
+    Of a drive, `passed` is the point of its route where the robot is or was last, `progress` the progress since then.
+    `cancelled_s` is when the goal was last cancelled, None if it was not.
     """
 
     command: Command
@@ -72,12 +62,7 @@ class Errand:
 class TrackedRobot:
     """A robot, and what is known of it.
 
-    Parameters
-    ----------
-    anchor
-        Where the mission was told that it stands, in metres of the map frame.
-    silent
-        Whether it was told that nothing is heard of the robot.
+    `anchor` is its reported place in metres of the map frame. It is `silent` once the user was told so.
     """
 
     settings: RobotSettings
@@ -87,7 +72,7 @@ class TrackedRobot:
     errand: Errand | None = None
     silent: bool = False
     lost: bool = False
-    since_s: float = field(default=0.0)
+    since_s: float = 0.0
 
     @property
     def name(self) -> str:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import IntEnum
 from typing import Any, Protocol
 
@@ -66,38 +66,27 @@ class Subscription:
     type: str
     compression: str = "none"
 
-    def as_document(self) -> dict[str, Any]:
-        """Return the request for it."""
-        document: dict[str, Any] = {"op": "subscribe", "id": f"marsupial:{self.topic}"}
-        return document | {"topic": self.topic, "type": self.type, "compression": self.compression}
-
 
 class Listener(Protocol):
     """Hears what comes."""
 
     def connected(self) -> None:
         """A connection has been opened: nothing that was sent over an earlier one can be relied on."""
-        ...
 
     def disconnected(self, reason: str) -> None:
         """The connection broke, or can't be opened."""
-        ...
 
     def message(self, topic: str, message: Mapping[str, Any]) -> None:
         """A message of a topic."""
-        ...
 
     def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
-        """An action tells how a goal gets on."""
-        ...
+        """An action reports the progress of a goal."""
 
     def ended(self, end: ActionResult) -> None:
         """A goal has ended."""
-        ...
 
     def complaint(self, text: str) -> None:
-        """What rosbridge or this end can't make sense of."""
-        ...
+        """Rosbridge or this end can't make sense of something."""
 
 
 class Rosbridge:
@@ -171,8 +160,8 @@ class Rosbridge:
         self._fragments.clear()
         self._outbox = asyncio.Queue()
         try:
-            for subscription in self._subscriptions:
-                self._send(subscription.as_document())
+            for one in self._subscriptions:
+                self._send({"op": "subscribe", "id": f"marsupial:{one.topic}", **asdict(one)})
             self._listener.connected()
             await first_of(self._read(line), self._write(line, self._outbox))
         finally:
@@ -222,7 +211,7 @@ class Rosbridge:
 
 
 async def first_of(*work: Awaitable[None]) -> None:
-    """Run all of it until the first part is over, then cancel the rest; what a part raises is raised."""
+    """Run all until the first one is over, then cancel the others; raise what the first one raised."""
     tasks = [asyncio.ensure_future(part) for part in work]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -44,10 +44,7 @@ class Transform(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class LastTransform:
-    """The last that was told of a frame: its parent, where it is in that, and when (s); None for what is for good.
-
-    `stamp_s` is that of the message, by whatever clock; 0 if there was none.
-    """
+    """The last transform of a frame into its parent, and its time (s; None: static); `stamp_s` is by any clock."""
 
     parent: str
     transform: Transform
@@ -62,11 +59,9 @@ class Frames:
         self._told: dict[str, LastTransform] = {}
 
     def tell(self, parent: str, child: str, transform: Transform, at_s: float | None, stamp_s: float = 0.0) -> None:
-        """Store a link; `at_s` is None for a static one.
-
-        A link with the stamp of the one before is that one, sent again: it is no news of the frame. So a robot whose
-        transforms are repeated grows silent, whatever the clocks of two machines say.
-        """
+        """Store a link; `at_s` is None for a static one."""
+        # a link with the stamp of the one before is that one, sent again: so a robot whose transforms are repeated
+        # grows silent, whatever the clocks of two machines say
         before = self._told.get(child)
         if before is not None and stamp_s and before.stamp_s == stamp_s and before.at_s is not None:
             return

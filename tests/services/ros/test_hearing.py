@@ -15,8 +15,7 @@ from marsupial.errors import MapError
 from marsupial.formats.mapfiles.filter_masks import FilterMasks
 from marsupial.model.grid import FLOOR, TERRAINS
 from marsupial_ros.chart import Chart
-from marsupial_ros.clock import Clock
-from marsupial_ros.hearing import Hearing
+from marsupial_ros.hearing import Clock, Hearing
 from marsupial_ros.messages import occupancy_in, update_in
 from marsupial_ros.settings import read_settings
 
