@@ -24,7 +24,7 @@ from marsupial_client.documents import (
 )
 from marsupial_client.errors import Busy, Conflict, Refused
 from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS, JobEvent, MissionEvent
-from marsupial_client.http import Missed
+from marsupial_client.http import Missed, Service
 from marsupial_client.mission_documents import Batch, Brief, KnownMap, LastReports, MissionDocument, News, Report, Taken
 
 
@@ -205,7 +205,7 @@ class Client:
         missed: Missed | None = None,
         http: httpx2.Client | None = None,
     ) -> None:
-        self._session = Session(url, key=key, timeout_s=timeout_s, patience_s=patience_s, missed=missed, http=http)
+        self._session = Session(Service(url, key, timeout_s, patience_s, missed), http)
 
     def close(self) -> None:
         """Close all connections."""

@@ -5,9 +5,10 @@ Nothing here sends or waits: `AsyncSession` does, and `Session`, which is genera
 
 from __future__ import annotations
 
+import json
 import random
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import httpx2
@@ -32,6 +33,8 @@ LONGEST_EVENT_BYTES = 64 * 2**20
 
 _TRANSFER_HEADERS = frozenset({"content-encoding", "content-length", "transfer-encoding"})
 """They describe how an answer was sent, not what it is."""
+
+Http = httpx2.Client | httpx2.AsyncClient
 
 Missed = Callable[[Unreachable | Busy], object]
 """Called with the error, once each time that the service is missed."""
@@ -79,6 +82,34 @@ class RetryPauses:
         self._failures += 1
         # drawn at random so that the robots of a fleet don't all come back at once
         return min(left_s, max(asked_s, random.uniform(longest_s / 2, longest_s)))
+
+
+class Service:
+    """Where a service is, and how it is asked; parameters are those of `AsyncClient`."""
+
+    def __init__(self, url: str, key: str | None, timeout_s: float, patience_s: float, missed: Missed | None) -> None:
+        self.url = str(address(url)).rstrip("/")
+        self.patience_s = patience_s
+        self._missed = missed
+        self._timeout_s = timeout_s
+        self._headers = {} if key is None else {"Authorization": f"Bearer {key}"}
+
+    def pauses(self) -> RetryPauses:
+        """Return the pauses for a new request."""
+        return RetryPauses(self.url, self.patience_s, self._missed)
+
+    def request(self, http: Http, method: str, path: str, body: object, headers: Mapping[str, str]) -> httpx2.Request:
+        """Return a request with a body of JSON; None is no body."""
+        content = None if body is None else json.dumps(body).encode()
+        kind = {} if body is None else {"Content-Type": "application/json"}
+        own = {**self._headers, **kind, **headers}
+        return http.build_request(method, self.url + path, content=content, headers=own, timeout=self._timeout_s)
+
+    def stream_request(self, http: Http, path: str, after: int) -> httpx2.Request:
+        """Return the request for the events of a stream after number `after`."""
+        own = {**self._headers, "Accept": "text/event-stream", "Last-Event-ID": str(after)}
+        timeout = httpx2.Timeout(self._timeout_s, read=SILENCE_S)
+        return http.build_request("GET", self.url + path, headers=own, timeout=timeout)
 
 
 def address(url: str) -> httpx2.URL:

@@ -54,10 +54,7 @@ class BridgeOutcome:
 
 
 class Bridge:
-    """Drives one mission.
-
-    `stops` returns how often the user wants to stop: once ends the mission, twice leaves at once. Goals are cancelled.
-    """
+    """Drives one mission; `stops` returns how often the user wants to stop: once ends it, twice leaves at once."""
 
     def __init__(
         self,
@@ -86,10 +83,7 @@ class Bridge:
         self.outcome = BridgeOutcome()
 
     async def run(self) -> BridgeOutcome:
-        """Drive the mission to its end, or to where the user leaves.
-
-        Raises UsageError, InputError, ClientError if settings, state or service are of no use.
-        """
+        """Drive the mission until it ends or the user leaves. Raises UsageError, InputError, ClientError."""
         kept = self._journal.read()
         if kept is not None:
             if others := sorted(kept.robots - self._fleet.robots.keys()):

@@ -68,10 +68,7 @@ class Chart:
         return self._grid
 
     def take(self, occupancy: Occupancy) -> None:
-        """Store a whole map.
-
-        Raises MapError if it is too large or of other cells than the mission; it is ignored then, with its updates.
-        """
+        """Store a whole map. Raises MapError if it doesn't fit the mission; it is ignored then, with its updates."""
         self._refused = True  # until it has passed the check
         self._check(occupancy)
         self._refused = False
@@ -81,11 +78,8 @@ class Chart:
         self._occupancy, self._grid, self.fresh = occupancy, None, True
 
     def update(self, update: Update) -> None:
-        """Store a new part of the map. Parts before the first map, or after a refused one, are ignored.
-
-        Raises MapError if it lies outside the map.
-        """
-        if self._occupancy is None or self._refused:
+        """Store a new part of the map. Raises MapError if it lies outside the map."""
+        if self._occupancy is None or self._refused:  # then it is not known of which map it is a part
             return
         values = self._occupancy.values
         height, width = update.values.shape
@@ -126,7 +120,7 @@ class Chart:
         self._reported = flat.reshape(known["height"], known["width"])
 
     def news(self, robots: Mapping[str, Point]) -> tuple[ReportFrame | None, list[Revealed]]:
-        """Return which cells have changed since they were reported, and their frame; they count as reported then.
+        """Return the cells that have changed since they were reported, and their frame; they count as reported then.
 
         `robots` are the places of those on the ground, in metres of the map frame.
         """

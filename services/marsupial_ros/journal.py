@@ -50,10 +50,7 @@ class Record:
         return {command["robot"] for command in self.errands} | set(self.lost) | self.aboard.keys()
 
     def check(self) -> None:
-        """Check what a file holds that was changed or is of something else.
-
-        Raises ValueError, TypeError, KeyError if it can't be what was written.
-        """
+        """Check a record that was read. Raises ValueError, TypeError, KeyError if it can't be what was written."""
         width, height, (_, _, _) = self.frame["width"], self.frame["height"], self.frame["origin_m"]
         texts, numbers = [self.mission, *self.robots], [self.after, self.answered, self.starts, width, height]
         if not all(isinstance(one, str) for one in texts) or not all(isinstance(one, int) for one in numbers):

@@ -121,10 +121,7 @@ class Rosbridge:
         self._send({"op": "cancel_action_goal", "id": goal, "action": action})
 
     async def run(self) -> None:
-        """Connect, again and again, and let the listener hear what comes.
-
-        Raises UsageError where the address is none.
-        """
+        """Connect, again and again, and pass on what comes. Raises UsageError if the address is none."""
         pause_s = FIRST_PAUSE_S
         while True:
             try:

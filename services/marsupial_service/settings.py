@@ -149,10 +149,7 @@ class ServiceSettings:
 
 
 def limits_from(environment: Mapping[str, str], options: Mapping[str, str] | None = None) -> ServiceLimits:
-    """Return the limits that environment variables and options (``--limit``, by name) set, the others by default.
-
-    Raises UsageError naming the first option or variable that holds no such number.
-    """
+    """Return the limits with what options (``--limit``, by name) and environment variables set. Raises UsageError."""
     given: dict[str, float] = {}
     for one in fields(ServiceLimits):
         said, text = f"--limit {one.name}", (options or {}).get(one.name)

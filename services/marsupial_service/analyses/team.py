@@ -97,10 +97,7 @@ def _type(body: RobotTypeBody, terrains: tuple[Terrain, ...], notes: Notes) -> R
 def entries_of(
     bodies: Sequence[PlacedBody], types: Types, grid: Grid, notes: Notes, *, standing: bool = False
 ) -> list[MemberEntry]:
-    """Return robots with their places on the map; if `standing`, check that they can stand there.
-
-    `notes` are those on the list.
-    """
+    """Return robots with their places on the map; if `standing`, check that they can stand there."""
     entries = []
     for i, body in enumerate(bodies):
         part, kind = notes.below(f"[{i}]"), types.get(body.type)

@@ -125,9 +125,7 @@ PLANNERS = ("greedy", "anytime", "exact", "auto")
 
 
 def load_planners() -> None:
-    """Load marsupial's own planners with their compiled code; the first time ever it is compiled, for half a minute.
-
-    Done in the fork server, of which workers are forks: so their first plan comes in milliseconds.
-    """
+    """Load marsupial's own planners with their compiled code; the first time ever it is compiled, for half a minute."""
+    # in the fork server, of which workers are forks: so their first plan comes in milliseconds
     for planner in PLANNERS:
         try_planner(planner)

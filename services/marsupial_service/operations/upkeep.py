@@ -90,7 +90,7 @@ def live_bytes(place: str | Path) -> int:
 def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: int) -> dict[str, int]:
     """Remove what ended more than so many days ago, or is not among the `kept` newest of its kind that have ended.
 
-    Servers may run meanwhile: others can write between each two steps. Returns how many jobs and missions were removed.
+    Returns how many jobs and missions were removed. Servers may run meanwhile: they can write between any two steps.
     """
     if days is None and kept is None:
         raise UsageError("say what is to be kept: --days, --kept or both")
