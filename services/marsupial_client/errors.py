@@ -34,37 +34,23 @@ class Unreachable(ClientError):
 class Refused(ClientError):
     """The service refuses: `problem` is the document that it answered, or one made of an answer that is none.
 
-    `retry_after_s` are the seconds to wait before another attempt, if the service says so.
+    Of that, `status` is the HTTP status, `type` the kind of problem (``urn:marsupial:problem:invalid``), `detail` a
+    line that says what is wrong, and `errors` has every mistake in a request with a JSON pointer into the body or the
+    name of a parameter. `retry_after_s` are the seconds to wait before another attempt, if the service says so.
     """
 
     def __init__(self, problem: Problem, retry_after_s: float | None = None) -> None:
-        words = []
-        for error in problem.get("errors", ()):
-            place = error.get("pointer") or error.get("query") or error.get("header") or error.get("path")
-            words.append(f"{place}: {error['detail']}" if place else error["detail"])
-        super().__init__(f"the service refuses ({problem['status']}): {'; '.join(words) or problem['detail']}")
         self.problem = problem
         self.retry_after_s = retry_after_s
-
-    @property
-    def status(self) -> int:
-        """The HTTP status."""
-        return self.problem["status"]
-
-    @property
-    def type(self) -> str:
-        """The kind of problem, like ``urn:marsupial:problem:invalid``."""
-        return self.problem["type"]
-
-    @property
-    def detail(self) -> str:
-        """A line that says what is wrong."""
-        return self.problem["detail"]
-
-    @property
-    def errors(self) -> tuple[ProblemDetail, ...]:
-        """Every mistake in a request, with a JSON pointer into the body or the name of a parameter."""
-        return tuple(self.problem.get("errors", ()))
+        self.status: int = problem["status"]
+        self.type: str = problem["type"]
+        self.detail: str = problem["detail"]
+        self.errors: tuple[ProblemDetail, ...] = tuple(problem.get("errors", ()))
+        words = []
+        for error in self.errors:
+            place = error.get("pointer") or error.get("query") or error.get("header") or error.get("path")
+            words.append(f"{place}: {error['detail']}" if place else error["detail"])
+        super().__init__(f"the service refuses ({self.status}): {'; '.join(words) or self.detail}")
 
 
 class Invalid(Refused):

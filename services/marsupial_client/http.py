@@ -20,7 +20,7 @@ LONGEST_PAUSE_S = 2.0
 """Between attempts, where the service doesn't say by ``Retry-After``: a server that is back is found soon."""
 
 MISSED_S = 1.5
-"""The callback `missed` is called once the service has been missed for this long."""
+"""Time without the service until the callback `missed` is called."""
 
 STABLE_STREAM_S = LONGEST_PAUSE_S
 """Once a stream has lasted this long, its break counts as the first failure: patience and pauses start anew."""

@@ -238,7 +238,7 @@ class Bridge:
                 report["frame"], report["revealed"] = frame, revealed
         self._record.report = report
         for left in reversed(range(CONFLICTS)):
-            self._keep()
+            self._keep()  # before it is sent: it may arrive although the bridge ends
             try:
                 self._over = await mission.report(report) is None
                 break

@@ -67,6 +67,7 @@ class RobotFleet:
     @property
     def errands(self) -> list[Errand]:
         """The commands that have not ended."""
+        # two robots take part in one docking: by identity it is there once
         found = {id(robot.errand): robot.errand for robot in self.robots.values() if robot.errand is not None}
         return list(found.values())
 
@@ -120,7 +121,7 @@ class RobotFleet:
         """Send all goals again: they, or the messages of their ends, may be lost."""
         self._cancel_given_up()
         for robot in self.robots.values():
-            robot.since_s = now_s
+            robot.since_s = now_s  # nothing could be heard of them meanwhile
         for errand in self.errands:
             if errand.cancelled_s is not None:
                 self._cancel(errand, now_s)
@@ -275,6 +276,7 @@ class RobotFleet:
             at = rover.point(self._frame)
             end = errand.route_m[-1]
             near = at is None or math.dist(at, end) <= self._waits.tolerance_m
+            # an action may call a goal reached that is not: then the mission hears where the robot is
             if arrived and near:
                 rover.anchor = end
             else:

@@ -46,7 +46,7 @@ class Errand:
         """Return the point of the route that a robot is at, and remember it; None if it is off the route."""
         route, gone = self.route_m, 0.0
         best, least = self.passed, math.inf
-        for i in range(self.passed, len(route)):
+        for i in range(self.passed, len(route)):  # never back, though a route may pass a place twice
             gone += math.dist(route[i - 1], route[i]) if i > self.passed else 0.0
             if gone > LOOK_AHEAD_M:
                 break

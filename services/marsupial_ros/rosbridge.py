@@ -68,7 +68,7 @@ class Subscription:
 
 
 class Listener(Protocol):
-    """Hears what comes."""
+    """Receives what comes."""
 
     def connected(self) -> None:
         """A connection has been opened: nothing that was sent over an earlier one can be relied on."""
@@ -144,6 +144,7 @@ class Rosbridge:
             except (OSError, TimeoutError, WebSocketException) as error:
                 reason = str(error) or type(error).__name__
             self._listener.disconnected(reason)
+            # longer each time: a rosbridge that is starting refuses connections for a while
             await asyncio.sleep(pause_s)
             pause_s = min(2 * pause_s, LONGEST_PAUSE_S)
 

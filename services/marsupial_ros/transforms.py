@@ -68,11 +68,9 @@ class Frames:
         self._told[child] = LastTransform(parent, transform, at_s, stamp_s)
 
     def find(self, frame: str, ancestor: str) -> tuple[Transform, float | None] | None:
-        """Return where a frame is in another and when that was told; None if they are not connected.
-
-        The time is that of the oldest link that does not hold for good, as with tf2: a robot is late if its odometry
-        is, or its localisation.
-        """
+        """Return the transform of a frame into another, and its time; None if they are not connected."""
+        # the time of the oldest link that is not static, as with tf2: a robot is late if its odometry or its
+        # localisation is
         found, at_s = Transform((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), None
         for _ in range(_LONGEST_CHAIN):
             if frame == ancestor:

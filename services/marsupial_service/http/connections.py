@@ -31,7 +31,7 @@ log = logging.getLogger("marsupial.service")
 
 
 class Connections:
-    """All connections of a server; where there are too many, the one that is longest without a request goes."""
+    """All connections of a server; if there are too many, the one that has been idle for longest is closed."""
 
     def __init__(self, limits: ServiceLimits) -> None:
         self.limits = limits
@@ -74,7 +74,7 @@ class Connections:
             self._idle.setdefault(connection)
 
     def _make_room(self, address: str | None) -> bool:
-        """Close the connection that is longest without a request (of that address); False if there is none."""
+        """Close the connection (of that address) that has been idle for longest; False if there is none."""
         for connection in self._idle:
             if address is None or self._addresses[connection] == address:
                 self.leave(connection)
@@ -120,7 +120,7 @@ class GuardedProtocol(H11Protocol):
         self._look()
 
     def timeout_keep_alive_handler(self) -> None:
-        """Close it, even if it doesn't take what is still to be sent."""
+        """Close it, even if it doesn't receive what is still to be sent."""
         super().timeout_keep_alive_handler()
         self._abort_soon()
 

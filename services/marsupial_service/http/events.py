@@ -1,4 +1,4 @@
-"""Events of a job or mission as server-sent events: what is stored, word for word, then what comes, until its end.
+"""Events of a job or mission as server-sent events: first the stored ones, then those to come, until its end.
 
 A stream that is taken up after an event (``Last-Event-ID``) continues as an uninterrupted one would.
 """
@@ -56,10 +56,10 @@ async def stream(
 ) -> Response:
     """Return the answer that streams the events of an entry after the last one that was seen. Raises TooMany.
 
-    Who asks again after the last event of all is answered 204: a browser then asks no more. The stream ends when the
-    key of who asked `holds` no more.
+    The stream ends when the key of the request no longer `holds`.
     """
     after = int(last_event_id or 0)
+    # at 204 a browser stops reconnecting; at an empty stream it would go on
     if last_event_id is not None and await entries.is_told(entry, after):
         return Response(status_code=204, headers={"Cache-Control": "no-store"})
     if state.streams[owner] >= state.settings.limits.streams:

@@ -142,7 +142,7 @@ class Found:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Closed:
-    """The worker's own word on how the job ended."""
+    """How the job ended, according to its worker."""
 
     outcome: JobOutcome
     detail: str = ""

@@ -255,7 +255,7 @@ class Jobs(Entries[JobRecord]):
         while True:
             with suppress(StoreError):
                 return await self.read(lambda reader: table.is_running(reader, claim))
-            await asyncio.sleep(RETRY_S)  # it can't be cancelled then
+            await asyncio.sleep(RETRY_S)  # it can't be cancelled while the store is away
 
     async def _settle(self, attempt: Attempt, end: Closed | AttemptLost) -> None:
         """Store how an attempt ended. Whoever cancelled it has charged it until then; what it took beyond is added."""

@@ -117,7 +117,7 @@ def _check_queue(tx: Transaction, owner: str, limits: ServiceLimits) -> None:
 
 
 def broken_off(job: str) -> str:
-    """Return the topic on which whoever works on a job hears that it is cancelled, or makes way."""
+    """Return the topic of a job's cancellation or preemption."""
     return f"{job}/broken_off"
 
 

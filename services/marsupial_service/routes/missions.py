@@ -37,7 +37,7 @@ from marsupial_service.schemas import answers
 from marsupial_service.schemas.missions import MissionBody, ReportsBody
 
 _INLINE_CHANGES = 10_000
-"""From cell to cell, of a map that is told in the server's process: 10 ms."""
+"""From cell to cell, of a map that is encoded in the server's process: 10 ms."""
 
 
 MISSION_STORED = stored(

@@ -75,7 +75,7 @@ MissionOfPath = Annotated[MissionRecord, Depends(_mission)]
 
 
 def wait_seconds(prefer: str | None, limit: float) -> float | None:
-    """Return how long a request wants to wait (RFC 7240), as far as the limit allows; None if it doesn't."""
+    """Return how long a request wants to wait (RFC 7240), at most `limit`; None if it doesn't."""
     for preference in (prefer or "").split(","):
         match = _WAIT.fullmatch(preference)
         if match is not None:
