@@ -16,23 +16,18 @@ import httpx2
 from marsupial_client.errors import Busy, Unreachable, refusal
 
 FIRST_PAUSE_S = 0.1
+# between attempts, where the service doesn't say by ``Retry-After``: a server that is back is found soon
 LONGEST_PAUSE_S = 2.0
-"""Between attempts, where the service doesn't say by ``Retry-After``: a server that is back is found soon."""
-
+# time without the service until the callback `missed` is called
 MISSED_S = 1.5
-"""Time without the service until the callback `missed` is called."""
-
+# once a stream has lasted this long, its break counts as the first failure: patience and pauses start anew
 STABLE_STREAM_S = LONGEST_PAUSE_S
-"""Once a stream has lasted this long, its break counts as the first failure: patience and pauses start anew."""
-
+# a stream that is silent for this long is dead: the service sends a comment every 15 s
 SILENCE_S = 45.0
-"""A stream that is silent for this long is dead: the service sends a comment every 15 s."""
-
+# a line of a mission log may hold a whole map; the service takes no larger bodies
 LONGEST_EVENT_BYTES = 64 * 2**20
-"""A line of a mission log may hold a whole map; the service takes no larger bodies."""
-
+# they describe how an answer was sent, not what it is
 _TRANSFER_HEADERS = frozenset({"content-encoding", "content-length", "transfer-encoding"})
-"""They describe how an answer was sent, not what it is."""
 
 Http = httpx2.Client | httpx2.AsyncClient
 

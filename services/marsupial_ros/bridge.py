@@ -26,23 +26,18 @@ from marsupial_ros.rosbridge import Rosbridge, first_of
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
 
+# pause between checks of the robots: to check dozens of them takes less than a hundredth of that
 TICK_S = 0.05
-"""Pause between checks of the robots: to check dozens of them takes less than a hundredth of that."""
-
+# pause between reminders of what is missing before a mission can begin
 REMIND_S = 10.0
-"""Pause between reminders of what is missing before a mission can begin."""
-
+# time for the service to end a mission that the user wants to end; then the bridge leaves
 STOP_S = 30.0
-"""Time for the service to end a mission that the user wants to end; then the bridge leaves."""
-
+# time for cancelled goals to end, when the bridge ends
 LEAVE_S = 5.0
-"""Time for cancelled goals to end, when the bridge ends."""
-
+# time for what is still to be sent, after that
 FLUSH_S = 2.0
-"""Time for what is still to be sent, after that."""
-
+# how often a report that crossed with new commands is sent again, with the robots' places at that moment
 CONFLICTS = 3
-"""How often a report that crossed with new commands is sent again, with the robots' places at that moment."""
 
 
 @dataclass(slots=True)

@@ -28,8 +28,8 @@ from marsupial_ros.messages import Update
 from marsupial_ros.progress import Point
 from marsupial_service.missions.frames import MissionFrame, frame_at, laid_out
 
+# relative tolerance of resolutions: messages hold them in single precision, and some publishers calculate them
 _SAME_RESOLUTION = 1e-6
-"""By which share resolutions may differ: messages hold them in single precision, and some publishers calculate them."""
 
 
 class Chart:

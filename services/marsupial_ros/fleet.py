@@ -16,11 +16,10 @@ from marsupial_ros.rosbridge import ActionResult, Rosbridge
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
 
+# pause between cancellations of a goal: rosbridge ignores them until the action has accepted the goal
 CANCEL_S = 1.0
-"""Pause between cancellations of a goal: rosbridge ignores them until the action has accepted the goal."""
-
+# a robot that is to stop has stopped once it has stood for so long, even if its action says nothing
 SETTLED_S = 3.0
-"""A robot that is to stop has stopped once it has stood for so long, even if its action says nothing."""
 
 
 @dataclass(slots=True)

@@ -23,11 +23,10 @@ UPDATE_TYPE = "map_msgs/msg/OccupancyGridUpdate"
 TF_TYPE = "tf2_msgs/msg/TFMessage"
 CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 
+# tag of an array of signed bytes in CBOR (RFC 8746)
 _INT8_ARRAY = 72
-"""Tag of an array of signed bytes in CBOR (RFC 8746)."""
-
+# errors of reading a message that is not of its type
 UNREADABLE = (KeyError, TypeError, ValueError, AttributeError, OverflowError, MapError)
-"""What reading a message that is not as its type has it may raise."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,17 +17,14 @@ from typing import Any
 
 Point = tuple[float, float]
 
+# a robot that moves, or gets nearer, by less than this stands still
 PROGRESS_M = 0.1
-"""A robot that moves, or gets nearer, less far stands."""
-
+# a route that is longer by this much is a new one: the robot has to get nearer on that
 DETOUR_M = 1.0
-"""A way that is longer by so much is another one: the robot has to get nearer on that."""
-
+# older feedback is ignored
 FEEDBACK_S = 5.0
-"""Feedback that is older counts no more."""
-
+# recoveries in a row that bring a robot no nearer; nav2's own behavior tree gives up after as many failures
 MOST_RECOVERIES = 6
-"""In a row that bring a robot no nearer; after as many that fail nav2's own behavior tree gives up."""
 
 
 @dataclass(slots=True)
@@ -56,7 +53,8 @@ class Progress:
         """Apply feedback of the action; missing fields and invalid numbers are ignored."""
         recoveries = _number(feedback.get("number_of_recoveries"))
         if recoveries is not None:
-            self._recover(int(recoveries))
+            then = recoveries if self.recoveries is None else min(recoveries, self.recoveries[0])
+            self.recoveries = int(then), int(recoveries)
         left_m = _number(feedback.get("distance_remaining", feedback.get("distance_to_goal")))
         if left_m:
             self._approach(left_m, now_s)
@@ -72,10 +70,6 @@ class Progress:
             return f"no progress for {stuck_s:g} s"
         then, now = self.recoveries or (0, 0)
         return f"{now - then} recoveries without progress" if now - then >= MOST_RECOVERIES else None
-
-    def _recover(self, recoveries: int) -> None:
-        then = recoveries if self.recoveries is None else min(recoveries, self.recoveries[0])
-        self.recoveries = then, recoveries
 
     def _approach(self, left_m: float, now_s: float) -> None:
         if now_s - self.told_s > FEEDBACK_S or left_m < self.left_m - PROGRESS_M:

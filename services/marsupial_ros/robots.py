@@ -11,8 +11,8 @@ from marsupial_ros.progress import Point, Progress
 from marsupial_ros.settings import RobotSettings
 from marsupial_ros.transforms import Frames, Transform
 
+# how far a robot may have come along its route since the last look: a route may pass a place twice
 LOOK_AHEAD_M = 5.0
-"""How far along its route a robot may have come since it was looked at last: a route may pass a place twice."""
 
 
 @dataclass(slots=True)

@@ -22,20 +22,16 @@ from websockets.exceptions import InvalidURI, WebSocketException
 from marsupial.errors import UsageError
 from marsupial_ros.messages import UNREADABLE
 
+# pauses between attempts to connect
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.2, 5.0
-"""Between tries to connect."""
-
+# how long a connection may take to open
 OPEN_S = 10.0
-"""How long a connection may take to open."""
-
+# how long rosbridge may take to confirm a close
 CLOSE_S = 2.0
-"""How long rosbridge may take to answer that it closes, too."""
-
+# interval of pings; a connection without an answer for as long is dead
 PING_S = 5.0
-"""Between signs of life; a connection without an answer for as long again is dead."""
-
+# the largest message: a map of 100 million cells as JSON
 MOST_BYTES = 512 * 2**20
-"""Of one message: a map of 100 million cells as JSON."""
 
 MOST_FRAGMENTS = 100_000
 

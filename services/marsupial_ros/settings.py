@@ -223,14 +223,13 @@ def _read_planning(fields: Fields) -> Planning:
 def _read_robots(top: Fields, kinds: Mapping[str, RobotType | None]) -> tuple[RobotSettings, ...]:
     """Read the robots; they mean something only if no problem was noted."""
     read = [(fields, _read_robot(fields, kinds)) for fields in top.parts("robots")]
+    robots = [(fields, robot) for fields, robot in read if robot is not None]
     entries = [
         MemberEntry(fields, TeamMember(name=robot.name, type=robot.kind.name, carrier=robot.carrier))
-        for fields, robot in read
-        if robot is not None
+        for fields, robot in robots
     ]
     check_names(entries)
     check_carriers(entries, kinds)
-    robots = [(fields, robot) for fields, robot in read if robot is not None]
     if not top.problems and not any(robot.kind.capacity or robot.carrier is None for _, robot in robots):
         top.wrong("robots", "must not be empty")
     for key in ("namespace", "base_frame"):

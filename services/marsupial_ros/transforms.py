@@ -9,8 +9,8 @@ from typing import NamedTuple
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
+# most links between a robot and the map: a tree has no cycles, but messages may have
 _LONGEST_CHAIN = 100
-"""Links from a robot to the map, at most: a tree has no circles, but messages may have."""
 
 
 class Transform(NamedTuple):

@@ -176,4 +176,3 @@ _PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
     KeyReused: lambda _, error: HttpProblem("key-reused", "send another key, or the same request"),
     StoreError: lambda _, error: _later("not-ready", error.told, _STORE_RETRY_S),
 }
-"""What each exception becomes."""

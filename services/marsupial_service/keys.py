@@ -24,11 +24,10 @@ from marsupial_service.store import Store, Transaction, documents, open_store
 from marsupial_service.store.transaction import StoreReader
 
 FILE = "keys.json"
+# the topic of changes to the keys of a shared database
 TOPIC = "keys"
-"""The topic of changes to the keys of a shared database."""
-
+# how many good keys a name may have: the present one, and the one its clients are about to use
 MOST_OF_A_NAME = 2
-"""How many good keys a name may have: the present one, and the one its clients are about to use."""
 
 _PREFIX = "msp_"
 _ROW = "keys"

@@ -92,8 +92,8 @@ class HttpProblem(Exception):
         return partial(HttpProblem, errors=self.errors, headers=self.headers), (self.kind, self.detail)
 
 
+# errors that an answer lists at most
 MOST_ERRORS = 100
-"""No answer lists more."""
 
 
 def summary(errors: Sequence[ProblemDetailAnswer], count: int) -> str:

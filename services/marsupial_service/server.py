@@ -26,14 +26,12 @@ from marsupial_service.settings import ServiceSettings
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError, open_store
 
+# our packages, which have to be the same on all nodes of a cluster
 _PACKAGES = ("marsupial", "marsupial_service")
-"""Of ours, that have to be the same on all nodes of a cluster."""
-
+# how long requests may still take at the end; jobs and missions then take as long at most
 _GRACE_S = 1
-"""How long requests may still take at the end; jobs and missions then take as long at most."""
-
+# connections that may wait to be accepted; they are not counted yet
 _BACKLOG = OTHER_FILES // 2
-"""Connections that may wait to be accepted; they are not counted yet."""
 
 log = logging.getLogger("marsupial.cluster")
 

@@ -18,11 +18,10 @@ from marsupial.model.bounds import MOST_ROBOTS
 from marsupial.model.sizes import SIZES
 
 PREFIX = "MARSUPIAL_"
+# no key can use so many seconds of planning in an hour
 UNBOUNDED_S = 1e9
-"""Seconds of planning that no key can use in an hour."""
-
+# jobs that a server follows at a time on a cluster, a thread each; the cluster's processors say how many run
 CLUSTER_SLOTS = 64
-"""Jobs that one server follows at a time on a cluster, where its processors say how many run; a thread each."""
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 

@@ -118,17 +118,17 @@ def image_cells(body: MapBody) -> int:
 def _grid(body: MapBody, terrains: tuple[Terrain, ...], limits: ServiceLimits, notes: Notes) -> Grid | None:
     """Return the map, or None with the problems noted."""
     before = len(notes.problems)
-    grid = _drawn(body, terrains, limits, notes) if isinstance(body, RowsMapBody) else _pictured(body, limits, notes)
+    if isinstance(body, RowsMapBody):
+        check_count("/map_state/map/rows", len(body.rows) * len(body.rows[0]), limits.cells, "cells")
+        cells = drawn_cells(body.rows, body.legend or {}, terrains, notes)
+        origin = body.origin_m or ORIGIN
+        grid = Grid(cells=cells, resolution_m=body.resolution_m, origin_m=origin) if cells.size else None
+    else:
+        grid = _pictured(body, limits, notes)
     grid = None if grid is None else replace(grid, terrains=terrains)
     if grid is not None and body.mask is not None:
         grid = _masked(grid, body.mask, limits, notes.below("mask"))
     return grid if len(notes.problems) == before else None
-
-
-def _drawn(body: RowsMapBody, terrains: tuple[Terrain, ...], limits: ServiceLimits, notes: Notes) -> Grid | None:
-    check_count("/map_state/map/rows", len(body.rows) * len(body.rows[0]), limits.cells, "cells")
-    cells = drawn_cells(body.rows, body.legend or {}, terrains, notes)
-    return Grid(cells=cells, resolution_m=body.resolution_m, origin_m=body.origin_m or ORIGIN) if cells.size else None
 
 
 def _pictured(body: ImageMapBody | Nav2MapBody, limits: ServiceLimits, notes: Notes) -> Grid | None:

@@ -32,8 +32,8 @@ from marsupial_service.schemas.mapstates import (
 from marsupial_service.schemas.missions import RobotNoteBody
 from marsupial_service.settings import ServiceLimits
 
+# pose of a map without an origin
 ORIGIN = (0.0, 0.0, 0.0)
-"""Pose of a map whose origin is not said."""
 
 Types = Mapping[str, RobotType]
 Posed = PlacedBody | RobotNoteBody

@@ -77,7 +77,6 @@ DEMOS: Mapping[str, Demo] = {
         load=lambda: json.loads((files("marsupial_service.examples") / "yard.json").read_bytes()),
     ),
 }
-"""Requests for /v1/jobs, by name."""
 
 _CARRIER = {
     "name": "carrier",

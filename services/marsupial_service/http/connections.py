@@ -22,8 +22,8 @@ from marsupial_service.http.answers import answer
 from marsupial_service.problems import HttpProblem
 from marsupial_service.settings import ServiceLimits
 
+# open files of a server besides the connections that it has counted
 OTHER_FILES = 512
-"""Files that a server has open besides its connections, those that have been accepted and not counted included."""
 
 _LOG_PAUSE_S = 10.0
 

@@ -20,8 +20,8 @@ from marsupial_service.state import State
 from marsupial_service.store import StoreError
 
 KEEP_ALIVE_S = 15.0
+# pause between checks whether the key of a stream is still good
 KEY_S = 2.0
-"""Pause between checks whether the key of a stream is still good."""
 
 _PIECE_BYTES = 16_384
 

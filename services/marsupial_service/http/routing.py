@@ -21,8 +21,8 @@ from marsupial_service.problems import HttpProblem
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.state import state_of
 
+# the owner of all requests if no keys are needed
 LOCAL_OWNER = "local"
-"""Who asks where no keys are needed."""
 
 
 class Route(APIRoute):

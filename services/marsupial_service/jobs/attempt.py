@@ -21,13 +21,13 @@ from marsupial_service.jobs.work import GAVE_UP, solve
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError, Transaction
 
+# how long a planner that keeps its budget by itself may exceed it before it is stopped: ours, an operator's
 _SLACK_S, _COMMAND_SLACK_S = 1.0, 0.5
-"""What a planner that keeps its budget by itself may take longer before it is stopped; ours, and an operator's."""
 
 # a slow disk does not hold a planner up at once; a planner that floods the store waits
 _MOST_UNSTORED = 16
+# pause before a write that failed is repeated
 _AGAIN_S = 1.0
-"""Pause before a write that failed is repeated."""
 
 _OUTCOMES: Mapping[Ending, JobOutcome] = {
     Ending.FINISHED: JobOutcome.ENGINE_FAILED,

@@ -25,7 +25,6 @@ STATE_OF: Mapping[JobOutcome, JobState] = {
     JobOutcome.UNSOLVABLE: JobState.SUCCEEDED,
     JobOutcome.CANCELLED: JobState.CANCELLED,
 }
-"""The final state that goes with each outcome."""
 
 FINAL = frozenset(STATE_OF.values())
 
@@ -34,7 +33,6 @@ MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
     JobState.RUNNING: frozenset({JobState.QUEUED, *FINAL}),
     **dict.fromkeys(FINAL, frozenset[StrEnum]()),
 }
-"""The states that may follow each state."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

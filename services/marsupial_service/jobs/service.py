@@ -29,16 +29,15 @@ from marsupial_service.moments import wall_clock_ms
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError
 
+# what all workers need, loaded before they are forked
 PRELOAD = (*engines.PRELOAD, work.load_planners)
-"""What all workers need, loaded before they are forked."""
-
+# processors that a job takes on a cluster
 _CPUS = 1.0
-"""Processors that a job is counted as, where they are counted."""
 
 _BUSY_RETRY_S = 1
 _HANG_S = 1.0
+# pause between checks whether a running job is to make way, while others wait
 _LOOK_S = 0.25
-"""Pause between checks whether a running job is to make way, while others wait."""
 
 log = logging.getLogger("marsupial.jobs")
 

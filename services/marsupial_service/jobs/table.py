@@ -40,14 +40,12 @@ from marsupial_service.store import Transaction, documents
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 from marsupial_service.store.transaction import StoreReader
 
+# the topic of jobs that wait to be claimed
 QUEUE = "queue"
-"""The topic of jobs that wait to be claimed."""
-
+# before an owner's name: the document that has when a job last made way for them, or theirs for another
 _WAY = "way/"
-"""Before the name of an owner, the name of the document that has when a job last made way for them, or was theirs."""
-
+# budget of a job that was interrupted when its time was over
 _LEAST_S = 0.1
-"""The budget of a job whose time was over when it was broken off."""
 
 _LONGEST_RETRY_S = 60
 _LONGEST_DETAIL = 4000

@@ -31,8 +31,8 @@ from marsupial_service.store import Transaction
 from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.transaction import StoreReader
 
+# how long an owner without a running job waits before another owner's job makes way
 PATIENCE_MS = 1000
-"""How long an owner of whom no job runs waits before one of somebody else makes way."""
 
 
 def first(tx: Transaction) -> int | None:

@@ -31,8 +31,8 @@ COUNTED = ("jobs", "plans", "events", "missions", "mission_inputs", "mission_eve
 _KEYS = "backup_keys"
 _OLDEST_S = 100 * 365 * 86400.0
 _ANY_NUMBER = 1 << 62
+# the byte of a SQLite file that says whether it has a write-ahead log, and its value then
 _JOURNAL_AT, _WAL = 18, 2
-"""Where a SQLite file says whether it has a write-ahead log, and how."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -36,8 +36,8 @@ from marsupial_service.routes.parameters import (
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.missions import MissionBody, ReportsBody
 
+# changes from cell to cell of a map that is encoded in the server's process: 10 ms at most
 _INLINE_CHANGES = 10_000
-"""From cell to cell, of a map that is encoded in the server's process: 10 ms."""
 
 
 MISSION_STORED = stored(

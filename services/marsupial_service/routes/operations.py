@@ -27,12 +27,12 @@ from marsupial_service.store import StoreError
 router = APIRouter(route_class=Route, tags=["operations"])
 admin = APIRouter(route_class=AdminRoute, tags=["operations"])
 
+# how long a check of readiness holds: a stranger may ask, and it costs a process
 FRESH_S = 2.0
-"""How long a check of readiness is believed: a stranger may ask, and it costs a process."""
 
 _READY_S = 20.0
+# how long the store may take: a disk may hang, a lock may be held
 _STORE_S = 5.0
-"""How long the store may take: a disk that hangs, or a lock, is waited for no longer."""
 
 log = logging.getLogger("marsupial.service")
 

@@ -25,8 +25,8 @@ from marsupial_service.schemas.simulations import DEFAULT_PLANNER, DEFAULT_SEED,
 
 router = APIRouter(prefix="/v1", route_class=MissionRoute, tags=["missions"])
 
+# strategies are made with this planner to see which teams they suit
 _TRIED = "greedy"
-"""The planner that strategies are made with to see what they are for."""
 
 
 @router.get("/scenarios", response_model=answers.ScenariosAnswer, responses=errors())

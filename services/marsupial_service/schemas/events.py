@@ -195,7 +195,6 @@ JOB_EVENTS: Mapping[JobEventType, type[BaseModel]] = {
     JobEventType.PLAN: JobPlanData,
     JobEventType.END: JobEndData,
 }
-"""The schema of each event of a job."""
 
 MISSION_EVENTS: Mapping[EventType, type[BaseModel]] = {
     EventType.LOG: LogData,
@@ -206,4 +205,3 @@ MISSION_EVENTS: Mapping[EventType, type[BaseModel]] = {
     EventType.FRAME: FrameData,
     EventType.QUOTA: QuotaData,
 }
-"""The schema of each event of a mission."""
