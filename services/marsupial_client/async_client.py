@@ -28,16 +28,12 @@ from marsupial_client.mission_documents import Batch, Brief, KnownMap, LastRepor
 
 
 class AsyncJob:
-    """A planning job; `document` is the job when it was last asked for."""
+    """A planning job: its `id`, for `AsyncClient.job`, and `document`, the job when it was last asked for."""
 
     def __init__(self, session: AsyncSession, document: JobDocument) -> None:
         self._session = session
         self.document = document
-
-    @property
-    def id(self) -> str:
-        """The id, for `AsyncClient.job`."""
-        return self.document["id"]
+        self.id = document["id"]
 
     async def refresh(self) -> JobDocument:
         """Ask for the job, with its best plan so far."""
@@ -71,8 +67,9 @@ class AsyncJob:
 class AsyncMission:
     """A mission with your own robots: a loop over its events, and reports of what happens.
 
-    `document` is the mission when it was last asked for, `n` the number of the last report of the team that was
-    acknowledged. `robots` has the same for robots that report by their own counts, once one of them has reported.
+    `id` is for `AsyncClient.mission`, `document` the mission when it was last asked for, `n` the number of the last
+    report of the team that was acknowledged. `robots` has the same for robots that report by their own counts, once
+    one of them has reported.
     """
 
     def __init__(self, session: AsyncSession, document: MissionDocument) -> None:
@@ -80,13 +77,9 @@ class AsyncMission:
         self._lock = Lock()
         self._unacknowledged: Report | Batch | None = None
         self.document = document
+        self.id = document["id"]
         self.n = document["n"]
         self.robots: dict[str, int] = {}
-
-    @property
-    def id(self) -> str:
-        """The id, for `AsyncClient.mission`."""
-        return self.document["id"]
 
     def events(self, after: int = 0) -> AsyncGenerator[MissionEvent, None]:
         """Yield the events after number `after`, each once and in order, until the mission is over."""

@@ -29,16 +29,12 @@ from marsupial_client.mission_documents import Batch, Brief, KnownMap, LastRepor
 
 
 class Job:
-    """A planning job; `document` is the job when it was last asked for."""
+    """A planning job: its `id`, for `Client.job`, and `document`, the job when it was last asked for."""
 
     def __init__(self, session: Session, document: JobDocument) -> None:
         self._session = session
         self.document = document
-
-    @property
-    def id(self) -> str:
-        """The id, for `Client.job`."""
-        return self.document["id"]
+        self.id = document["id"]
 
     def refresh(self) -> JobDocument:
         """Ask for the job, with its best plan so far."""
@@ -72,8 +68,9 @@ class Job:
 class Mission:
     """A mission with your own robots: a loop over its events, and reports of what happens.
 
-    `document` is the mission when it was last asked for, `n` the number of the last report of the team that was
-    acknowledged. `robots` has the same for robots that report by their own counts, once one of them has reported.
+    `id` is for `Client.mission`, `document` the mission when it was last asked for, `n` the number of the last
+    report of the team that was acknowledged. `robots` has the same for robots that report by their own counts, once
+    one of them has reported.
     """
 
     def __init__(self, session: Session, document: MissionDocument) -> None:
@@ -81,13 +78,9 @@ class Mission:
         self._lock = Lock()
         self._unacknowledged: Report | Batch | None = None
         self.document = document
+        self.id = document["id"]
         self.n = document["n"]
         self.robots: dict[str, int] = {}
-
-    @property
-    def id(self) -> str:
-        """The id, for `Client.mission`."""
-        return self.document["id"]
 
     def events(self, after: int = 0) -> Generator[MissionEvent, None, None]:
         """Yield the events after number `after`, each once and in order, until the mission is over."""

@@ -25,7 +25,7 @@ from marsupial.model.robots import RobotType
 from marsupial.model.runs import cells_in
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
 from marsupial_ros.messages import Update
-from marsupial_ros.progress import Point
+from marsupial_ros.transforms import Point
 from marsupial_service.missions.frames import MissionFrame, frame_at, laid_out
 
 # relative tolerance of resolutions: messages hold them in single precision, and some publishers calculate them

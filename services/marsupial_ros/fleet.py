@@ -10,11 +10,10 @@ from typing import Any
 from marsupial_client.mission_documents import Command, Failed, Lost, News, RobotNote
 from marsupial_ros.chart import Chart
 from marsupial_ros.goals import ActionGoal, drive_goal, failure_of, handover_goal, succeeded
-from marsupial_ros.progress import Point, Progress
-from marsupial_ros.robots import Errand, TrackedRobot
+from marsupial_ros.robots import Errand, Progress, TrackedRobot
 from marsupial_ros.rosbridge import ActionResult, Rosbridge
 from marsupial_ros.settings import Settings
-from marsupial_ros.transforms import Frames
+from marsupial_ros.transforms import Frames, Point
 
 # pause between cancellations of a goal: rosbridge ignores them until the action has accepted the goal
 CANCEL_S = 1.0

@@ -13,9 +13,9 @@ from typing import Any
 
 from marsupial_client.mission_documents import Command
 from marsupial_ros.messages import final_yaw, path_of, pose_stamped
-from marsupial_ros.progress import Point
 from marsupial_ros.rosbridge import ActionResult, GoalStatus
 from marsupial_ros.settings import DriveAction, RobotSettings, Settings
+from marsupial_ros.transforms import Point
 
 FOLLOW_PATH_TYPE = "nav2_msgs/action/FollowPath"
 NAVIGATE_TYPE = "nav2_msgs/action/NavigateToPose"

@@ -95,13 +95,13 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     if state.settings.store is not None:
         state.keys = await asyncio.to_thread(KeyRow, store)
     slots = Slots(limits.slots)
-    jobs = Jobs(
+    state.jobs = jobs = Jobs(
         store,
         JobSettings(limits=limits, planned=metrics.planned, failed=metrics.failed, commands=state.settings.planners),
         runner=state.runner,
         slots=slots,
     )
-    missions = Missions(
+    state.missions = missions = Missions(
         store,
         MissionSettings(
             limits=limits,
@@ -115,7 +115,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         runner=state.runner,
         slots=slots,
     )
-    state.started = jobs, missions
+    state.started = True
     try:
         await jobs.start()
         await asyncio.to_thread(LOCAL.warm_up, READERS)

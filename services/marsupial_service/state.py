@@ -32,7 +32,7 @@ class Readiness:
 
 @dataclass(slots=True, kw_only=True)
 class State:
-    """The service while it runs: `started` are its jobs and missions, `streams` the open event streams by owner.
+    """The service while it runs: its `jobs` and `missions` once it has started, open event `streams` by owner.
 
     `analyses` and `readers` run the processes of requests (`supervised`), `runner` those of jobs and missions.
     `held_bytes` are those of bodies being received and read.
@@ -47,7 +47,9 @@ class State:
     metrics: HttpMetrics = field(default_factory=HttpMetrics)
     store: Store | None = None
     runner: Runner = LOCAL
-    started: tuple[Jobs, Missions] | None = None
+    jobs: Jobs = field(init=False)
+    missions: Missions = field(init=False)
+    started: bool = False
     streams: Counter[str] = field(default_factory=Counter)
     readiness: Readiness = field(default_factory=Readiness)
 
@@ -68,20 +70,9 @@ class State:
     def leave(self) -> None:
         """End streams and processes of requests: the service is about to end."""
         self.supervised.leave()
-        for entries in self.started or ():
-            entries.leave()
-
-    @property
-    def jobs(self) -> Jobs:
-        """The jobs of a service that has started."""
-        assert self.started is not None
-        return self.started[0]
-
-    @property
-    def missions(self) -> Missions:
-        """The missions of a service that has started."""
-        assert self.started is not None
-        return self.started[1]
+        if self.started:
+            self.jobs.leave()
+            self.missions.leave()
 
 
 def state_of(app: Starlette) -> State:

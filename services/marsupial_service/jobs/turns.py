@@ -37,7 +37,18 @@ PATIENCE_MS = 1000
 
 def first(tx: Transaction) -> int | None:
     """Return the number of the next job, if one waits, and note that its owner was served."""
-    return next((found for owner in _waiting(tx) if (found := _first_of(tx, owner)) is not None), None)
+    sql = "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL AND owner = ? ORDER BY number LIMIT 1"
+    for owner in _waiting(tx):
+        # another server may be taking that job at this moment: the next one is as good
+        row = tx.execute(sql + tx.skip_locked, (JobState.QUEUED, owner)).fetchone()
+        if row is not None:
+            tx.execute(
+                "INSERT INTO owners SELECT ?, coalesce(max(served), 0) + 1 FROM owners WHERE true"
+                " ON CONFLICT (name) DO UPDATE SET served = excluded.served",
+                (owner,),
+            )
+            return int(row["number"])
+    return None
 
 
 def _waiting(tx: Transaction) -> Sequence[str]:
@@ -51,22 +62,6 @@ def _waiting(tx: Transaction) -> Sequence[str]:
         (JobState.QUEUED, JobState.RUNNING),
     )
     return [row["owner"] for row in rows]
-
-
-def _first_of(tx: Transaction, owner: str) -> int | None:
-    """Return the job of an owner that has waited longest, and enter that they are served with it."""
-    sql = "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL AND owner = ? ORDER BY number LIMIT 1"
-    # another server may be taking that job at this moment: the next one is as good
-    row = tx.execute(sql + tx.skip_locked, (JobState.QUEUED, owner)).fetchone()
-    if row is None:
-        return None
-    tx.execute(
-        "INSERT INTO owners SELECT ?, coalesce(max(served), 0) + 1 FROM owners WHERE true"
-        " ON CONFLICT (name) DO UPDATE SET served = excluded.served",
-        (owner,),
-    )
-    number: int = row["number"]
-    return number
 
 
 def unserved(reader: StoreReader, now_ms: int) -> list[str]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from entry_house import followed, opened, settings_of
 from patience import HANG_S, awaited
 from situations import one_room
-from strange_tasks import Ordinary, do_strange_tasks, source_of
+from strange_tasks import Ordinary, Waits, do_strange_tasks, pid_in, source_of
 
 from marsupial.model import Budget, Plan, Situation
 from marsupial.processes.runner import LOCAL, Runner
@@ -49,6 +49,14 @@ def request(
 async def submit(jobs: Jobs, wanted: PackedRequest | None = None) -> str:
     submitted = await jobs.submit(request() if wanted is None else wanted, owner="me")
     return submitted.record.id
+
+
+async def begun(jobs: Jobs, folder: Path) -> tuple[str, int]:
+    """Submit a job that waits in a folder, and return it with the process that it is in; the next one tells its own."""
+    job = await submit(jobs, request(Waits(folder)))
+    process = await pid_in(folder)
+    (folder / "pid").unlink()
+    return job, process
 
 
 async def ended(jobs: Jobs, job: str) -> JobRecord:

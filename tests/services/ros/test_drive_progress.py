@@ -9,7 +9,7 @@ pytest.importorskip("websockets")
 
 from ros_parts import House
 
-from marsupial_ros.progress import MOST_RECOVERIES, Progress
+from marsupial_ros.robots import MOST_RECOVERIES, Progress
 from marsupial_ros.rosbridge import ActionResult
 
 
