@@ -15,8 +15,8 @@ import httpx2
 
 from marsupial_client.errors import Busy, Unreachable, refusal
 
+# between attempts, if the service doesn't say by ``Retry-After``: a server that is back is found soon
 FIRST_PAUSE_S = 0.1
-# between attempts, where the service doesn't say by ``Retry-After``: a server that is back is found soon
 LONGEST_PAUSE_S = 2.0
 # time without the service until the callback `missed` is called
 MISSED_S = 1.5
