@@ -19,8 +19,7 @@ from marsupial.errors import UsageError
 from marsupial_client import Client, blocking_session
 from marsupial_client.http import address
 from marsupial_ros.chart import Chart
-from marsupial_ros.clock import Clock
-from marsupial_ros.hearing import Hearing
+from marsupial_ros.hearing import Clock, Hearing
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.rosbridge import Rosbridge
 from marsupial_ros.settings import Settings, read_settings
