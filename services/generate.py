@@ -63,6 +63,9 @@ SCHEMAS_OF = {
 WITHOUT = {"News": "n"}
 """Fields that are left out: the client numbers reports."""
 
+EXTENDS = {"Report": "News"}
+"""Typed dicts that add what another one leaves out."""
+
 OPAQUE = ("SituationBody", "MapStateBody")
 """Schemas that stay plain dicts: users read them from files."""
 
@@ -147,7 +150,8 @@ class _TypedDictWriter:
         schemas = [self._schemas[n] for n in names]
         array = "Sequence" if any(n.endswith("Body") or n in SENT for n in names) else "list"
         lines = []
-        for field in dict.fromkeys(f for s in schemas for f in (*s.get("required", ()), *s["properties"])):
+        own = [WITHOUT[EXTENDS[name]]] if name in EXTENDS else None
+        for field in own or dict.fromkeys(f for s in schemas for f in (*s.get("required", ()), *s["properties"])):
             variants = [schema["properties"][field] for schema in schemas if field in schema["properties"]]
             kind = self._type({"anyOf": variants}, array)
             if not all(field in schema.get("required", ()) for schema in schemas):
@@ -158,8 +162,11 @@ class _TypedDictWriter:
         description = (
             "\n\n".join(schema["description"] for schema in schemas).replace("\n", "\n    ").replace("    \n", "\n")
         )
+        if name in EXTENDS:
+            description = f"`{EXTENDS[name]}` with `{WITHOUT[EXTENDS[name]]}`."
         end = "\n    " if "\n" in description else ""
-        self.classes[name] = f'class {name}(TypedDict):\n    """{description}{end}"""\n\n' + "\n".join(lines) + "\n"
+        base = EXTENDS.get(name, "TypedDict")
+        self.classes[name] = f'class {name}({base}):\n    """{description}{end}"""\n\n' + "\n".join(lines) + "\n"
 
     def _type(self, schema: Mapping[str, Any], array: str) -> str:
         """Return the type of a schema, with `array` for arrays, and write the typed dicts that it names."""

@@ -37,11 +37,15 @@ def longer_and_longer(seconds: float) -> Iterator[float]:
     raise Hung(f"it has not got done within {seconds / 2:g} s")
 
 
-async def awaited(found: Callable[[], Awaitable[T]], waits_for: object = "") -> T:
-    """Return the first true value that `found` comes to. Raises Hung, which names what was waited for."""
+async def awaited(found: Callable[[], Awaitable[T] | T], waits_for: object = "") -> T:
+    """Return the first true value of `found`, which may be async. Raises Hung, which names what was waited for."""
     end_s = time.monotonic() + HANG_S
-    while not (value := await found()):
+    while True:
+        value = found()
+        if isinstance(value, Awaitable):
+            value = await value
+        if value:
+            return value
         if time.monotonic() > end_s:
             raise Hung(f"{waits_for or found} has not come in {HANG_S:g} s")
         await asyncio.sleep(_POLL_S)
-    return value

@@ -19,13 +19,12 @@ from marsupial.errors import UsageError
 from marsupial_client import Client, blocking_session
 from marsupial_client.http import address
 from marsupial_ros.chart import Chart
-from marsupial_ros.clock import Clock
-from marsupial_ros.hearing import Hearing
+from marsupial_ros.hearing import Clock, Hearing
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.rosbridge import Rosbridge
 from marsupial_ros.settings import Settings, read_settings
 from marsupial_ros.transforms import Frames
-from marsupial_service.examples.demos import EXAMPLES, mission
+from marsupial_service.examples.demos import EXAMPLES
 from marsupial_service.http.answers import answer
 from marsupial_service.intake.jobs import ANALYSIS_READER, JOB_READER, VALIDATION_READER
 from marsupial_service.intake.missions import MISSION_READER, REPORT_READER, brief_of
@@ -46,7 +45,7 @@ LIMITS = ServiceLimits(cells=MOST_CELLS // 10)
 def _given(path: str) -> tuple[BodyReader[Any, Any], tuple[Any, ...]]:
     """Return how a body is read, and what it is read with."""
     if path.endswith("/reports"):
-        brief = brief_of(MissionBody.model_validate(mission()), LIMITS, {})
+        brief = brief_of(MissionBody.model_validate(EXAMPLES["/v1/missions"]()), LIMITS, {})
         return REPORT_READER, (brief, MissionFrame.of(brief.grid))
     return {
         "/v1/jobs": (JOB_READER, ({},)),

@@ -6,7 +6,6 @@ import uuid
 from asyncio import Lock
 from collections.abc import AsyncGenerator, Mapping, Sequence
 from contextlib import aclosing
-from types import TracebackType
 from typing import Any, Self, cast
 
 import httpx2
@@ -22,47 +21,28 @@ from marsupial_client.documents import (
     TextPlan,
     Verdict,
 )
-from marsupial_client.errors import Busy, ClientError, Conflict, Refused
-from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS, Event, JobEvent, MissionEvent, Readers
-from marsupial_client.http import Missed
-from marsupial_client.mission_documents import (
-    Batch,
-    Brief,
-    KnownMap,
-    LastReports,
-    MissionDocument,
-    News,
-    Report,
-    Taken,
-)
+from marsupial_client.errors import Busy, Conflict, Refused
+from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS, JobEvent, MissionEvent
+from marsupial_client.http import Missed, Service
+from marsupial_client.mission_documents import Batch, Brief, KnownMap, LastReports, MissionDocument, News, Report, Taken
 
 
 class AsyncJob:
-    """A planning job.
-
-    Attributes
-    ----------
-    document
-        The job when it was last asked for.
-    """
+    """A planning job: its `id`, for `AsyncClient.job`, and `document`, the job when it was last asked for."""
 
     def __init__(self, session: AsyncSession, document: JobDocument) -> None:
         self._session = session
         self.document = document
-
-    @property
-    def id(self) -> str:
-        """The id, for `AsyncClient.job`."""
-        return self.document["id"]
+        self.id = document["id"]
 
     async def refresh(self) -> JobDocument:
         """Ask for the job, with its best plan so far."""
-        self.document = await self._session.document("GET", self.document["links"]["self"])
+        self.document = await self._session.ask("GET", self.document["links"]["self"])
         return self.document
 
     async def cancel(self) -> JobDocument:
         """End the job early; the best plan stays."""
-        self.document = await self._session.document("POST", self.document["links"]["cancel"])
+        self.document = await self._session.ask("POST", self.document["links"]["cancel"])
         return self.document
 
     async def result(self) -> JobDocument:
@@ -79,24 +59,17 @@ class AsyncJob:
                 if event.type == "plan":
                     yield event.data
 
-    async def events(self, after: int = 0) -> AsyncGenerator[JobEvent, None]:
+    def events(self, after: int = 0) -> AsyncGenerator[JobEvent, None]:
         """Yield the events after number `after`, each once and in order, until the job is over."""
-        async with aclosing(_events(self._session, self.document["links"]["events"], JOB_EVENTS, after)) as events:
-            async for event in events:
-                yield cast(JobEvent, event)
+        return self._session.events(self.document["links"]["events"], JOB_EVENTS, after)
 
 
 class AsyncMission:
     """A mission with your own robots: a loop over its events, and reports of what happens.
 
-    Attributes
-    ----------
-    document
-        The mission when it was last asked for.
-    n
-        Number of the last report of the team that was acknowledged.
-    robots
-        The same for each robot that reports by its own count; the robots are known once one of them has reported.
+    `id` is for `AsyncClient.mission`, `document` the mission when it was last asked for, `n` the number of the last
+    report of the team that was acknowledged. `robots` has the same for robots that report by their own counts, once
+    one of them has reported.
     """
 
     def __init__(self, session: AsyncSession, document: MissionDocument) -> None:
@@ -104,43 +77,24 @@ class AsyncMission:
         self._lock = Lock()
         self._unacknowledged: Report | Batch | None = None
         self.document = document
+        self.id = document["id"]
         self.n = document["n"]
         self.robots: dict[str, int] = {}
 
-    @property
-    def id(self) -> str:
-        """The id, for `AsyncClient.mission`."""
-        return self.document["id"]
-
-    async def events(self, after: int = 0) -> AsyncGenerator[MissionEvent, None]:
+    def events(self, after: int = 0) -> AsyncGenerator[MissionEvent, None]:
         """Yield the events after number `after`, each once and in order, until the mission is over."""
-        links = self.document["links"]
-        async with aclosing(_events(self._session, links["events"], MISSION_EVENTS, after)) as events:
-            async for event in events:
-                yield cast(MissionEvent, event)
+        return self._session.events(self.document["links"]["events"], MISSION_EVENTS, after)
 
     async def report(self, news: News) -> Taken | None:
         """Number a report and send it until it is acknowledged; tasks and threads take turns.
 
-        A report whose sending was broken off (by a cancellation, or when patience ended) may have arrived: it is sent
-        again before the next one. A refused report changes nothing, and its number is free again.
+        If it names a `robot` it is numbered by that robot's own count; an `n` that it has already is kept. A report
+        whose sending was interrupted (by a cancellation, or when patience ended) may have arrived: it is sent again
+        before the next one. A refused report changes nothing, and its number is free again.
 
-        Parameters
-        ----------
-        news
-            Numbered by the robot's own count if it names a `robot`; an `n` that it has already is kept.
-
-        Returns
-        -------
-        Taken or None
-            None if the mission has ended or is being cancelled, and takes no more.
-
-        Raises
-        ------
-        Refused, Unreachable
+        Returns None if the mission has ended or is being cancelled, and takes no more. Raises Refused, Unreachable.
         """
         async with self._lock:
-            await self._send_again()
             (report,) = await self._numbered((news,))
             taken = await self._send(report)
             return None if taken is None else taken[0]
@@ -152,7 +106,6 @@ class AsyncMission:
         An empty batch only sends again what may not have arrived.
         """
         async with self._lock:
-            await self._send_again()
             reports = await self._numbered(batch)
             return await self._send({"reports": reports}) if reports else []
 
@@ -170,21 +123,24 @@ class AsyncMission:
 
     async def refresh(self) -> MissionDocument:
         """Ask for the mission."""
-        self.document = await self._session.document("GET", self.document["links"]["self"])
+        self.document = await self._session.ask("GET", self.document["links"]["self"])
         return self.document
 
     async def log(self) -> str:
         """Return the mission log so far, as `marsupial replay` reads it."""
-        return (await self._session.ask("GET", self.document["links"]["log"])).text
+        path = self.document["links"]["log"]
+        return cast(str, await self._session.ask("GET", path, read=lambda response, _: response.text))
 
     async def known_map(self) -> KnownMap:
         """Return the map as known after the last report."""
-        return cast(KnownMap, await self._session.document("GET", self.document["links"]["map"]))
+        return cast(KnownMap, await self._session.ask("GET", self.document["links"]["map"]))
 
     async def _numbered(self, batch: Sequence[News]) -> list[Report]:
         """Number reports after the last ones, which the service is asked for of robots that are new here."""
+        if self._unacknowledged is not None:  # it may have arrived: its numbers are used, or it takes them now
+            await self._send(self._unacknowledged)
         if any("robot" in news and news["robot"] not in self.robots for news in batch):
-            last: LastReports = await self._session.document("GET", self.document["links"]["reports"])
+            last: LastReports = await self._session.ask("GET", self.document["links"]["reports"])
             self.robots = {**last["robots"], **self.robots}
         counts: dict[str | None, int] = {None: self.n}
         counts.update(self.robots)
@@ -196,15 +152,10 @@ class AsyncMission:
             reports.append(report)
         return reports
 
-    async def _send_again(self) -> None:
-        """Send again a report that may have arrived or not."""
-        if self._unacknowledged is not None:
-            await self._send(self._unacknowledged)
-
     async def _send(self, sent: Report | Batch) -> list[Taken] | None:
         self._unacknowledged = sent
         try:
-            answer: Any = await self._session.document("POST", self.document["links"]["reports"], sent)
+            answer: Any = await self._session.ask("POST", self.document["links"]["reports"], sent)
         except Busy:
             raise  # patience has ended, but it may have been taken
         except Refused as error:
@@ -222,33 +173,18 @@ class AsyncMission:
         return taken
 
     async def _control(self, action: str) -> MissionDocument:
-        self.document = await self._session.document("POST", f"{self.document['links']['self']}/{action}")
+        self.document = await self._session.ask("POST", f"{self.document['links']['self']}/{action}")
         return self.document
 
 
 class AsyncClient:
-    """A client of the service at `url`; use it in a block, or close it.
+    """A client of the service at `url` (``http://127.0.0.1:8080``); use it in a block, or close it.
 
-    Parameters
-    ----------
-    url
-        Like ``http://127.0.0.1:8080``.
-    key
-        The API key, if the service needs one.
-    timeout_s
-        How long to wait for a connection and for each part of an answer.
-    patience_s
-        How long to try again, from when the service is first missed; also how long one answer may take to arrive
-        whole. `math.inf` never gives up.
-    missed
-        Called with `Unreachable` or `Busy` when the service has been missed for 1.5 s; attempts go on.
-    http
-        An HTTP client with certificates, proxies or hooks of your own; it is closed with this one.
-
-    Raises
-    ------
-    ValueError
-        If `url` is no address.
+    `key` is the API key, if the service needs one. The client waits `timeout_s` for a connection and for each part of
+    an answer. It tries again for `patience_s` (`math.inf`: for ever) from when the service is first missed, and an
+    answer may take as long to arrive whole. `missed` is called with `Unreachable` or `Busy` when the service has been
+    missed for 1.5 s; attempts go on. `http` is an HTTP client with certificates, proxies or hooks of your own; it is
+    closed with this one. Raises ValueError if `url` is no address.
     """
 
     def __init__(
@@ -261,7 +197,7 @@ class AsyncClient:
         missed: Missed | None = None,
         http: httpx2.AsyncClient | None = None,
     ) -> None:
-        self._session = AsyncSession(url, key=key, timeout_s=timeout_s, patience_s=patience_s, missed=missed, http=http)
+        self._session = AsyncSession(Service(url, key, timeout_s, patience_s, missed), http)
 
     async def close(self) -> None:
         """Close all connections."""
@@ -270,18 +206,16 @@ class AsyncClient:
     async def __aenter__(self) -> Self:
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         await self.close()
 
     async def ready(self) -> Ready:
         """Wait until the service can plan and store. Raises Unreachable or Busy when patience ends."""
-        return cast(Ready, await self._session.document("GET", "/readyz"))
+        return cast(Ready, await self._session.ask("GET", "/readyz"))
 
     async def demo(self, name: str) -> JobRequest:
         """Return a ready request for a job; `/v1/demo-data` lists them."""
-        return cast(JobRequest, await self._session.document("GET", f"/v1/demo-data/{name}"))
+        return cast(JobRequest, await self._session.ask("GET", f"/v1/demo-data/{name}"))
 
     async def submit(self, request: JobRequest, idempotency_key: str | None = None) -> AsyncJob:
         """Submit a job. The same key and request are the same job, however often they are sent."""
@@ -289,7 +223,7 @@ class AsyncClient:
 
     async def job(self, id: str) -> AsyncJob:
         """Return a job that was submitted before."""
-        return AsyncJob(self._session, await self._session.document("GET", f"/v1/jobs/{id}"))
+        return AsyncJob(self._session, await self._session.ask("GET", f"/v1/jobs/{id}"))
 
     async def begin(self, brief: Brief, idempotency_key: str | None = None) -> AsyncMission:
         """Begin a mission. The same key and brief are the same mission."""
@@ -297,35 +231,20 @@ class AsyncClient:
 
     async def mission(self, id: str) -> AsyncMission:
         """Return a mission that was begun before; reports go on after the last one that the service has."""
-        return AsyncMission(self._session, await self._session.document("GET", f"/v1/missions/{id}"))
+        return AsyncMission(self._session, await self._session.ask("GET", f"/v1/missions/{id}"))
 
     async def analyse(self, map_state: Mapping[str, Any]) -> Analysis:
         """Return targets, meeting points, frontiers and the situation of a map state."""
-        return cast(Analysis, await self._session.document("POST", "/v1/analysis", {"map_state": map_state}))
+        return cast(Analysis, await self._session.ask("POST", "/v1/analysis", {"map_state": map_state}))
 
     async def validate(self, situation: Mapping[str, Any], plan: ActionsPlan | TextPlan) -> Verdict:
         """Return the verdict on a plan for a situation."""
         body = {"situation": situation, "plan": plan}
-        return cast(Verdict, await self._session.document("POST", "/v1/validations", body))
+        return cast(Verdict, await self._session.ask("POST", "/v1/validations", body))
 
     async def ask(self, method: str, path: str, body: object = None) -> Any:
         """Send any other request and return the JSON of the answer."""
-        return await self._session.document(method, path, body)
+        return await self._session.ask(method, path, body)
 
     async def _store(self, path: str, body: object, key: str | None) -> Any:
-        return await self._session.document("POST", path, body, {"Idempotency-Key": key or uuid.uuid4().hex})
-
-
-async def _events(
-    session: AsyncSession, path: str, readers: Readers, after: int
-) -> AsyncGenerator[Event[str, Any], None]:
-    async with aclosing(session.frames(path, after)) as frames:
-        async for number, frame in frames:
-            read = readers.get(frame.event)
-            if read is None:
-                continue
-            try:
-                data = read(frame.data)
-            except (ValueError, RecursionError) as error:
-                raise ClientError(f"{path}: the data of event {number} ({frame.event}) is not JSON") from error
-            yield Event(number, frame.event, data)
+        return await self._session.ask("POST", path, body, {"Idempotency-Key": key or uuid.uuid4().hex})

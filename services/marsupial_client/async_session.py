@@ -6,10 +6,9 @@ posted changes nothing the second time. `marsupial_client.http` says which error
 
 from __future__ import annotations
 
-import json
 import math
 from asyncio import sleep
-from collections.abc import AsyncGenerator, Mapping
+from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import aclosing
 from http import HTTPStatus
 from time import monotonic
@@ -18,17 +17,15 @@ from typing import Any, cast
 import httpx2
 
 from marsupial_client.errors import Unreachable
-from marsupial_client.events import END
+from marsupial_client.events import END, Readers, event_of
 from marsupial_client.http import (
     LONGEST_EVENT_BYTES,
-    SILENCE_S,
     STABLE_STREAM_S,
     TRANSIENT,
     MalformedAnswer,
-    Missed,
-    RetryPauses,
-    address,
+    Service,
     checked,
+    document_in,
     event_number,
     uses_proxies,
     whole,
@@ -36,69 +33,43 @@ from marsupial_client.http import (
 
 
 class AsyncSession:
-    """The connections to one service. Parameters are those of `AsyncClient`."""
+    """The connections to one service."""
 
-    def __init__(
-        self,
-        url: str,
-        *,
-        key: str | None,
-        timeout_s: float,
-        patience_s: float,
-        missed: Missed | None,
-        http: httpx2.AsyncClient | None,
-    ) -> None:
-        self.url = str(address(url)).rstrip("/")
-        self.patience_s = patience_s
-        self._http = http or httpx2.AsyncClient(trust_env=uses_proxies(url))
-        self._missed = missed
-        self._timeout_s = timeout_s
-        self._headers = {} if key is None else {"Authorization": f"Bearer {key}"}
+    def __init__(self, service: Service, http: httpx2.AsyncClient | None) -> None:
+        self.service = service
+        self._http = http or httpx2.AsyncClient(trust_env=uses_proxies(service.url))
 
     async def close(self) -> None:
         """Close all connections."""
         await self._http.aclose()
 
     async def ask(
-        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
-    ) -> httpx2.Response:
-        """Send a request until it is answered, and return the answer. Raises Refused, Unreachable."""
-        content = None if body is None else json.dumps(body).encode()
-        kind = {} if body is None else {"Content-Type": "application/json"}
-        all_headers = {**self._headers, **kind, **(headers or {})}
-        pauses = self._pauses()
+        self,
+        method: str,
+        path: str,
+        body: object = None,
+        headers: Mapping[str, str] | None = None,
+        read: Callable[[httpx2.Response, str], Any] = document_in,
+    ) -> Any:
+        """Send a request until it is answered; return what `read` makes of the answer. Raises Refused, Unreachable."""
+        pauses = self.service.pauses()
         while True:
             try:
-                request = self._http.build_request(
-                    method, self.url + path, content=content, headers=all_headers, timeout=self._timeout_s
-                )
-                return checked(await self._answer(request, path), path)
+                request = self.service.request(self._http, method, path, body, headers or {})
+                return read(checked(await self._answer(request, path), path), path)
             except TRANSIENT as error:
                 await sleep(pauses.after(error, monotonic()))
 
-    async def document(
-        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
-    ) -> Any:
-        """Send a request and return the JSON of the answer. Raises Refused, Unreachable."""
-        pauses = self._pauses()
-        while True:
-            response = await self.ask(method, path, body, headers)
-            try:
-                return response.json()
-            except (ValueError, RecursionError):
-                error = MalformedAnswer(f"{path} is answered by what is no JSON")
-                await sleep(pauses.after(error, monotonic()))
-
-    async def frames(self, path: str, after: int = 0) -> AsyncGenerator[tuple[int, httpx2.ServerSentEvent], None]:
+    async def events(self, path: str, readers: Readers, after: int) -> AsyncGenerator[Any, None]:
         """Yield the events of a stream after number `after`, each once and in order, up to its `end`.
 
-        Raises Refused, Unreachable.
+        Raises Refused, Unreachable; ClientError if the data of an event is not JSON.
         """
-        pauses = self._pauses()
+        pauses = self.service.pauses()
         while True:
             opened = math.inf
             try:
-                response = await self._http.send(self._stream_request(path, after), stream=True)
+                response = await self._http.send(self.service.stream_request(self._http, path, after), stream=True)
                 try:
                     if not response.is_success:
                         await response.aread()
@@ -113,8 +84,10 @@ class AsyncSession:
                             if number <= after:
                                 continue
                             after = number
-                            pauses = self._pauses()
-                            yield number, frame
+                            pauses = self.service.pauses()
+                            event = event_of(number, frame, readers, path)
+                            if event is not None:
+                                yield event
                             if frame.event == END:
                                 return
                 finally:
@@ -122,28 +95,21 @@ class AsyncSession:
                 raise MalformedAnswer("the stream ended before its time")
             except TRANSIENT as error:
                 if monotonic() - opened >= STABLE_STREAM_S:
-                    pauses = self._pauses()
+                    pauses = self.service.pauses()
                 await sleep(pauses.after(error, monotonic()))
-
-    def _pauses(self) -> RetryPauses:
-        return RetryPauses(self.url, self.patience_s, self._missed)
 
     async def _answer(self, request: httpx2.Request, path: str) -> httpx2.Response:
         """Send a request once. Raises Unreachable if the answer isn't whole when patience ends."""
         # timeouts of httpx2 are for each read: a byte now and then would go on for ever
-        deadline = monotonic() + self.patience_s
+        patience_s = self.service.patience_s
+        deadline = monotonic() + patience_s
         response = await self._http.send(request, stream=True)
         parts = []
         try:
             async for part in response.aiter_bytes():
                 parts.append(part)
                 if monotonic() > deadline:
-                    raise Unreachable(f"{self.url} takes longer than {self.patience_s:g} s to answer {path}")
+                    raise Unreachable(f"{self.service.url} takes longer than {patience_s:g} s to answer {path}")
         finally:
             await response.aclose()
         return whole(response, parts)
-
-    def _stream_request(self, path: str, after: int) -> httpx2.Request:
-        headers = {**self._headers, "Accept": "text/event-stream", "Last-Event-ID": str(after)}
-        timeout = httpx2.Timeout(self._timeout_s, read=SILENCE_S)
-        return self._http.build_request("GET", self.url + path, headers=headers, timeout=timeout)

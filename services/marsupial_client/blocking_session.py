@@ -7,10 +7,9 @@ posted changes nothing the second time. `marsupial_client.http` says which error
 
 from __future__ import annotations
 
-import json
 import math
 from time import sleep
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Callable, Mapping
 from contextlib import closing
 from http import HTTPStatus
 from time import monotonic
@@ -19,17 +18,15 @@ from typing import Any, cast
 import httpx2
 
 from marsupial_client.errors import Unreachable
-from marsupial_client.events import END
+from marsupial_client.events import END, Readers, event_of
 from marsupial_client.http import (
     LONGEST_EVENT_BYTES,
-    SILENCE_S,
     STABLE_STREAM_S,
     TRANSIENT,
     MalformedAnswer,
-    Missed,
-    RetryPauses,
-    address,
+    Service,
     checked,
+    document_in,
     event_number,
     uses_proxies,
     whole,
@@ -37,69 +34,43 @@ from marsupial_client.http import (
 
 
 class Session:
-    """The connections to one service. Parameters are those of `Client`."""
+    """The connections to one service."""
 
-    def __init__(
-        self,
-        url: str,
-        *,
-        key: str | None,
-        timeout_s: float,
-        patience_s: float,
-        missed: Missed | None,
-        http: httpx2.Client | None,
-    ) -> None:
-        self.url = str(address(url)).rstrip("/")
-        self.patience_s = patience_s
-        self._http = http or httpx2.Client(trust_env=uses_proxies(url))
-        self._missed = missed
-        self._timeout_s = timeout_s
-        self._headers = {} if key is None else {"Authorization": f"Bearer {key}"}
+    def __init__(self, service: Service, http: httpx2.Client | None) -> None:
+        self.service = service
+        self._http = http or httpx2.Client(trust_env=uses_proxies(service.url))
 
     def close(self) -> None:
         """Close all connections."""
         self._http.close()
 
     def ask(
-        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
-    ) -> httpx2.Response:
-        """Send a request until it is answered, and return the answer. Raises Refused, Unreachable."""
-        content = None if body is None else json.dumps(body).encode()
-        kind = {} if body is None else {"Content-Type": "application/json"}
-        all_headers = {**self._headers, **kind, **(headers or {})}
-        pauses = self._pauses()
+        self,
+        method: str,
+        path: str,
+        body: object = None,
+        headers: Mapping[str, str] | None = None,
+        read: Callable[[httpx2.Response, str], Any] = document_in,
+    ) -> Any:
+        """Send a request until it is answered; return what `read` makes of the answer. Raises Refused, Unreachable."""
+        pauses = self.service.pauses()
         while True:
             try:
-                request = self._http.build_request(
-                    method, self.url + path, content=content, headers=all_headers, timeout=self._timeout_s
-                )
-                return checked(self._answer(request, path), path)
+                request = self.service.request(self._http, method, path, body, headers or {})
+                return read(checked(self._answer(request, path), path), path)
             except TRANSIENT as error:
                 sleep(pauses.after(error, monotonic()))
 
-    def document(
-        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
-    ) -> Any:
-        """Send a request and return the JSON of the answer. Raises Refused, Unreachable."""
-        pauses = self._pauses()
-        while True:
-            response = self.ask(method, path, body, headers)
-            try:
-                return response.json()
-            except (ValueError, RecursionError):
-                error = MalformedAnswer(f"{path} is answered by what is no JSON")
-                sleep(pauses.after(error, monotonic()))
-
-    def frames(self, path: str, after: int = 0) -> Generator[tuple[int, httpx2.ServerSentEvent], None, None]:
+    def events(self, path: str, readers: Readers, after: int) -> Generator[Any, None, None]:
         """Yield the events of a stream after number `after`, each once and in order, up to its `end`.
 
-        Raises Refused, Unreachable.
+        Raises Refused, Unreachable; ClientError if the data of an event is not JSON.
         """
-        pauses = self._pauses()
+        pauses = self.service.pauses()
         while True:
             opened = math.inf
             try:
-                response = self._http.send(self._stream_request(path, after), stream=True)
+                response = self._http.send(self.service.stream_request(self._http, path, after), stream=True)
                 try:
                     if not response.is_success:
                         response.read()
@@ -114,8 +85,10 @@ class Session:
                             if number <= after:
                                 continue
                             after = number
-                            pauses = self._pauses()
-                            yield number, frame
+                            pauses = self.service.pauses()
+                            event = event_of(number, frame, readers, path)
+                            if event is not None:
+                                yield event
                             if frame.event == END:
                                 return
                 finally:
@@ -123,28 +96,21 @@ class Session:
                 raise MalformedAnswer("the stream ended before its time")
             except TRANSIENT as error:
                 if monotonic() - opened >= STABLE_STREAM_S:
-                    pauses = self._pauses()
+                    pauses = self.service.pauses()
                 sleep(pauses.after(error, monotonic()))
-
-    def _pauses(self) -> RetryPauses:
-        return RetryPauses(self.url, self.patience_s, self._missed)
 
     def _answer(self, request: httpx2.Request, path: str) -> httpx2.Response:
         """Send a request once. Raises Unreachable if the answer isn't whole when patience ends."""
         # timeouts of httpx2 are for each read: a byte now and then would go on for ever
-        deadline = monotonic() + self.patience_s
+        patience_s = self.service.patience_s
+        deadline = monotonic() + patience_s
         response = self._http.send(request, stream=True)
         parts = []
         try:
             for part in response.iter_bytes():
                 parts.append(part)
                 if monotonic() > deadline:
-                    raise Unreachable(f"{self.url} takes longer than {self.patience_s:g} s to answer {path}")
+                    raise Unreachable(f"{self.service.url} takes longer than {patience_s:g} s to answer {path}")
         finally:
             response.close()
         return whole(response, parts)
-
-    def _stream_request(self, path: str, after: int) -> httpx2.Request:
-        headers = {**self._headers, "Accept": "text/event-stream", "Last-Event-ID": str(after)}
-        timeout = httpx2.Timeout(self._timeout_s, read=SILENCE_S)
-        return self._http.build_request("GET", self.url + path, headers=headers, timeout=timeout)

@@ -32,41 +32,25 @@ class Unreachable(ClientError):
 
 
 class Refused(ClientError):
-    """The service refuses.
+    """The service refuses: `problem` is the document that it answered, or one made of an answer that is none.
 
-    Attributes
-    ----------
-    problem
-        The problem document that was answered, or one made of an answer that is none.
-    retry_after_s
-        Seconds to wait before another attempt, if the service says so.
+    Of that, `status` is the HTTP status, `type` the kind of problem (``urn:marsupial:problem:invalid``), `detail` a
+    line that says what is wrong, and `errors` has every mistake in a request with a JSON pointer into the body or the
+    name of a parameter. `retry_after_s` are the seconds to wait before another attempt, if the service says so.
     """
 
     def __init__(self, problem: Problem, retry_after_s: float | None = None) -> None:
-        words = "; ".join(f"{_place(error)}{error['detail']}" for error in problem.get("errors", ()))
-        super().__init__(f"the service refuses ({problem['status']}): {words or problem['detail']}")
         self.problem = problem
         self.retry_after_s = retry_after_s
-
-    @property
-    def status(self) -> int:
-        """The HTTP status."""
-        return self.problem["status"]
-
-    @property
-    def type(self) -> str:
-        """The kind of problem, like ``urn:marsupial:problem:invalid``."""
-        return self.problem["type"]
-
-    @property
-    def detail(self) -> str:
-        """A line that says what is wrong."""
-        return self.problem["detail"]
-
-    @property
-    def errors(self) -> tuple[ProblemDetail, ...]:
-        """Every mistake in a request, with a JSON pointer into the body or the name of a parameter."""
-        return tuple(self.problem.get("errors", ()))
+        self.status: int = problem["status"]
+        self.type: str = problem["type"]
+        self.detail: str = problem["detail"]
+        self.errors: tuple[ProblemDetail, ...] = tuple(problem.get("errors", ()))
+        words = []
+        for error in self.errors:
+            place = error.get("pointer") or error.get("query") or error.get("header") or error.get("path")
+            words.append(f"{place}: {error['detail']}" if place else error["detail"])
+        super().__init__(f"the service refuses ({self.status}): {'; '.join(words) or self.detail}")
 
 
 class Invalid(Refused):
@@ -118,7 +102,9 @@ REFUSALS: Mapping[int, type[Refused]] = {
 
 def refusal(status: int, text: str, path: str, retry_after: str | None) -> Refused:
     """Return the exception for an answer that did not succeed; `text` is its body."""
-    return REFUSALS.get(status, Refused)(_problem(status, text, path), _seconds(retry_after))
+    # a date in that header is ignored: it comes from a proxy, whose clock may differ from ours
+    retry_after_s = float(retry_after) if retry_after is not None and retry_after.strip().isdecimal() else None
+    return REFUSALS.get(status, Refused)(_problem(status, text, path), retry_after_s)
 
 
 def _problem(status: int, text: str, path: str) -> Problem:
@@ -142,13 +128,3 @@ def _is_problem(found: Any, status: int) -> bool:
         return False
     errors = found.get("errors", [])
     return isinstance(errors, list) and all(isinstance(e, dict) and isinstance(e.get("detail"), str) for e in errors)
-
-
-def _seconds(retry_after: str | None) -> float | None:
-    """Read the header. A date is ignored: it comes from a proxy, whose clock may differ from ours."""
-    return float(retry_after) if retry_after is not None and retry_after.strip().isdecimal() else None
-
-
-def _place(error: ProblemDetail) -> str:
-    place = error.get("pointer") or error.get("query") or error.get("header") or error.get("path")
-    return f"{place}: " if place else ""

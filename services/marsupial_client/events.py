@@ -9,7 +9,10 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any, Generic, Literal, NamedTuple, TypeAlias, TypeVar
 
+import httpx2
+
 from marsupial_client.documents import JobEnded, JobStateChanged, PlanFound
+from marsupial_client.errors import ClientError
 from marsupial_client.mission_documents import (
     Commands,
     Decision,
@@ -58,3 +61,13 @@ MISSION_EVENTS: Readers = {
     "log": str,
     **dict.fromkeys(("decision", "commands", "state", "frame", "quota", END), json.loads),
 }
+
+
+def event_of(number: int, frame: httpx2.ServerSentEvent, readers: Readers, path: str) -> Event[str, Any] | None:
+    """Return an event of the stream at `path`; None for a type that has no reader. Raises ClientError."""
+    if frame.event not in readers:
+        return None
+    try:
+        return Event(number, frame.event, readers[frame.event](frame.data))
+    except (ValueError, RecursionError) as error:
+        raise ClientError(f"{path}: the data of event {number} ({frame.event}) is not JSON") from error

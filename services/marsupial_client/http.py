@@ -5,32 +5,31 @@ Nothing here sends or waits: `AsyncSession` does, and `Session`, which is genera
 
 from __future__ import annotations
 
+import json
 import random
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import httpx2
 
 from marsupial_client.errors import Busy, Unreachable, refusal
 
+# between attempts, if the service doesn't say by ``Retry-After``: a server that is back is found soon
 FIRST_PAUSE_S = 0.1
 LONGEST_PAUSE_S = 2.0
-"""Between attempts, where the service doesn't say by ``Retry-After``: a server that is back is found soon."""
-
+# time without the service until the callback `missed` is called
 MISSED_S = 1.5
-"""The callback `missed` is called once the service has been missed for this long."""
-
+# once a stream has lasted this long, its break counts as the first failure: patience and pauses start anew
 STABLE_STREAM_S = LONGEST_PAUSE_S
-"""Once a stream has lasted this long, its break counts as the first failure: patience and pauses start anew."""
-
+# a stream that is silent for this long is dead: the service sends a comment every 15 s
 SILENCE_S = 45.0
-"""A stream that is silent for this long is dead: the service sends a comment every 15 s."""
-
+# a line of a mission log may hold a whole map; the service takes no larger bodies
 LONGEST_EVENT_BYTES = 64 * 2**20
-"""A line of a mission log may hold a whole map; the service takes no larger bodies."""
-
+# they describe how an answer was sent, not what it is
 _TRANSFER_HEADERS = frozenset({"content-encoding", "content-length", "transfer-encoding"})
-"""They describe how an answer was sent, not what it is."""
+
+Http = httpx2.Client | httpx2.AsyncClient
 
 Missed = Callable[[Unreachable | Busy], object]
 """Called with the error, once each time that the service is missed."""
@@ -80,6 +79,34 @@ class RetryPauses:
         return min(left_s, max(asked_s, random.uniform(longest_s / 2, longest_s)))
 
 
+class Service:
+    """Where a service is, and how it is asked; parameters are those of `AsyncClient`."""
+
+    def __init__(self, url: str, key: str | None, timeout_s: float, patience_s: float, missed: Missed | None) -> None:
+        self.url = str(address(url)).rstrip("/")
+        self.patience_s = patience_s
+        self._missed = missed
+        self._timeout_s = timeout_s
+        self._headers = {} if key is None else {"Authorization": f"Bearer {key}"}
+
+    def pauses(self) -> RetryPauses:
+        """Return the pauses for a new request."""
+        return RetryPauses(self.url, self.patience_s, self._missed)
+
+    def request(self, http: Http, method: str, path: str, body: object, headers: Mapping[str, str]) -> httpx2.Request:
+        """Return a request with a body of JSON; None is no body."""
+        content = None if body is None else json.dumps(body).encode()
+        kind = {} if body is None else {"Content-Type": "application/json"}
+        own = {**self._headers, **kind, **headers}
+        return http.build_request(method, self.url + path, content=content, headers=own, timeout=self._timeout_s)
+
+    def stream_request(self, http: Http, path: str, after: int) -> httpx2.Request:
+        """Return the request for the events of a stream after number `after`."""
+        own = {**self._headers, "Accept": "text/event-stream", "Last-Event-ID": str(after)}
+        timeout = httpx2.Timeout(self._timeout_s, read=SILENCE_S)
+        return http.build_request("GET", self.url + path, headers=own, timeout=timeout)
+
+
 def address(url: str) -> httpx2.URL:
     """Read the address of a service, like ``http://host:port``; http is the default. Raises ValueError."""
     try:
@@ -101,6 +128,14 @@ def checked(response: httpx2.Response, path: str) -> httpx2.Response:
     if not response.is_success:
         raise refusal(response.status_code, response.text, path, response.headers.get("Retry-After"))
     return response
+
+
+def document_in(response: httpx2.Response, path: str) -> Any:
+    """Return the JSON of an answer. Raises MalformedAnswer."""
+    try:
+        return response.json()
+    except (ValueError, RecursionError):
+        raise MalformedAnswer(f"{path} is answered by what is no JSON") from None
 
 
 def whole(response: httpx2.Response, parts: list[bytes]) -> httpx2.Response:

@@ -214,23 +214,10 @@ class News(TypedDict):
     robots: NotRequired[Sequence[RobotNote]]
 
 
-class Report(TypedDict):
-    """What happened up to a moment of mission time.
-
-    `n` counts a mission's reports from 1 or, where `robot` is given, that robot's own. Cells are of `frame`, or else of
-    the mission's frame as it is when the report comes.
-    """
+class Report(News):
+    """`News` with `n`."""
 
     n: int
-    t_ms: int
-    failed: NotRequired[Sequence[Failed]]
-    finished: NotRequired[Sequence[int]]
-    frame: NotRequired[ReportFrame]
-    lost: NotRequired[Sequence[Lost]]
-    map: NotRequired[MapRuns]
-    revealed: NotRequired[Sequence[Revealed]]
-    robot: NotRequired[str]
-    robots: NotRequired[Sequence[RobotNote]]
 
 
 class Batch(TypedDict):

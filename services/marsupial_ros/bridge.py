@@ -17,34 +17,27 @@ from marsupial.errors import InputError
 from marsupial.formats.scenario.write import terrain_fields, type_fields
 from marsupial.model.grid import Grid
 from marsupial_client import AsyncClient, AsyncMission, Conflict
-from marsupial_client.mission_documents import Brief, Commands, MissionEnded, Report
+from marsupial_client.mission_documents import Brief, MissionEnded, Report
 from marsupial_ros.chart import Chart
-from marsupial_ros.clock import Clock
 from marsupial_ros.fleet import CANCEL_S, RobotFleet, UnreportedEvents
-from marsupial_ros.hearing import Hearing, subscriptions
+from marsupial_ros.hearing import Clock, Hearing, subscriptions
 from marsupial_ros.journal import Journal, Record
-from marsupial_ros.robots import TrackedRobot
 from marsupial_ros.rosbridge import Rosbridge, first_of
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
 
+# pause between checks of the robots: to check dozens of them takes less than a hundredth of that
 TICK_S = 0.05
-"""How often the robots are looked after: dozens of them cost less than a hundredth of that."""
-
+# pause between reminders of what is missing before a mission can begin
 REMIND_S = 10.0
-"""Between reminders of what is waited for before a mission can begin."""
-
+# time for the service to end a mission that the user wants to end; then the bridge leaves
 STOP_S = 30.0
-"""How long the service is given to end a mission that the user wants to end; then the bridge leaves."""
-
+# time for cancelled goals to end, when the bridge ends
 LEAVE_S = 5.0
-"""How long goals that are cancelled are given to end, when the bridge ends."""
-
+# time for what is still to be sent, after that
 FLUSH_S = 2.0
-"""How long what is still to be sent is given then."""
-
+# how often a report that crossed with new commands is sent again, with the robots' places at that moment
 CONFLICTS = 3
-"""How often a report is sent again, with the robots' places as they are then, that crossed with new commands."""
 
 
 @dataclass(slots=True)
@@ -56,10 +49,7 @@ class BridgeOutcome:
 
 
 class Bridge:
-    """Drives one mission.
-
-    `stops` returns how often the user wants to stop: once ends the mission, twice leaves at once. Goals are cancelled.
-    """
+    """Drives one mission; `stops` returns how often the user wants to stop: once ends it, twice leaves at once."""
 
     def __init__(
         self,
@@ -88,10 +78,7 @@ class Bridge:
         self.outcome = BridgeOutcome()
 
     async def run(self) -> BridgeOutcome:
-        """Drive the mission to its end, or to where the user leaves.
-
-        Raises UsageError, InputError, ClientError if settings, state or service are of no use.
-        """
+        """Drive the mission until it ends or the user leaves. Raises UsageError, InputError, ClientError."""
         kept = self._journal.read()
         if kept is not None:
             if others := sorted(kept.robots - self._fleet.robots.keys()):
@@ -136,7 +123,7 @@ class Bridge:
         await first_of(self._events(mission), self._reports(mission))
 
     async def _watch(self) -> None:
-        """Look after the robots, until the user wants to leave at once, or the mission that is to end does not."""
+        """Check the robots, until the user wants to leave at once, or the mission that is to end does not."""
         loop = asyncio.get_running_loop()
         stopping, until_s = False, math.inf
         while self._stops() < 2 and not (self._stops() and self.outcome.mission is None) and loop.time() < until_s:
@@ -148,13 +135,13 @@ class Bridge:
             await asyncio.sleep(TICK_S)
 
     async def _team_there(self) -> None:
-        """Wait until there are a map and a place for every robot, and tell what is missing."""
-        told, told_s = None, 0.0
+        """Wait until there are a map and a place for every robot, and say what is missing."""
+        said, said_s = None, 0.0
         loop = asyncio.get_running_loop()
         while missing := self._missing():
-            if missing != told or loop.time() - told_s > REMIND_S:
+            if missing != said or loop.time() - said_s > REMIND_S:
                 self._say(f"waiting for {'; '.join(missing)}")
-                told, told_s = missing, loop.time()
+                said, said_s = missing, loop.time()
             await asyncio.sleep(2 * TICK_S)
 
     def _missing(self) -> list[str]:
@@ -199,7 +186,9 @@ class Bridge:
         async with aclosing(mission.events(self._record.after)) as events:
             async for event in events:
                 if event.type == "commands":
-                    self._obey(event.data)
+                    self._record.answered, self._record.until_ms = event.data["n"], event.data["until_ms"]
+                    for command in event.data["commands"]:
+                        self._fleet.obey(command, self._clock.now_s)
                 elif event.type == "state":
                     reason = event.data.get("reason", "")
                     self._say(f"mission {event.data['state']}" + (f": {reason}" if reason else ""))
@@ -210,11 +199,6 @@ class Bridge:
                 if event.type != "log":
                     self._record.after = event.id
                     self._keep()
-
-    def _obey(self, batch: Commands) -> None:
-        self._record.answered, self._record.until_ms = batch["n"], batch["until_ms"]
-        for command in batch["commands"]:
-            self._fleet.obey(command, self._clock.now_s)
 
     async def _reports(self, mission: AsyncMission) -> None:
         """Report whenever something has happened, and end the mission when the user wants that."""
@@ -249,7 +233,7 @@ class Bridge:
                 report["frame"], report["revealed"] = frame, revealed
         self._record.report = report
         for left in reversed(range(CONFLICTS)):
-            self._keep()
+            self._keep()  # before it is sent: it may arrive although the bridge ends
             try:
                 self._over = await mission.report(report) is None
                 break
@@ -274,20 +258,23 @@ def brief_of(settings: Settings, grid: Grid, fleet: RobotFleet) -> Brief:
     """Return the brief for a team that is placed, in the frame of a map of which nothing is reported yet."""
     names = {terrain.code: terrain.name for terrain in grid.terrains}
     planning = settings.planning
+    team = []
+    for robot in fleet.robots.values():
+        where = {"carrier": robot.aboard} if robot.anchor is None else {"pose_m": list(robot.anchor)}
+        team.append({"name": robot.name, "type": robot.settings.kind.name, **where})
     document: dict[str, Any] = {
         "name": settings.name,
         "frame": frame_of(grid),
         "terrains": terrain_fields(grid),
         "robot_types": [type_fields(kind, names) for kind in settings.kinds],
-        "team": [_member(robot) for robot in fleet.robots.values()],
+        "team": team,
         "goal": {"recover_rovers": settings.goal.recover_rovers, "return_home": settings.goal.return_home},
         "budget": {"seconds": planning.budget_s},
         "planning_time": planning.planning_time.value,
         "time_limit_ms": settings.limits.time_ms,
     }
-    document |= {} if planning.strategy is None else {"strategy": planning.strategy}
-    document |= {} if planning.planner is None else {"planner": planning.planner}
-    return cast(Brief, document)
+    chosen = {"strategy": planning.strategy, "planner": planning.planner}
+    return cast(Brief, document | {key: name for key, name in chosen.items() if name is not None})
 
 
 def frame_of(grid: Grid) -> dict[str, Any]:
@@ -298,8 +285,3 @@ def frame_of(grid: Grid) -> dict[str, Any]:
         "resolution_m": grid.resolution_m,
         "origin_m": list(grid.origin_m),
     }
-
-
-def _member(robot: TrackedRobot) -> dict[str, Any]:
-    where = {"carrier": robot.aboard} if robot.anchor is None else {"pose_m": list(robot.anchor)}
-    return {"name": robot.name, "type": robot.settings.kind.name, **where}

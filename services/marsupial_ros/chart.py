@@ -25,29 +25,17 @@ from marsupial.model.robots import RobotType
 from marsupial.model.runs import cells_in
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
 from marsupial_ros.messages import Update
-from marsupial_ros.progress import Point
+from marsupial_ros.transforms import Point
 from marsupial_service.missions.frames import MissionFrame, frame_at, laid_out
 
+# relative tolerance of resolutions: messages hold them in single precision, and some publishers calculate them
 _SAME_RESOLUTION = 1e-6
-"""By which share resolutions may differ: messages hold them in single precision, and some publishers calculate them."""
 
 
 class Chart:
-    """The map of a mission.
+    """The map of a mission: `masks` are painted onto it, the thresholds are occupancies from 0 to 1 as of nav2 maps.
 
-    Parameters
-    ----------
-    terrains
-        All terrain classes of the mission.
-    masks
-        What is painted onto the map.
-    free_thresh, occupied_thresh
-        Occupancies from 0 to 1, as of a nav2 map.
-
-    Attributes
-    ----------
-    fresh
-        Whether there is anything of the map that `news` has not looked at.
+    It is `fresh` if there is anything that `news` has not looked at.
     """
 
     def __init__(
@@ -68,16 +56,20 @@ class Chart:
     @property
     def grid(self) -> Grid | None:
         """The last map from ROS, with its masks; None before the first."""
-        if self._grid is None and self._occupancy is not None:
-            self._grid = self._read(self._occupancy)
+        occupancy = self._occupancy
+        if self._grid is None and occupancy is not None:
+            cells = terrain_codes(occupancy.values, *self._thresholds)
+            grid = Grid(
+                cells=cells, resolution_m=occupancy.resolution_m, origin_m=occupancy.origin_m, terrains=self._terrains
+            )
+            if self._overlay is None:
+                self._overlay = self._masks.overlay(grid)
+            self._grid = replace(grid, cells=painted(cells, self._overlay))
         return self._grid
 
     def take(self, occupancy: Occupancy) -> None:
-        """Store a whole map.
-
-        Raises MapError if it is too large or of other cells than the mission; it is ignored then, with its updates.
-        """
-        self._refused = True
+        """Store a whole map. Raises MapError if it doesn't fit the mission; it is ignored then, with its updates."""
+        self._refused = True  # until it has passed the check
         self._check(occupancy)
         self._refused = False
         before = self._occupancy
@@ -86,11 +78,8 @@ class Chart:
         self._occupancy, self._grid, self.fresh = occupancy, None, True
 
     def update(self, update: Update) -> None:
-        """Store a new part of the map. Parts before the first map, or after a refused one, are ignored.
-
-        Raises MapError if it lies outside the map.
-        """
-        if self._occupancy is None or self._refused:
+        """Store a new part of the map. Raises MapError if it lies outside the map."""
+        if self._occupancy is None or self._refused:  # then it is not known of which map it is a part
             return
         values = self._occupancy.values
         height, width = update.values.shape
@@ -131,7 +120,7 @@ class Chart:
         self._reported = flat.reshape(known["height"], known["width"])
 
     def news(self, robots: Mapping[str, Point]) -> tuple[ReportFrame | None, list[Revealed]]:
-        """Return which cells have changed since they were reported, and their frame; they count as reported then.
+        """Return the cells that have changed since they were reported, and their frame; they count as reported then.
 
         `robots` are the places of those on the ground, in metres of the map frame.
         """
@@ -155,10 +144,8 @@ class Chart:
         return size, _revealed(grid, changed, robots)
 
     def standing(self, kind: RobotType, point: Point, within_m: float) -> Point | None:
-        """Return where a robot of a type can stand: at a point if it can, else nearest to it, within a distance.
-
-        Robots are hardly ever where the map says: localisation is off by a cell or two, walls are drawn too thick.
-        """
+        """Return where a robot of a type can stand: at a point if it can, else nearest to it, within a distance."""
+        # robots are hardly ever where the map says: localisation is off by a cell or two, walls are drawn too thick
         if self.grid is None:
             return None
         part, corner = _around(self.grid, point, within_m + kind.radius_m)
@@ -175,18 +162,6 @@ class Chart:
         if math.hypot(dx[best], dy[best]) * self.grid.resolution_m > within_m:
             return None
         return self.grid.point_m(float(columns[best] + corner[0] + 0.5), float(rows[best] + corner[1] + 0.5))
-
-    def _read(self, occupancy: Occupancy) -> Grid:
-        cells = terrain_codes(occupancy.values, *self._thresholds)
-        grid = Grid(
-            cells=cells,
-            resolution_m=occupancy.resolution_m,
-            origin_m=occupancy.origin_m,
-            terrains=self._terrains,
-        )
-        if self._overlay is None:
-            self._overlay = self._masks.overlay(grid)
-        return replace(grid, cells=painted(cells, self._overlay))
 
     def _check(self, occupancy: Occupancy) -> None:
         height, width = occupancy.values.shape

@@ -3,36 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 from marsupial_client.mission_documents import Command, Failed, Lost, News, RobotNote
 from marsupial_ros.chart import Chart
 from marsupial_ros.goals import ActionGoal, drive_goal, failure_of, handover_goal, succeeded
-from marsupial_ros.progress import Point, Progress
-from marsupial_ros.robots import Errand, TrackedRobot
-from marsupial_ros.rosbridge import ActionResult
+from marsupial_ros.robots import Errand, Progress, TrackedRobot
+from marsupial_ros.rosbridge import ActionResult, Rosbridge
 from marsupial_ros.settings import Settings
-from marsupial_ros.transforms import Frames
+from marsupial_ros.transforms import Frames, Point
 
+# pause between cancellations of a goal: rosbridge ignores them until the action has accepted the goal
 CANCEL_S = 1.0
-"""A robot that is to stop is told so again: rosbridge passes over who has not yet answered that he takes the goal."""
-
+# a robot that is to stop has stopped once it has stood for so long, even if its action says nothing
 SETTLED_S = 3.0
-"""A robot that is to stop and has stood for so long has stopped, whether its action says so or not."""
-
-
-class Actions(Protocol):
-    """Where goals go to; `rosbridge.Rosbridge` is it."""
-
-    def send_goal(self, goal: str, action: str, type: str, values: Mapping[str, object]) -> None:
-        """Send a goal, by a name of its own, to an action."""
-        ...
-
-    def cancel_goal(self, goal: str, action: str) -> None:
-        """Cancel a goal."""
-        ...
 
 
 @dataclass(slots=True)
@@ -50,21 +36,10 @@ class UnreportedEvents:
 
 
 class RobotFleet:
-    """The robots of a mission.
+    """The robots of a mission, whose transforms are in `frames` by topic; `say` shows the user a line.
 
-    Parameters
-    ----------
-    frames
-        What tf tells, by topic.
-    say
-        Tells the user something.
-
-    Attributes
-    ----------
-    mission, starts
-        The id of the mission, and how often it was taken up before: names of goals are never used twice.
-    gathered
-        What goes into the next report.
+    Names of goals hold the id of the `mission` and how often it was taken up before (`starts`), so that none is used
+    twice. `gathered` goes into the next report.
     """
 
     def __init__(
@@ -72,7 +47,7 @@ class RobotFleet:
         settings: Settings,
         frames: Mapping[str, Frames],
         chart: Chart,
-        actions: Actions,
+        actions: Rosbridge,
         say: Callable[[str], None],
     ) -> None:
         self._settings = settings
@@ -90,6 +65,7 @@ class RobotFleet:
     @property
     def errands(self) -> list[Errand]:
         """The commands that have not ended."""
+        # two robots take part in one docking: by identity it is there once
         found = {id(robot.errand): robot.errand for robot in self.robots.values() if robot.errand is not None}
         return list(found.values())
 
@@ -117,10 +93,9 @@ class RobotFleet:
             if robot.on_ground and robot.anchor is None:
                 robot.anchor = self._standing(robot)
 
-    def take_up(self, aboard: Mapping[str, str], lost: Iterable[str], gathered: UnreportedEvents) -> None:
-        """Take up a team as it was: who is aboard whom, who is lost, and what is still to be told."""
+    def take_up(self, aboard: Mapping[str, str], lost: Collection[str], gathered: UnreportedEvents) -> None:
+        """Take up a team as it was: who is aboard whom, who is lost, and what is still to be reported."""
         self.gathered = gathered
-        lost = set(lost)
         for robot in self.robots.values():
             robot.aboard, robot.lost = aboard.get(robot.name), robot.name in lost
 
@@ -144,7 +119,7 @@ class RobotFleet:
         """Send all goals again: they, or the messages of their ends, may be lost."""
         self._cancel_given_up()
         for robot in self.robots.values():
-            robot.since_s = now_s
+            robot.since_s = now_s  # nothing could be heard of them meanwhile
         for errand in self.errands:
             if errand.cancelled_s is not None:
                 self._cancel(errand, now_s)
@@ -158,7 +133,7 @@ class RobotFleet:
             errand.progress.hear(feedback, now_s)
 
     def ended(self, end: ActionResult) -> None:
-        """Take in that a goal has ended; earlier goals of a command, which were sent again, count no more."""
+        """Record the end of a goal; earlier goals of a command, which was sent again, are ignored."""
         self._given_up.pop(end.goal, None)
         errand = self._errand(end.goal)
         if errand is None or errand.goal is None:
@@ -171,7 +146,7 @@ class RobotFleet:
             self._fail(errand, failure_of(errand.goal, end))
 
     def watch(self, now_s: float) -> None:
-        """Look after what should have happened by now."""
+        """Check what should have happened by now."""
         for robot in self.robots.values():
             if robot.on_ground:
                 self._listen(robot, now_s)
@@ -219,14 +194,12 @@ class RobotFleet:
         places = {robot.name: robot.point(self._frame) or robot.anchor for robot in self._grounded()}
         return {name: point for name, point in places.items() if point is not None}
 
-    def _grounded(self) -> Iterable[TrackedRobot]:
-        """Yield the robots that stand or drive by themselves, none of those that dock or undock."""
-        return (r for r in self.robots.values() if r.on_ground and (r.errand is None or self._carries(r)))
-
-    def _carries(self, robot: TrackedRobot) -> bool:
-        """Return whether a robot drives, or is the carrier of what it takes part in."""
-        assert robot.errand is not None
-        return robot.errand.drives or robot.errand.command["robot"] != robot.name
+    def _grounded(self) -> Iterator[TrackedRobot]:
+        """Yield the robots that stand or drive by themselves: carriers, and no rover that docks or undocks."""
+        for robot in self.robots.values():
+            errand = robot.errand
+            if robot.on_ground and (errand is None or errand.drives or errand.command["robot"] != robot.name):
+                yield robot
 
     def _follow(self, robot: TrackedRobot) -> None:
         """Update the reported place of a robot, unless it is near enough to it."""
@@ -301,6 +274,7 @@ class RobotFleet:
             at = rover.point(self._frame)
             end = errand.route_m[-1]
             near = at is None or math.dist(at, end) <= self._waits.tolerance_m
+            # an action may call a goal reached that is not: then the mission hears where the robot is
             if arrived and near:
                 rover.anchor = end
             else:

@@ -13,9 +13,9 @@ from typing import Any
 
 from marsupial_client.mission_documents import Command
 from marsupial_ros.messages import final_yaw, path_of, pose_stamped
-from marsupial_ros.progress import Point
 from marsupial_ros.rosbridge import ActionResult, GoalStatus
 from marsupial_ros.settings import DriveAction, RobotSettings, Settings
+from marsupial_ros.transforms import Point
 
 FOLLOW_PATH_TYPE = "nav2_msgs/action/FollowPath"
 NAVIGATE_TYPE = "nav2_msgs/action/NavigateToPose"
@@ -38,23 +38,16 @@ def drive_goal(settings: Settings, robot: RobotSettings, route_m: Sequence[Point
     if robot.drive is DriveAction.NAVIGATE_TO_POSE:
         pose = pose_stamped(route_m[-1], final_yaw(route_m, yaw), frame)
         return ActionGoal(f"{robot.namespace}/navigate_to_pose", NAVIGATE_TYPE, {"pose": pose, "behavior_tree": ""})
-    values = {
-        "path": path_of(route_m, yaw, frame),
-        **asdict(settings.controller),
-    }
+    values = {"path": path_of(route_m, yaw, frame), **asdict(settings.controller)}
     return ActionGoal(f"{robot.namespace}/follow_path", FOLLOW_PATH_TYPE, values)
 
 
 def handover_goal(
     settings: Settings, mission: str, command: Command, rover: RobotSettings, point: Point, carrier: Point | None
 ) -> ActionGoal:
-    """Return the goal of a rover's docking or undocking.
+    """Return the goal of a rover's docking or undocking; its carrier stands at `carrier`.
 
-    Parameters
-    ----------
-    point, carrier
-        Where the rover stands, or is to be put, and where its carrier stands. It faces the carrier to dock, and away
-        from it when it is put down.
+    At `point` the rover stands, facing the carrier to dock, or is set down, facing away from it.
     """
     docks = command["name"] == "dock"
     a, b = (point, carrier or point) if docks else (carrier or point, point)

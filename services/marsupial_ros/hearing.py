@@ -1,13 +1,13 @@
-"""What comes from ROS, taken in: maps, updates, transforms and time; feedback and ends of goals go to the fleet."""
+"""Messages from ROS: maps, updates, transforms and time are stored, feedback and ends of goals go to the fleet."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
 from marsupial_ros.chart import Chart
-from marsupial_ros.clock import Clock
 from marsupial_ros.fleet import RobotFleet
 from marsupial_ros.messages import (
     CLOCK_TYPE,
@@ -30,6 +30,44 @@ STATIC = "_static"
 Reader = Callable[[Mapping[str, Any]], None]
 
 
+class Clock:
+    """Seconds that never go back, and mission time in ms: of this machine or, if `told`, of messages (``/clock``)."""
+
+    def __init__(self, *, told: bool) -> None:
+        self._told_s: float | None = None
+        self._told = told
+        self._began_s = 0.0
+        self._began_ms = 0
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a time."""
+        return not self._told or self._told_s is not None
+
+    @property
+    def now_s(self) -> float:
+        """The time in seconds, from some moment on."""
+        return (self._told_s or 0.0) if self._told else time.monotonic()
+
+    @property
+    def mission_ms(self) -> int:
+        """The time of the mission."""
+        return self._began_ms + max(0, round(1000 * (self.now_s - self._began_s)))
+
+    def heard_s(self, stamp_s: float) -> float:
+        """Return the time of what was heard just now, by its stamp; 0 is no stamp."""
+        # stamps are by the clock of another machine, unless time is told: then they say how old something is
+        return min(stamp_s, self.now_s) if self._told and stamp_s else self.now_s
+
+    def tell(self, now_s: float) -> None:
+        """Set the time. After a simulator was reset the clock stands still until it catches up."""
+        self._told_s = now_s if self._told_s is None else max(now_s, self._told_s)
+
+    def begin(self, at_ms: int = 0) -> None:
+        """Set mission time to `at_ms`."""
+        self._began_s, self._began_ms = self.now_s, at_ms
+
+
 def subscriptions(settings: Settings) -> list[Subscription]:
     """Return what is to be heard. Transforms are never thinned out: the one left out could be any robot's."""
     one = settings.map
@@ -46,12 +84,7 @@ class Hearing:
     """Receives messages of rosbridge; unreadable ones are reported once per topic and ignored."""
 
     def __init__(
-        self,
-        settings: Settings,
-        frames: Mapping[str, Frames],
-        chart: Chart,
-        clock: Clock,
-        say: Callable[[str], None],
+        self, settings: Settings, frames: Mapping[str, Frames], chart: Chart, clock: Clock, say: Callable[[str], None]
     ) -> None:
         self._frame = settings.map.frame
         self._chart = chart
@@ -60,10 +93,7 @@ class Hearing:
         self._said: set[str] = set()
         self._open = False
         self.fleet: RobotFleet | None = None
-        self._readers: dict[str, Reader] = {
-            settings.map.topic: self._map,
-            settings.map.updates: self._update,
-        }
+        self._readers: dict[str, Reader] = {settings.map.topic: self._map, settings.map.updates: self._update}
         for topic, known in frames.items():
             self._readers[topic] = partial(self._transforms, known, False)
             self._readers[topic + STATIC] = partial(self._transforms, known, True)
@@ -112,12 +142,12 @@ class Hearing:
         faults: list[Exception] = []
         for stamped in message["transforms"]:
             try:
-                link = link_in(stamped)
+                parent, child, transform, stamp_s = link_in(stamped)
             except UNREADABLE as error:
                 faults.append(error)
                 continue
-            at_s = None if static else self._clock.heard_s(link.stamp_s)
-            frames.tell(link.parent, link.child, link.transform, at_s, link.stamp_s)
+            at_s = None if static else self._clock.heard_s(stamp_s)
+            frames.tell(parent, child, transform, at_s, stamp_s)
         if faults:
             raise faults[0]
 

@@ -25,28 +25,11 @@ MOST_BYTES = 64 * 2**20
 
 @dataclass(slots=True, kw_only=True)
 class Record:
-    """How far a mission is.
+    """How far a mission is, which began with the `frame` of its brief and was taken up `starts` times.
 
-    Parameters
-    ----------
-    frame
-        The frame that the mission was begun with, as in its brief.
-    after
-        The event that was acted on last.
-    answered, until_ms
-        The report that commands were received after, and when the next one is due.
-    errands
-        The commands that have not ended.
-    gathered
-        What has ended, failed or was lost since the last report, as `fleet.Gathered`.
-    aboard
-        The carrier of each rover that is aboard.
-    starts
-        How often it was taken up.
-    lost
-        The robots that were reported as lost.
-    report
-        A report that may not have arrived.
+    `after` is the last event that was acted on, `answered` the report that its last commands followed, `until_ms` when
+    the next report is due; `report` may not have arrived. `errands` are the commands that have not ended, `gathered`
+    what is to be reported (`fleet.UnreportedEvents`), `aboard` the carrier of each rover that is aboard.
     """
 
     mission: str
@@ -67,10 +50,7 @@ class Record:
         return {command["robot"] for command in self.errands} | set(self.lost) | self.aboard.keys()
 
     def check(self) -> None:
-        """Check what a file holds that was changed or is of something else.
-
-        Raises ValueError, TypeError, KeyError if it can't be what was written.
-        """
+        """Check a record that was read. Raises ValueError, TypeError, KeyError if it can't be what was written."""
         width, height, (_, _, _) = self.frame["width"], self.frame["height"], self.frame["origin_m"]
         texts, numbers = [self.mission, *self.robots], [self.after, self.answered, self.starts, width, height]
         if not all(isinstance(one, str) for one in texts) or not all(isinstance(one, int) for one in numbers):
@@ -86,17 +66,10 @@ class Journal:
         self.path = path
 
     def read(self) -> Record | None:
-        """Return what is kept, None if there is no file.
-
-        Raises
-        ------
-        UsageError
-            If none could be written there: a mission is not begun that can't be kept.
-        InputError
-            If the file can't be read or is none of these.
-        """
+        """Return what is kept, None if there is no file. Raises InputError, or UsageError if none can be written."""
         if self.path is None:
             return None
+        # before a mission begins that could not be kept
         if not os.access(self.path.parent, os.W_OK | os.X_OK):
             raise UsageError(f"--state: {self.path} can't be written (no folder to write to)")
         if not self.path.exists():
@@ -117,7 +90,7 @@ class Journal:
         if self.path is None:
             return
         try:
-            # at once or not at all: the bridge may be killed at any moment
+            # whole or not at all: the bridge may be killed at any moment
             replace_file(self.path, json.dumps({"version": VERSION, **asdict(record)}).encode())
         except OSError as error:
             raise UsageError(f"--state: {self.path} can't be written ({error.strerror})") from error

@@ -23,11 +23,10 @@ UPDATE_TYPE = "map_msgs/msg/OccupancyGridUpdate"
 TF_TYPE = "tf2_msgs/msg/TFMessage"
 CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 
+# tag of an array of signed bytes in CBOR (RFC 8746)
 _INT8_ARRAY = 72
-"""Tag of an array of signed bytes in CBOR (RFC 8746)."""
-
+# errors of reading a message that is not of its type
 UNREADABLE = (KeyError, TypeError, ValueError, AttributeError, OverflowError, MapError)
-"""What reading a message that is not as its type has it may raise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,16 +36,6 @@ class Update:
     x: int
     y: int
     values: OccupancyArray
-
-
-@dataclass(frozen=True, slots=True)
-class StampedTransform:
-    """One transform of a message: where `child` is in `parent`, and at what time (s) by its stamp, 0 for none."""
-
-    parent: str
-    child: str
-    transform: Transform
-    stamp_s: float
 
 
 def occupancy_in(message: Mapping[str, Any]) -> Occupancy:
@@ -74,12 +63,12 @@ def check_frame(message: Mapping[str, Any], frame: str) -> None:
         raise MapError(f"is in the frame {found!r}, not in {frame!r}")
 
 
-def link_in(stamped: Mapping[str, Any]) -> StampedTransform:
-    """Return the link in a `geometry_msgs/TransformStamped`."""
+def link_in(stamped: Mapping[str, Any]) -> tuple[str, str, Transform, float]:
+    """Return parent and child frame of a `geometry_msgs/TransformStamped`, its transform and stamp (s; 0: none)."""
     header, parts = stamped["header"], stamped["transform"]
     transform = transform_of(parts["translation"], parts["rotation"])
     stamp_s = seconds_of(header["stamp"]) if "stamp" in header else 0.0
-    return StampedTransform(_frame(header["frame_id"]), _frame(stamped["child_frame_id"]), transform, stamp_s)
+    return _frame(header["frame_id"]), _frame(stamped["child_frame_id"]), transform, stamp_s
 
 
 def seconds_of(time: Mapping[str, Any]) -> float:

@@ -1,36 +1,99 @@
-"""One robot of the team: where it is, as tf tells, and the command it carries out."""
+"""One robot of the team: where it is, as tf tells, the command it carries out, and whether a drive makes progress.
+
+A drive makes progress if the robot moves and less of its route is left than ever before: a robot that backs up and
+returns, or turns on the spot, moves but gets no nearer. If the action doesn't report what is left, movement decides.
+
+References: nav2's `FollowPath` (`distance_to_goal`) and `NavigateToPose` (`distance_remaining`,
+`number_of_recoveries`). The latter reports 0 m as long as there is no path, and at first what is left of the previous
+path; a new path may be longer.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from marsupial_client.mission_documents import Command
 from marsupial_ros.goals import ActionGoal
-from marsupial_ros.progress import Point, Progress
 from marsupial_ros.settings import RobotSettings
-from marsupial_ros.transforms import Frames, Transform
+from marsupial_ros.transforms import Frames, Point, Transform
 
+# a robot that moves, or gets nearer, by less than this stands still
+PROGRESS_M = 0.1
+# a route that is longer by this much is a new one: the robot has to get nearer on that
+DETOUR_M = 1.0
+# older feedback is ignored
+FEEDBACK_S = 5.0
+# recoveries in a row that bring a robot no nearer; nav2's own behavior tree gives up after as many failures
+MOST_RECOVERIES = 6
+# how far a robot may have come along its route since the last look: a route may pass a place twice
 LOOK_AHEAD_M = 5.0
-"""How far along its route a robot may have come since it was looked at last: a route may pass a place twice."""
+
+
+@dataclass(slots=True)
+class Progress:
+    """What is known of a drive's progress.
+
+    The robot was last seen to move at `moved_s` from `moved_from`. Its action last told at `told_s` what is left; on
+    the present way the least was `left_m`, at `nearer_s`, on any way `least_m`. `recoveries` are their number at the
+    time of that and by now.
+    """
+
+    moved_s: float = 0.0
+    moved_from: Point | None = None
+    told_s: float = -math.inf
+    nearer_s: float = 0.0
+    left_m: float = math.inf
+    least_m: float = math.inf
+    recoveries: tuple[int, int] | None = None
+
+    def see(self, at: Point, now_s: float) -> None:
+        """Apply the robot's position."""
+        if self.moved_from is None or math.dist(at, self.moved_from) > PROGRESS_M:
+            self.moved_from, self.moved_s = at, now_s
+
+    def hear(self, feedback: Mapping[str, Any], now_s: float) -> None:
+        """Apply feedback of the action; missing fields and invalid numbers are ignored."""
+        recoveries = _number(feedback.get("number_of_recoveries"))
+        if recoveries is not None:
+            then = recoveries if self.recoveries is None else min(recoveries, self.recoveries[0])
+            self.recoveries = int(then), int(recoveries)
+        left_m = _number(feedback.get("distance_remaining", feedback.get("distance_to_goal")))
+        if left_m:
+            self._approach(left_m, now_s)
+
+    def stood_for(self, now_s: float) -> float:
+        """Return for how many seconds the robot has stood, 0 if it was not seen yet."""
+        return 0.0 if self.moved_from is None else now_s - self.moved_s
+
+    def fault(self, now_s: float, stuck_s: float) -> str | None:
+        """Say why the robot is stuck, None if it gets on."""
+        told = now_s - self.told_s <= FEEDBACK_S
+        if max(self.stood_for(now_s), now_s - self.nearer_s if told else 0.0) > stuck_s:
+            return f"no progress for {stuck_s:g} s"
+        then, now = self.recoveries or (0, 0)
+        return f"{now - then} recoveries without progress" if now - then >= MOST_RECOVERIES else None
+
+    def _approach(self, left_m: float, now_s: float) -> None:
+        if now_s - self.told_s > FEEDBACK_S or left_m < self.left_m - PROGRESS_M:
+            self.left_m, self.nearer_s = left_m, now_s
+        elif left_m > self.left_m + DETOUR_M:
+            self.left_m = left_m
+        self.told_s = now_s
+        if left_m < self.least_m - PROGRESS_M:
+            self.least_m = left_m
+            if self.recoveries is not None:
+                self.recoveries = self.recoveries[1], self.recoveries[1]
 
 
 @dataclass(slots=True)
 class Errand:
-    """A command that has not ended.
+    """A command that has not ended: ROS was asked for `goal` at `since_s`, by a `name` that no other goal has.
 
-    Parameters
-    ----------
-    goal, name
-        What ROS was asked for, and the name that goal has there; a goal that is sent again has another.
-    passed
-        Of a drive: which point of the route the robot is at or was at last.
-    since_s
-        When the goal was sent.
-    progress
-        Of a drive: how it has got on since then.
-    cancelled_s
-        When it was last told to stop, None if it was not.
+    Of a drive, `passed` is the point of its route where the robot is or was last, `progress` the progress since then.
+    `cancelled_s` is when the goal was last cancelled, None if it was not.
     """
 
     command: Command
@@ -56,7 +119,7 @@ class Errand:
         """Return the point of the route that a robot is at, and remember it; None if it is off the route."""
         route, gone = self.route_m, 0.0
         best, least = self.passed, math.inf
-        for i in range(self.passed, len(route)):
+        for i in range(self.passed, len(route)):  # never back, though a route may pass a place twice
             gone += math.dist(route[i - 1], route[i]) if i > self.passed else 0.0
             if gone > LOOK_AHEAD_M:
                 break
@@ -72,12 +135,7 @@ class Errand:
 class TrackedRobot:
     """A robot, and what is known of it.
 
-    Parameters
-    ----------
-    anchor
-        Where the mission was told that it stands, in metres of the map frame.
-    silent
-        Whether it was told that nothing is heard of the robot.
+    `anchor` is its reported place in metres of the map frame. It is `silent` once the user was told so.
     """
 
     settings: RobotSettings
@@ -87,7 +145,7 @@ class TrackedRobot:
     errand: Errand | None = None
     silent: bool = False
     lost: bool = False
-    since_s: float = field(default=0.0)
+    since_s: float = 0.0
 
     @property
     def name(self) -> str:
@@ -115,3 +173,9 @@ class TrackedRobot:
         if found is None:
             return now_s - self.since_s
         return 0.0 if found[1] is None else now_s - max(found[1], self.since_s)
+
+
+def _number(value: object) -> float | None:
+    """Return a distance or a count; None for what is none."""
+    found = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) and value >= 0
+    return float(value) if found else None  # type: ignore[arg-type]

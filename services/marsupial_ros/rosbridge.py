@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import IntEnum
 from typing import Any, Protocol
 
@@ -22,20 +22,16 @@ from websockets.exceptions import InvalidURI, WebSocketException
 from marsupial.errors import UsageError
 from marsupial_ros.messages import UNREADABLE
 
+# pauses between attempts to connect
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.2, 5.0
-"""Between tries to connect."""
-
+# how long a connection may take to open
 OPEN_S = 10.0
-"""How long a connection may take to open."""
-
+# how long rosbridge may take to confirm a close
 CLOSE_S = 2.0
-"""How long rosbridge may take to answer that it closes, too."""
-
+# interval of pings; a connection without an answer for as long is dead
 PING_S = 5.0
-"""Between signs of life; a connection without an answer for as long again is dead."""
-
+# the largest message: a map of 100 million cells as JSON
 MOST_BYTES = 512 * 2**20
-"""Of one message: a map of 100 million cells as JSON."""
 
 MOST_FRAGMENTS = 100_000
 
@@ -66,38 +62,27 @@ class Subscription:
     type: str
     compression: str = "none"
 
-    def as_document(self) -> dict[str, Any]:
-        """Return the request for it."""
-        document: dict[str, Any] = {"op": "subscribe", "id": f"marsupial:{self.topic}"}
-        return document | {"topic": self.topic, "type": self.type, "compression": self.compression}
-
 
 class Listener(Protocol):
-    """Hears what comes."""
+    """Receives what comes."""
 
     def connected(self) -> None:
         """A connection has been opened: nothing that was sent over an earlier one can be relied on."""
-        ...
 
     def disconnected(self, reason: str) -> None:
         """The connection broke, or can't be opened."""
-        ...
 
     def message(self, topic: str, message: Mapping[str, Any]) -> None:
         """A message of a topic."""
-        ...
 
     def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
-        """An action tells how a goal gets on."""
-        ...
+        """An action reports the progress of a goal."""
 
     def ended(self, end: ActionResult) -> None:
         """A goal has ended."""
-        ...
 
     def complaint(self, text: str) -> None:
-        """What rosbridge or this end can't make sense of."""
-        ...
+        """Rosbridge or this end can't make sense of something."""
 
 
 class Rosbridge:
@@ -132,10 +117,7 @@ class Rosbridge:
         self._send({"op": "cancel_action_goal", "id": goal, "action": action})
 
     async def run(self) -> None:
-        """Connect, again and again, and let the listener hear what comes.
-
-        Raises UsageError where the address is none.
-        """
+        """Connect, again and again, and pass on what comes. Raises UsageError if the address is none."""
         pause_s = FIRST_PAUSE_S
         while True:
             try:
@@ -158,6 +140,7 @@ class Rosbridge:
             except (OSError, TimeoutError, WebSocketException) as error:
                 reason = str(error) or type(error).__name__
             self._listener.disconnected(reason)
+            # longer each time: a rosbridge that is starting refuses connections for a while
             await asyncio.sleep(pause_s)
             pause_s = min(2 * pause_s, LONGEST_PAUSE_S)
 
@@ -171,8 +154,8 @@ class Rosbridge:
         self._fragments.clear()
         self._outbox = asyncio.Queue()
         try:
-            for subscription in self._subscriptions:
-                self._send(subscription.as_document())
+            for one in self._subscriptions:
+                self._send({"op": "subscribe", "id": f"marsupial:{one.topic}", **asdict(one)})
             self._listener.connected()
             await first_of(self._read(line), self._write(line, self._outbox))
         finally:
@@ -222,7 +205,7 @@ class Rosbridge:
 
 
 async def first_of(*work: Awaitable[None]) -> None:
-    """Run all of it until the first part is over, then cancel the rest; what a part raises is raised."""
+    """Run all until the first one is over, then cancel the others; raise what the first one raised."""
     tasks = [asyncio.ensure_future(part) for part in work]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import TypeVar
 
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, shown
@@ -19,6 +20,8 @@ from marsupial.model.bounds import BOUNDS, Bound
 from marsupial.model.grid import Terrain
 from marsupial.model.robots import RobotType, TeamMember
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
+
+Word = TypeVar("Word", bound=StrEnum)
 
 FORMAT, VERSION = "marsupial-ros", 1
 
@@ -48,18 +51,9 @@ class Compression(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotSettings:
-    """One robot.
+    """One robot: the namespace of its actions (``/carrier1``, or empty), and the carrier it is aboard at first.
 
-    Parameters
-    ----------
-    namespace
-        What its actions are under (``/carrier1``), empty for none.
-    carrier
-        The carrier it is aboard at first, None if it stands by itself.
-    tf
-        The topic of its transforms; those that hold for good are on ``<tf>_static``.
-    base_frame
-        The frame of the robot in it.
+    `base_frame` is its frame on the topic `tf`; static transforms are on ``<tf>_static``.
     """
 
     name: str
@@ -86,20 +80,12 @@ class MapSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Waits:
-    """How long what is waited for, in seconds, and how far a robot may be from where it should be.
+    """How long to wait, in seconds, and how far a robot may be from where it should be.
 
-    Parameters
-    ----------
-    report_s
-        Between reports while robots drive or the map changes, at least.
-    silent_s, lost_s
-        Without transforms a robot counts as silent, which ends its drive, and as lost for good.
-    stuck_s
-        A drive without any progress is given up.
-    handover_s
-        A docking or undocking is given up.
-    tolerance_m
-        A robot this near to its route is on it, and this near to where it can stand stands there.
+    `report_s` passes between reports while robots drive or the map changes. A robot without transforms is silent after
+    `silent_s`, which ends its drive, and lost for good after `lost_s`. A drive without progress is given up after
+    `stuck_s`, a docking or undocking after `handover_s`. A robot within `tolerance_m` of its route is on it; within
+    that of where it can stand, it stands there.
     """
 
     report_s: float = 1.0
@@ -168,7 +154,9 @@ def _read(top: Fields, path: Path) -> Settings | None:
     clock = top.text("clock") if top.has("clock") else None
     terrains = read_terrains(top)
     kinds = read_types(top, terrains, None)
-    controller = _read_controller(top.part("controller", required=False))
+    fields = top.part("controller", required=False)
+    controller = Controller(**{name: fields.text(name) for name in asdict(Controller()) if fields.has(name)})
+    fields.finish()
     settings = Settings(
         name=name,
         rosbridge=rosbridge,
@@ -187,12 +175,6 @@ def _read(top: Fields, path: Path) -> Settings | None:
     return None if top.problems else settings
 
 
-def _read_controller(fields: Fields) -> Controller:
-    controller = Controller(**{name: fields.text(name) for name in asdict(Controller()) if fields.has(name)})
-    fields.finish()
-    return controller
-
-
 def _read_map(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapSettings:
     share = BOUNDS["share"]
     topic = fields.text("topic", "/map")
@@ -202,13 +184,18 @@ def _read_map(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Ma
         frame=fields.text("frame", "map").lstrip("/"),
         free_thresh=fields.number("free_thresh", FREE_THRESH, share),
         occupied_thresh=fields.number("occupied_thresh", OCCUPIED_THRESH, share),
-        compression=Compression(fields.choice("compression", list(Compression), Compression.CBOR) or Compression.CBOR),
+        compression=_choice(fields, "compression", Compression.CBOR),
         masks=read_filters(fields, terrains, folder),
     )
     if settings.free_thresh >= settings.occupied_thresh:
         fields.wrong("free_thresh", f"must be below occupied_thresh ({settings.occupied_thresh:g})")
     fields.finish()
     return settings
+
+
+def _choice(fields: Fields, key: str, usual: Word) -> Word:
+    words = type(usual)
+    return words(fields.choice(key, list(words), usual) or usual)
 
 
 def _read_waits(fields: Fields) -> Waits:
@@ -226,9 +213,7 @@ def _read_planning(fields: Fields) -> Planning:
         strategy=fields.text("strategy") if fields.has("strategy") else None,
         planner=fields.text("planner") if fields.has("planner") else None,
         budget_s=fields.number("budget_s", usual.budget_s, BOUNDS["budget_s"]),
-        planning_time=PlanningTime(
-            fields.choice("planning_time", list(PlanningTime), usual.planning_time) or usual.planning_time
-        ),
+        planning_time=_choice(fields, "planning_time", usual.planning_time),
     )
     fields.finish()
     return planning
@@ -237,14 +222,13 @@ def _read_planning(fields: Fields) -> Planning:
 def _read_robots(top: Fields, kinds: Mapping[str, RobotType | None]) -> tuple[RobotSettings, ...]:
     """Read the robots; they mean something only if no problem was noted."""
     read = [(fields, _read_robot(fields, kinds)) for fields in top.parts("robots")]
+    robots = [(fields, robot) for fields, robot in read if robot is not None]
     entries = [
         MemberEntry(fields, TeamMember(name=robot.name, type=robot.kind.name, carrier=robot.carrier))
-        for fields, robot in read
-        if robot is not None
+        for fields, robot in robots
     ]
     check_names(entries)
     check_carriers(entries, kinds)
-    robots = [(fields, robot) for fields, robot in read if robot is not None]
     if not top.problems and not any(robot.kind.capacity or robot.carrier is None for _, robot in robots):
         top.wrong("robots", "must not be empty")
     for key in ("namespace", "base_frame"):
@@ -260,9 +244,7 @@ def _read_robot(fields: Fields, kinds: Mapping[str, RobotType | None]) -> RobotS
         "namespace": _namespace(fields, f"/{name}"),
         "tf": fields.text("tf", "/tf"),
         "base_frame": fields.text("base_frame", f"{name or 'robot'}/base_link").lstrip("/"),
-        "drive": DriveAction(
-            fields.choice("drive", list(DriveAction), DriveAction.FOLLOW_PATH) or DriveAction.FOLLOW_PATH
-        ),
+        "drive": _choice(fields, "drive", DriveAction.FOLLOW_PATH),
     }
     fields.finish()
     return None if kind is None else RobotSettings(name=name, kind=kind, carrier=carrier, **settings)  # type: ignore[arg-type]

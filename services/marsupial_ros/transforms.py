@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+Point = tuple[float, float]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
+# most links between a robot and the map: a tree has no cycles, but messages may have
 _LONGEST_CHAIN = 100
-"""Links from a robot to the map, at most: a tree has no circles, but messages may have."""
 
 
 class Transform(NamedTuple):
@@ -44,10 +45,7 @@ class Transform(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class LastTransform:
-    """The last that was told of a frame: its parent, where it is in that, and when (s); None for what is for good.
-
-    `stamp_s` is that of the message, by whatever clock; 0 if there was none.
-    """
+    """The last transform of a frame into its parent, and its time (s; None: static); `stamp_s` is by any clock."""
 
     parent: str
     transform: Transform
@@ -62,22 +60,18 @@ class Frames:
         self._told: dict[str, LastTransform] = {}
 
     def tell(self, parent: str, child: str, transform: Transform, at_s: float | None, stamp_s: float = 0.0) -> None:
-        """Store a link; `at_s` is None for a static one.
-
-        A link with the stamp of the one before is that one, sent again: it is no news of the frame. So a robot whose
-        transforms are repeated grows silent, whatever the clocks of two machines say.
-        """
+        """Store a link; `at_s` is None for a static one."""
+        # a link with the stamp of the one before is that one, sent again: so a robot whose transforms are repeated
+        # grows silent, whatever the clocks of two machines say
         before = self._told.get(child)
         if before is not None and stamp_s and before.stamp_s == stamp_s and before.at_s is not None:
             return
         self._told[child] = LastTransform(parent, transform, at_s, stamp_s)
 
     def find(self, frame: str, ancestor: str) -> tuple[Transform, float | None] | None:
-        """Return where a frame is in another and when that was told; None if they are not connected.
-
-        The time is that of the oldest link that does not hold for good, as with tf2: a robot is late if its odometry
-        is, or its localisation.
-        """
+        """Return the transform of a frame into another, and its time; None if they are not connected."""
+        # the time of the oldest link that is not static, as with tf2: a robot is late if its odometry or its
+        # localisation is
         found, at_s = Transform((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), None
         for _ in range(_LONGEST_CHAIN):
             if frame == ancestor:

@@ -67,10 +67,7 @@ def create_app(settings: ServiceSettings) -> FastAPI:
         redirect_slashes=False,
         generate_unique_id_function=lambda route: route.name,
     )
-    app.state.service = State(
-        settings=settings,
-        keys=KeyFile(settings.data),
-    )
+    app.state.service = State(settings=settings, keys=KeyFile(settings.data))
     for router in (
         *(room.router for room in (missions, jobs, simulations, analyses, catalogue, operations)),
         operations.admin,
@@ -91,21 +88,20 @@ def create_app(settings: ServiceSettings) -> FastAPI:
 @asynccontextmanager
 async def _running(app: FastAPI) -> AsyncIterator[None]:
     """Run the jobs and missions of the data folder as long as the application runs."""
-    state = state_of(app)
+    state, metrics = state_of(app), state_of(app).metrics
     limits = state.settings.limits
     store: Store = state.store if state.store is not None else await asyncio.to_thread(open_store, state.settings.place)
     state.store = store
     if state.settings.store is not None:
         state.keys = await asyncio.to_thread(KeyRow, store)
     slots = Slots(limits.slots)
-    metrics = state.metrics
-    jobs = Jobs(
+    state.jobs = jobs = Jobs(
         store,
         JobSettings(limits=limits, planned=metrics.planned, failed=metrics.failed, commands=state.settings.planners),
         runner=state.runner,
         slots=slots,
     )
-    missions = Missions(
+    state.missions = missions = Missions(
         store,
         MissionSettings(
             limits=limits,
@@ -119,7 +115,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         runner=state.runner,
         slots=slots,
     )
-    state.started = jobs, missions
+    state.started = True
     try:
         await jobs.start()
         await asyncio.to_thread(LOCAL.warm_up, READERS)
@@ -136,16 +132,15 @@ def _respond(request: Request, error: Exception) -> Response:
     return answer(problem, request.url.path)
 
 
-def _misshaped(request: Request, error: RequestValidationError) -> HttpProblem:
+def _misshaped(_: Request, error: RequestValidationError) -> HttpProblem:
     """Return the problem for what pydantic finds wrong in anything but a body."""
-    return HttpProblem("invalid", errors=[_detail(one) for one in error.errors()])
-
-
-def _detail(error: dict[str, Any]) -> ProblemDetailAnswer:
-    place, *location = error["loc"]
-    name = str(location[0]) if location else ""
-    where = place if place in ("query", "header", "path") else "query"
-    return ProblemDetailAnswer.model_validate({where: name, "detail": str(error["msg"])})
+    details = []
+    for one in error.errors():
+        place, *location = one["loc"]
+        where = place if place in ("query", "header", "path") else "query"
+        name = str(location[0]) if location else ""
+        details.append(ProblemDetailAnswer.model_validate({where: name, "detail": str(one["msg"])}))
+    return HttpProblem("invalid", errors=details)
 
 
 def _http(request: Request, error: HTTPException) -> HttpProblem:
@@ -157,12 +152,12 @@ def _http(request: Request, error: HTTPException) -> HttpProblem:
 
 def _methods(request: Request) -> Sequence[str]:
     """Return what can be done at the path of the request."""
-    found: set[str] = set()
-    for method in ("DELETE", "GET", "POST"):
+
+    def matches(method: str) -> bool:
         scope = {**request.scope, "method": method}
-        if any(route.matches(scope)[0] is Match.FULL for route in request.app.router.routes):
-            found.add(method)
-    return sorted(found)
+        return any(route.matches(scope)[0] is Match.FULL for route in request.app.router.routes)
+
+    return list(filter(matches, ("DELETE", "GET", "POST")))
 
 
 def _later(kind: str, said: str, seconds: int) -> HttpProblem:
@@ -181,4 +176,3 @@ _PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
     KeyReused: lambda _, error: HttpProblem("key-reused", "send another key, or the same request"),
     StoreError: lambda _, error: _later("not-ready", error.told, _STORE_RETRY_S),
 }
-"""What each exception becomes."""

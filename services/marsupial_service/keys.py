@@ -24,11 +24,10 @@ from marsupial_service.store import Store, Transaction, documents, open_store
 from marsupial_service.store.transaction import StoreReader
 
 FILE = "keys.json"
+# the topic of changes to the keys of a shared database
 TOPIC = "keys"
-"""On which servers hear that the keys of a shared database have changed."""
-
+# how many good keys a name may have: the present one, and the one its clients are about to use
 MOST_OF_A_NAME = 2
-"""How many good keys a name may have: the one that its clients use, and the one they are about to."""
 
 _PREFIX = "msp_"
 _ROW = "keys"
@@ -75,8 +74,9 @@ class Keys(ABC):
         """Replace the keys by what `change` makes of them, unless it raises something."""
 
     def find(self, secret: str, now_s: float) -> Key | None:
-        """Return the key of that secret if it is good now; all are compared, so that the time tells nothing."""
+        """Return the key of that secret if it is good now."""
         digest = _digest(secret)
+        # all are compared, in constant time, so that the time of an answer says nothing about the keys
         found = [key for key in self.all() if hmac.compare_digest(key.sha256, digest)]
         return next((key for key in found if key.holds(now_s)), None)
 
@@ -135,6 +135,7 @@ class KeyFile(Keys):
             status = self._path.stat()
         except FileNotFoundError:
             return ()
+        # the inode too: a change within one tick of the clock replaces the file
         seen = (status.st_ino, status.st_mtime_ns, status.st_size)
         if seen != self._seen:
             self._keys = _keys_in(self._path.read_text(encoding="utf-8"))
@@ -181,7 +182,7 @@ class KeyRow(Keys):
             tx.news.add(TOPIC)
 
         self._store.write(write).result()
-        self._read()
+        self._read()  # the notification of one's own change comes later
 
 
 @contextmanager

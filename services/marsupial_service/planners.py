@@ -25,10 +25,7 @@ def planner_info(name: str, commands: Mapping[str, str]) -> EngineInfo:
 
 
 def planner_infos(commands: Mapping[str, str]) -> tuple[EngineInfo, ...]:
-    """Return what there is to say of every planner, in the order of `planner_names`.
-
-    Raises UsageError if a command is called like another planner, or has no places for the files.
-    """
+    """Describe every planner, in the order of `planner_names`. Raises UsageError if a command can't be offered."""
     taken = sorted(commands.keys() & set(engine_names()))
     if taken:
         raise UsageError(f"--planner: {taken[0]} is a planner already, give the command another name")

@@ -92,8 +92,8 @@ class HttpProblem(Exception):
         return partial(HttpProblem, errors=self.errors, headers=self.headers), (self.kind, self.detail)
 
 
+# errors that an answer lists at most
 MOST_ERRORS = 100
-"""No answer lists more."""
 
 
 def summary(errors: Sequence[ProblemDetailAnswer], count: int) -> str:
@@ -113,10 +113,7 @@ def check_count(where: str, count: int, limit: int, noun: str) -> None:
 
 
 def problem_of(error: MarsupialError, document: object) -> HttpProblem:
-    """Return the problem for what the library raises about input, which is the body `document`.
-
-    What is not the client's fault is raised again.
-    """
+    """Return the problem for what the library raises about the body `document`; raise what is no client's fault."""
     kind = kind_of(error)
     if KINDS[kind].status >= 500:
         raise error

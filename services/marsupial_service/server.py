@@ -26,14 +26,12 @@ from marsupial_service.settings import ServiceSettings
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError, open_store
 
+# our packages, which have to be the same on all nodes of a cluster
 _PACKAGES = ("marsupial", "marsupial_service")
-"""Of ours, that have to be the same on all nodes of a cluster."""
-
+# how long requests may still take at the end; jobs and missions then take as long at most
 _GRACE_S = 1
-"""What requests under way may still take; jobs and missions, which come after it, take as long at most."""
-
+# connections that may wait to be accepted; they are not counted yet
 _BACKLOG = OTHER_FILES // 2
-"""Connections that wait to be accepted: so many may come at once before any of them is counted."""
 
 log = logging.getLogger("marsupial.cluster")
 
@@ -47,7 +45,6 @@ class _Server(uvicorn.Server):
         self._ready = ready
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start, and say so."""
         asyncio.get_running_loop().set_exception_handler(LoopFaults())
         await super().startup(sockets)
         if self.started:
@@ -55,24 +52,15 @@ class _Server(uvicorn.Server):
             self._ready()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """Begin to end."""
-        self._leave()
+        self._leave()  # uvicorn waits for answers, and streams end only when told to
         super().handle_exit(sig, frame)
 
 
 def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None]) -> bool:
-    """Serve until a signal asks to end; `tell` is given the address once requests are answered.
+    """Serve until a signal asks to end, and return whether it could start; `tell` gets the address once it answers.
 
-    Returns
-    -------
-    bool
-        Whether it could start.
-
-    Raises
-    ------
-    UsageError
-        If the address can't be listened at, the folder can't be used, keys are needed and there is none, or a planner
-        of the operator's can't be offered.
+    Raises UsageError if the address or the folder can't be used, keys are needed and there is none, or a planner of
+    the operator's can't be offered.
     """
     planner_infos(settings.planners)
     runner = _runner(settings)
@@ -163,7 +151,6 @@ class JsonLines(logging.Formatter):
     """A record as JSON: moment, level, logger, message, and whatever was given with it (``job``, ``status``)."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """Return the line."""
         document = {
             "at": timestamp(int(1000 * record.created)),
             "level": record.levelname.lower(),

@@ -18,11 +18,10 @@ from marsupial.model.bounds import MOST_ROBOTS
 from marsupial.model.sizes import SIZES
 
 PREFIX = "MARSUPIAL_"
+# no key can use so many seconds of planning in an hour
 UNBOUNDED_S = 1e9
-"""Seconds of planning that no key can use in an hour."""
-
+# jobs that a server follows at a time on a cluster, a thread each; the cluster's processors say how many run
 CLUSTER_SLOTS = 64
-"""Jobs that one server follows at a time on a cluster, where its processors say how many run; a thread each."""
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
@@ -101,22 +100,12 @@ class ServiceLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServiceSettings:
-    """Where the service listens and keeps its data.
+    """Where the service listens (port 0 is any free one), keeps its data, and runs its work.
 
-    Parameters
-    ----------
-    data
-        The folder of jobs, missions and keys.
-    store
-        The address of a PostgreSQL database that keeps them instead, and that other servers may use too.
-    ray
-        The address of a Ray cluster on which jobs and missions run, in place of this machine.
-    port
-        0 takes any free one.
-    keys
-        Whether every request needs an API key; where it listens to other machines it does, whatever is said here.
-    planners
-        Command lines of external planners by the names clients know them by (``cmd:optic {domain} {problem}``).
+    Jobs, missions and keys are kept in the folder `data`, or in the PostgreSQL database at the address `store`, which
+    other servers may use too. Jobs and missions run on this machine, or on the Ray cluster at the address `ray`.
+    `keys` makes every request need an API key; a service that listens to other machines always needs them. `planners`
+    are command lines of external planners (``cmd:optic {domain} {problem}``) by the names that clients use.
     """
 
     data: Path
@@ -154,15 +143,12 @@ class ServiceSettings:
 
     @property
     def needs_keys(self) -> bool:
-        """Return whether requests need an API key."""
+        """Whether requests need an API key."""
         return self.keys or self.host not in LOOPBACK
 
 
 def limits_from(environment: Mapping[str, str], options: Mapping[str, str] | None = None) -> ServiceLimits:
-    """Return the limits that environment variables and options (``--limit``, by name) set, the others by default.
-
-    Raises UsageError naming the first option or variable that holds no such number.
-    """
+    """Return the limits with what options (``--limit``, by name) and environment variables set. Raises UsageError."""
     given: dict[str, float] = {}
     for one in fields(ServiceLimits):
         said, text = f"--limit {one.name}", (options or {}).get(one.name)

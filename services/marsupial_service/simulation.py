@@ -38,19 +38,10 @@ def simulate_by(
     observer: Observer,
     stopping: Callable[[], AbstractContextManager[Callable[[], bool]]],
 ) -> Summary:
-    """Run one mission in the simulator here, planned by a service, and return its summary; the client is closed then.
+    """Run one mission in the simulator here, planned by a service; return its summary and close the client.
 
-    Parameters
-    ----------
-    stopping
-        Entered once the service has the mission; what it yields says whether that shall be cancelled.
-
-    Raises
-    ------
-    UsageError
-        If the service refuses or can't be reached any more.
-    ScenarioError
-        If the team can't be placed.
+    `stopping` is entered once the service has the mission; what it yields says whether to cancel it. Raises UsageError
+    if the service refuses or can't be reached any more, ScenarioError if the team can't be placed.
     """
     began = time.perf_counter()
     team = place_team(scenario, seed)

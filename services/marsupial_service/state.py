@@ -32,22 +32,10 @@ class Readiness:
 
 @dataclass(slots=True, kw_only=True)
 class State:
-    """The service while it runs.
+    """The service while it runs: its `jobs` and `missions` once it has started, open event `streams` by owner.
 
-    Parameters
-    ----------
-    store
-        The one to be used, if it is open already.
-    runner
-        Runs the processes of jobs and missions.
-    started
-        Jobs and missions; None until the service has started.
-    streams
-        Open event streams by owner.
-    supervised
-        Processes of requests; `analyses` and `readers` run theirs there.
-    held_bytes
-        Of bodies that are being received and read.
+    `analyses` and `readers` run the processes of requests (`supervised`), `runner` those of jobs and missions.
+    `held_bytes` are those of bodies being received and read.
     """
 
     settings: ServiceSettings
@@ -59,7 +47,9 @@ class State:
     metrics: HttpMetrics = field(default_factory=HttpMetrics)
     store: Store | None = None
     runner: Runner = LOCAL
-    started: tuple[Jobs, Missions] | None = None
+    jobs: Jobs = field(init=False)
+    missions: Missions = field(init=False)
+    started: bool = False
     streams: Counter[str] = field(default_factory=Counter)
     readiness: Readiness = field(default_factory=Readiness)
 
@@ -78,22 +68,11 @@ class State:
         )
 
     def leave(self) -> None:
-        """End streams, as the service is asked to end."""
+        """End streams and processes of requests: the service is about to end."""
         self.supervised.leave()
-        for entries in self.started or ():
-            entries.leave()
-
-    @property
-    def jobs(self) -> Jobs:
-        """The jobs of a service that has started."""
-        assert self.started is not None
-        return self.started[0]
-
-    @property
-    def missions(self) -> Missions:
-        """The missions of a service that has started."""
-        assert self.started is not None
-        return self.started[1]
+        if self.started:
+            self.jobs.leave()
+            self.missions.leave()
 
 
 def state_of(app: Starlette) -> State:

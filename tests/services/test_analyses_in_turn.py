@@ -60,23 +60,11 @@ async def serving(folder: Path, **limits: float) -> AsyncIterator[Asker]:
 async def test_a_key_that_floods_the_analyses_waits_behind_one_that_has_none(tmp_path: Path) -> None:
     async with serving(tmp_path, wait_s=600.0) as asker:
         flood = [asyncio.create_task(asker.analysis("ann")) for _ in range(16)]
-
-        async def refused() -> bool:
-            return sum(task.done() for task in flood) == 12 and asker.held.begun == 2
-
-        await awaited(refused)
+        await awaited(lambda: sum(task.done() for task in flood) == 12 and asker.held.begun == 2)
         other = asyncio.create_task(asker.analysis("bob"))
-
-        async def waits() -> bool:
-            return asker.state.analyses.slots.waiting("bob") == 1
-
-        await awaited(waits)
+        await awaited(lambda: asker.state.analyses.slots.waiting("bob") == 1)
         asker.held.go_on.release()  # one of ann's ends, and two of hers wait
-
-        async def begins() -> bool:
-            return asker.held.begun == 3
-
-        await awaited(begins)
+        await awaited(lambda: asker.held.begun == 3)
         assert (asker.state.analyses.slots.waiting("bob"), asker.state.analyses.slots.waiting("ann")) == (0, 2)
         for _ in range(4):
             asker.held.go_on.release()
@@ -87,11 +75,7 @@ async def test_a_key_that_floods_the_analyses_waits_behind_one_that_has_none(tmp
 async def test_who_waits_too_long_for_a_turn_is_refused(tmp_path: Path) -> None:
     async with serving(tmp_path, wait_s=0.0) as asker:
         running = [asyncio.create_task(asker.analysis("ann")) for _ in range(2)]
-
-        async def begun() -> bool:
-            return asker.held.begun == 2
-
-        await awaited(begun)
+        await awaited(lambda: asker.held.begun == 2)
         answer = await asker.analysis("bob")
         for _ in running:
             asker.held.go_on.release()

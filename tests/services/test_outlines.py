@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from marsupial.model.grid import Mask
-from marsupial_service.analyses.outlines import Ring, polygons
+from marsupial_service.analyses.analysis import Ring, polygons
 
 MASKS = arrays.arrays(np.bool_, st.tuples(st.integers(1, 7), st.integers(1, 7)))
 

@@ -41,10 +41,7 @@ def map_state(**changes: Any) -> dict[str, Any]:
     found = {
         "map": {"rows": ROWS, "resolution_m": 0.5, "origin_m": [10, 5, 0]},
         "robot_types": [carrier, rover],
-        "robots": [
-            {"name": "c", "type": "carrier", "cell": [1, 1]},
-            {"name": "r", "type": "rover", "carrier": "c"},
-        ],
+        "robots": [{"name": "c", "type": "carrier", "cell": [1, 1]}, {"name": "r", "type": "rover", "carrier": "c"}],
     }
     return {**found, **changes}
 
@@ -204,9 +201,7 @@ def shoelace(ring: list[list[float]]) -> float:
 def test_a_map_state_in_a_job_is_what_the_planner_is_asked(http: httpx.Client) -> None:
     body = {"map_state": map_state(), "planner": "greedy"}
     job = http.post(
-        "/v1/jobs",
-        content=json.dumps(body),
-        headers={"content-type": "application/json", "Prefer": f"wait={HANG_S:g}"},
+        "/v1/jobs", content=json.dumps(body), headers={"content-type": "application/json", "Prefer": f"wait={HANG_S:g}"}
     )
     asked = http.get(job.json()["links"]["situation"]).json()["situation"]
     assert asked == http.post("/v1/analysis", json={"map_state": map_state()}).json()["situation"]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
-from itertools import permutations
+from itertools import pairwise, permutations
 from typing import Any
 
 import numpy as np
@@ -18,12 +18,16 @@ from marsupial.formats.situation import situation_to_json
 from marsupial.maps.growth import reach_of
 from marsupial.maps.survey import placed
 from marsupial.maps.territory import Territory
-from marsupial.model.grid import Cell
+from marsupial.model.grid import Cell, Mask
 from marsupial_service.analyses.maps import MapState
-from marsupial_service.analyses.outlines import polygons
 from marsupial_service.entries.documents import rounded, text_of
 from marsupial_service.problems import HttpProblem, problem_of
 from marsupial_service.schemas.answers import AnalysisAnswer, FeatureAnswer, Geometry, GeometryAnswer
+
+Corner = tuple[int, int]
+Ring = list[Corner]
+
+_TURNS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
 def analyse(argument: tuple[MapState, frozenset[str], int]) -> Iterator[bytes | HttpProblem]:
@@ -56,7 +60,7 @@ def _feature(identity: str, geometry: Geometry, coordinates: list[Any], properti
 
 def _places(state: MapState) -> Iterator[FeatureAnswer]:
     """Yield a point for each robot type at each place: types may stand at different cells of it."""
-    survey = state.survey()
+    survey = state.survey
     kinds = {target.name: "target" for target in survey.targets} | {m.name: "meeting" for m in survey.meetings}
     kinds |= dict.fromkeys(survey.situation.homes, "home")
     reveal = {target.name: target.reveal_m2 for target in survey.situation.targets}
@@ -69,7 +73,7 @@ def _places(state: MapState) -> Iterator[FeatureAnswer]:
 
 def _frontiers(state: MapState) -> Iterator[FeatureAnswer]:
     width = state.grid.width
-    for target in state.survey().targets:
+    for target in state.survey.targets:
         points = [_centre(state, Cell(int(i) % width, int(i) // width)) for i in target.cells]
         told = {"what": "frontier", "name": target.name, "explorers": sorted(target.viewpoints)}
         yield _feature(f"{target.name}/frontier", "MultiPoint", points, told)
@@ -83,14 +87,13 @@ def _reach(state: MapState) -> Iterator[FeatureAnswer]:
             for polygon in polygons(mask)
         ]
         area_m2 = float(np.count_nonzero(mask) * state.grid.cell_area_m2)
-        yield _feature(
-            f"reach/{kind}", "MultiPolygon", rings, {"what": "reach", "robot_type": kind, "area_m2": area_m2}
-        )
+        told = {"what": "reach", "robot_type": kind, "area_m2": area_m2}
+        yield _feature(f"reach/{kind}", "MultiPolygon", rings, told)
 
 
 def _costs(state: MapState) -> Iterator[FeatureAnswer]:
     """Yield a straight line for each drive there is, with the time it takes on the way the robot really goes."""
-    situation, poses = state.situation(), state.survey().poses
+    situation, poses = state.situation(), state.survey.poses
     for kind in (one.name for one in situation.types):
         for origin, goal in permutations(situation.places, 2):
             travel_ms = situation.travel(kind, origin, goal)
@@ -111,3 +114,80 @@ _FEATURES: Mapping[str, Callable[[MapState], Iterator[FeatureAnswer]]] = {
     "costs": _costs,
 }
 INCLUDE = frozenset(_FEATURES)
+
+
+def polygons(mask: Mask) -> list[list[Ring]]:
+    """Return the polygons that cover the cells of `mask`: each an outer ring, then its holes.
+
+    Corners are (x, y) with (0, 0) the lower left corner of cell (0, 0). Outer rings run counterclockwise, holes
+    clockwise, the first corner is repeated at the end, and only corners where the outline turns are given. Cells that
+    touch at a corner only belong to different polygons.
+    """
+    outer: list[Ring] = []
+    holes: list[Ring] = []
+    for ring in _rings(_edges(mask)):
+        (outer if _area2(ring) > 0 else holes).append(ring)
+    found = [[ring] for ring in outer]
+    for hole in holes:
+        around = [polygon for polygon in found if _is_inside(hole, polygon[0])]
+        min(around, key=lambda polygon: _area2(polygon[0])).append(hole)
+    return found
+
+
+def _edges(mask: Mask) -> dict[Corner, list[int]]:
+    """Return, for each corner, in which directions the outline goes on, cells to its left."""
+    padded = np.pad(mask, 1)
+    inner = padded[1:-1, 1:-1]
+    edges: dict[Corner, list[int]] = {}
+    sides = (
+        (padded[:-2, 1:-1], 0, 0, 0),  # below: eastwards along the lower edge
+        (padded[1:-1, 2:], 1, 0, 1),  # to the east: northwards
+        (padded[2:, 1:-1], 1, 1, 2),  # above: westwards
+        (padded[1:-1, :-2], 0, 1, 3),  # to the west: southwards
+    )
+    for neighbour, dx, dy, direction in sides:
+        for y, x in np.argwhere(inner & ~neighbour).tolist():
+            edges.setdefault((x + dx, y + dy), []).append(direction)
+    return edges
+
+
+def _rings(edges: dict[Corner, list[int]]) -> list[Ring]:
+    rings = []
+    while edges:
+        start = corner = next(iter(edges))
+        heading, walk = edges[start][0], list[tuple[Corner, int]]()
+        while not walk or corner != start:
+            heading = _take(edges, corner, heading)
+            walk.append((corner, heading))
+            corner = (corner[0] + _TURNS[heading][0], corner[1] + _TURNS[heading][1])
+        headings = [heading, *(one for _, one in walk)]
+        ring = [corner for (corner, now), before in zip(walk, headings, strict=False) if now != before]
+        rings.append([*ring, ring[0]])
+    return rings
+
+
+def _take(edges: dict[Corner, list[int]], corner: Corner, last: int) -> int:
+    """Take the edge on which an outline goes on; where two rings touch it turns left, round the same cell."""
+    left = (last + 1) % 4
+    heading = left if left in edges[corner] else edges[corner][0]
+    edges[corner].remove(heading)
+    if not edges[corner]:
+        del edges[corner]
+    return heading
+
+
+def _area2(ring: Ring) -> int:
+    """Return twice the area, negative for a ring that runs clockwise."""
+    return sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in pairwise(ring))
+
+
+def _is_inside(hole: Ring, ring: Ring) -> bool:
+    """Return whether a hole's first corner, moved half a cell into its cells' side, lies in an outer ring."""
+    (x, y), (x1, y1) = hole[0], hole[1]
+    dx, dy = np.sign(x1 - x), np.sign(y1 - y)
+    px, py = x + 0.5 * dx - 0.5 * dy, y + 0.5 * dy + 0.5 * dx
+    crossings = 0
+    for (ax, ay), (bx, by) in pairwise(ring):
+        if ax == bx and (ay > py) != (by > py) and px < ax:
+            crossings += 1
+    return crossings % 2 == 1

@@ -1,7 +1,6 @@
 """Map states: what a planner is asked about before the map is analysed, and how they are made of bodies.
 
-The shape of a body is known to be right. Maps mean what they mean in scenario files. The size in an image's header is
-looked at before the image is decoded.
+The shape of a body is known to be right. Maps mean what they mean in scenario files.
 """
 
 from __future__ import annotations
@@ -11,7 +10,8 @@ import binascii
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 from marsupial.errors import MapError, ScenarioError
@@ -38,18 +38,11 @@ from marsupial_service.settings import ServiceLimits
 _SCENARIO = "this is a marsupial scenario, not a map.yaml; use `marsupial run FILE --server URL`"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class MapState:
-    """The known map, the robots on it, and what is asked.
+    """The known map, the robots on it (where and when they are free next), meeting points in use, and what is asked.
 
-    Parameters
-    ----------
-    robots
-        Where they are free next, with the time until then.
-    homes
-        Where each carrier has to end if the goal asks for it.
-    meetings
-        Meeting points in use.
+    `homes` are where carriers have to end if the goal asks for it.
     """
 
     grid: Grid
@@ -58,21 +51,19 @@ class MapState:
     homes: Mapping[str, Cell]
     meetings: tuple[MapMeeting, ...]
     goal: SituationGoal
-    _surveyed: list[Survey] = field(default_factory=list, init=False, repr=False)
 
+    @cached_property
     def survey(self) -> Survey:
-        """Return the situation, and what its places are on the map; the map is analysed once."""
-        if not self._surveyed:
-            goal = Goal(recover_rovers=self.goal.recover_rovers, return_home=self.goal.return_home)
-            surveyor = Surveyor(Territory(self.grid, self.kinds), self.homes, goal)
-            survey = surveyor.survey(self.robots, 0, self.meetings)
-            # a mission asks for exploring alone while targets are left; here the goal is what was sent
-            self._surveyed.append(replace(survey, situation=replace(survey.situation, goal=self.goal)))
-        return self._surveyed[0]
+        """The situation, and what its places are on the map."""
+        goal = Goal(recover_rovers=self.goal.recover_rovers, return_home=self.goal.return_home)
+        surveyor = Surveyor(Territory(self.grid, self.kinds), self.homes, goal)
+        survey = surveyor.survey(self.robots, 0, self.meetings)
+        # a mission asks for exploring alone while targets are left; here the goal is what was sent
+        return replace(survey, situation=replace(survey.situation, goal=self.goal))
 
     def situation(self) -> Situation:
         """Return what the planner is asked."""
-        return self.survey().situation
+        return self.survey.situation
 
     def places(self) -> Mapping[str, object]:
         """Return every place with its cell, and the centre of that in metres, for each robot type that can use it."""
@@ -81,7 +72,7 @@ class MapState:
                 kind: {"cell": [cell.x, cell.y], "point_m": list(self.grid.centre_m(cell))}
                 for kind, cell in sorted(poses.items())
             }
-            for name, poses in self.survey().poses.items()
+            for name, poses in self.survey.poses.items()
         }
 
 
@@ -114,32 +105,29 @@ def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:
 def image_cells(body: MapBody) -> int:
     """Return how many pixels the images of a map have by their headers; what is no image has none."""
     images = [] if body.mask is None else [body.mask.image]
-    images += (
-        [] if isinstance(body, RowsMapBody) else [body.nav2.image if isinstance(body, Nav2MapBody) else body.image]
-    )
-    return sum(_pixels(image) for image in images)
-
-
-def _pixels(image: str) -> int:
-    with suppress(binascii.Error, MapError):
-        return math.prod(size_of(base64.b64decode(image, validate=True)))
-    return 0
+    if not isinstance(body, RowsMapBody):
+        images.append(body.nav2.image if isinstance(body, Nav2MapBody) else body.image)
+    pixels = 0
+    for image in images:
+        with suppress(binascii.Error, MapError):
+            pixels += math.prod(size_of(base64.b64decode(image, validate=True)))
+    return pixels
 
 
 def _grid(body: MapBody, terrains: tuple[Terrain, ...], limits: ServiceLimits, notes: Notes) -> Grid | None:
     """Return the map, or None with the problems noted."""
     before = len(notes.problems)
-    grid = _drawn(body, terrains, limits, notes) if isinstance(body, RowsMapBody) else _pictured(body, limits, notes)
+    if isinstance(body, RowsMapBody):
+        check_count("/map_state/map/rows", len(body.rows) * len(body.rows[0]), limits.cells, "cells")
+        cells = drawn_cells(body.rows, body.legend or {}, terrains, notes)
+        origin = body.origin_m or ORIGIN
+        grid = Grid(cells=cells, resolution_m=body.resolution_m, origin_m=origin) if cells.size else None
+    else:
+        grid = _pictured(body, limits, notes)
     grid = None if grid is None else replace(grid, terrains=terrains)
     if grid is not None and body.mask is not None:
         grid = _masked(grid, body.mask, limits, notes.below("mask"))
     return grid if len(notes.problems) == before else None
-
-
-def _drawn(body: RowsMapBody, terrains: tuple[Terrain, ...], limits: ServiceLimits, notes: Notes) -> Grid | None:
-    check_count("/map_state/map/rows", len(body.rows) * len(body.rows[0]), limits.cells, "cells")
-    cells = drawn_cells(body.rows, body.legend or {}, terrains, notes)
-    return Grid(cells=cells, resolution_m=body.resolution_m, origin_m=body.origin_m or ORIGIN) if cells.size else None
 
 
 def _pictured(body: ImageMapBody | Nav2MapBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
@@ -156,10 +144,7 @@ def yaml_header(yaml: str, notes: Notes) -> Nav2Header | None:
     try:
         return header_of(yaml.encode())
     except MapError as error:
-        if is_scenario_text(yaml):
-            notes.wrong("yaml", _SCENARIO)
-            return None
-        for problem in error.problems:
+        for problem in [_SCENARIO] if is_scenario_text(yaml) else error.problems:
             notes.wrong("yaml", str(problem))
         return None
 
@@ -184,6 +169,7 @@ def decoded_image(text: str, limits: ServiceLimits, notes: Notes, field: str = "
     """Return what a field holds, if that isn't larger than any map may be; None with the problems noted."""
     try:
         data = base64.b64decode(text, validate=True)
+        # by its header: a small file may decode to an image that takes all memory
         width, height = size_of(data, field=field)
         check_count("/" + notes.at(field).replace(".", "/"), width * height, limits.cells, "pixels")
         return grey_of(data, field=field, max_cells=limits.cells)

@@ -1,7 +1,6 @@
 """From the bodies of requests, whose shape is known to be right, to situations, budgets and plans.
 
-What is wrong is told by the library's errors, with paths into the body; `marsupial_service.app` makes JSON pointers of
-them. What is larger than the limits is refused before it is looked at.
+The library's errors say what is wrong, with paths into the body; `marsupial_service.app` makes JSON pointers of them.
 """
 
 from __future__ import annotations
@@ -31,6 +30,7 @@ def situation_of(body: SituationBody, limits: ServiceLimits) -> Situation:
     Raises InputError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
     count = len(body.meetings) + len(body.homes) + len(body.targets)
+    # before the tables are made: they grow with the square of the number of places
     check_count("/situation/meetings", count, limits.places, "places")
     notes, situation = Notes("situation"), None
     lists = {name: tuple(getattr(body, name)) for name in ("types", "robots", "targets", "meetings", "homes")}
@@ -47,10 +47,8 @@ def budget_of(budget: Budget | None, limits: ServiceLimits, default_s: float) ->
     """Return the budget of a request (`default_s` seconds by default). Raises InputError if it is too large."""
     if budget is None:
         return Budget(seconds=min(default_s, limits.budget_s))
-    for key, given, most in (
-        ("seconds", budget.seconds, limits.budget_s),
-        ("steps", budget.steps, limits.budget_steps),
-    ):
+    given_and_most = {"seconds": (budget.seconds, limits.budget_s), "steps": (budget.steps, limits.budget_steps)}
+    for key, (given, most) in given_and_most.items():
         if given is not None and given > most:
             raise refuse(f"budget.{key}", f"must be at most {most:g}, got {given:g}")
     return budget

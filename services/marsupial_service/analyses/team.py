@@ -32,8 +32,8 @@ from marsupial_service.schemas.mapstates import (
 from marsupial_service.schemas.missions import RobotNoteBody
 from marsupial_service.settings import ServiceLimits
 
+# pose of a map without an origin
 ORIGIN = (0.0, 0.0, 0.0)
-"""Pose of a map whose origin is not said."""
 
 Types = Mapping[str, RobotType]
 Posed = PlacedBody | RobotNoteBody
@@ -97,10 +97,7 @@ def _type(body: RobotTypeBody, terrains: tuple[Terrain, ...], notes: Notes) -> R
 def entries_of(
     bodies: Sequence[PlacedBody], types: Types, grid: Grid, notes: Notes, *, standing: bool = False
 ) -> list[MemberEntry]:
-    """Return robots with their places on the map; if `standing`, check that they can stand there.
-
-    `notes` are those on the list.
-    """
+    """Return robots with their places on the map; if `standing`, check that they can stand there."""
     entries = []
     for i, body in enumerate(bodies):
         part, kind = notes.below(f"[{i}]"), types.get(body.type)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import gzip
 import json
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
+from functools import partial
 from importlib.resources import files
 from typing import Any, Literal
 
@@ -31,13 +33,10 @@ class Demo:
         return {"planner": "auto", "budget": {"seconds": BUDGET_S}, self.kind: self.load()}
 
 
-def _moment(name: str) -> Callable[[], dict[str, Any]]:
-    def load() -> dict[str, Any]:
-        data = (files("marsupial.bench.suite") / "moments" / f"{name}.json.gz").read_bytes()
-        situation: dict[str, Any] = json.loads(gzip.decompress(data))
-        return situation
-
-    return load
+def _moment(name: str) -> dict[str, Any]:
+    data = (files("marsupial.bench.suite") / "moments" / f"{name}.json.gz").read_bytes()
+    situation: dict[str, Any] = json.loads(gzip.decompress(data))
+    return situation
 
 
 def tiny() -> Situation:
@@ -49,10 +48,7 @@ def tiny() -> Situation:
             PlanningType(name="carrier", role=Role.CARRIER, capacity=1),
             PlanningType(name="rover", role=Role.ROVER, dock_ms=1000, undock_ms=1000),
         ),
-        robots=(
-            RobotState(name="c", type="carrier", place="start"),
-            RobotState(name="r", type="rover", carrier="c"),
-        ),
+        robots=(RobotState(name="c", type="carrier", place="start"), RobotState(name="r", type="rover", carrier="c")),
         targets=(TargetInfo(name="target", explorers=frozenset({"rover"})),),
         meetings=("door",),
         travel_ms={"carrier": carrier, "rover": rover},
@@ -68,12 +64,12 @@ DEMOS: Mapping[str, Demo] = {
     "office-2x2": Demo(
         kind="situation",
         summary="2 carriers with 2 rovers each and 8 targets in an office",
-        load=_moment("mission-office-2x2-8"),
+        load=partial(_moment, "mission-office-2x2-8"),
     ),
     "office-6x3": Demo(
         kind="situation",
         summary="6 carriers with 3 rovers each and 18 targets in an office",
-        load=_moment("mission-office-6x3-18"),
+        load=partial(_moment, "mission-office-6x3-18"),
     ),
     "yard": Demo(
         kind="map_state",
@@ -81,7 +77,6 @@ DEMOS: Mapping[str, Demo] = {
         load=lambda: json.loads((files("marsupial_service.examples") / "yard.json").read_bytes()),
     ),
 }
-"""Requests for /v1/jobs, by name."""
 
 _CARRIER = {
     "name": "carrier",
@@ -94,49 +89,35 @@ _CARRIER = {
 }
 
 
-def job() -> dict[str, Any]:
-    """Return the request for a small job."""
-    return {**DEMOS["tiny"].request(), "budget": {"seconds": 0.2}}
+_MISSION = {
+    "name": "closet",
+    "frame": {"width": 8, "height": 6, "resolution_m": 0.5},
+    "robot_types": [_CARRIER],
+    "team": [{"name": "mother", "type": "carrier", "cell": [2, 2]}],
+    "strategy": "temporal",
+    "planner": "greedy",
+    "budget": {"steps": 1},
+}
 
-
-def analysis() -> dict[str, Any]:
-    """Return the request for the analysis of a small map."""
-    return {"map_state": DEMOS["yard"].request()["map_state"]}
-
-
-def validation() -> dict[str, Any]:
-    """Return the request to validate a plan that does nothing."""
-    return {"situation": DEMOS["tiny"].request()["situation"], "plan": {"actions": []}}
-
-
-def mission() -> dict[str, Any]:
-    """Return the request for a mission of one carrier on a small map, of which nothing is known."""
-    return {
-        "name": "closet",
-        "frame": {"width": 8, "height": 6, "resolution_m": 0.5},
-        "robot_types": [_CARRIER],
-        "team": [{"name": "mother", "type": "carrier", "cell": [2, 2]}],
-        "strategy": "temporal",
-        "planner": "greedy",
-        "budget": {"steps": 1},
-    }
-
-
-def report() -> dict[str, Any]:
-    """Return the first report of such a mission: what is seen at the start."""
-    return {"n": 1, "t_ms": 0, "revealed": [{"robot": "mother", "runs": [9, 4, 1, 17, 4, 1]}]}
-
-
-def simulation() -> dict[str, Any]:
-    """Return the request for a mission in the smallest scenario, a hundred times as fast as it would be."""
-    return {"scenario": "lobby", "carriers": 1, "rovers": 1, "planner": "greedy", "budget": {"steps": 1}, "speed": 100}
-
+_SIMULATION = {
+    "scenario": "lobby",
+    "carriers": 1,
+    "rovers": 1,
+    "planner": "greedy",
+    "budget": {"steps": 1},
+    "speed": 100,
+}
 
 EXAMPLES: Mapping[str, Callable[[], dict[str, Any]]] = {
-    "/v1/jobs": job,
-    "/v1/analysis": analysis,
-    "/v1/validations": validation,
-    "/v1/missions": mission,
-    "/v1/simulations": simulation,
-    "/v1/missions/{mission}/reports": report,
+    "/v1/jobs": lambda: {**DEMOS["tiny"].request(), "budget": {"seconds": 0.2}},
+    "/v1/analysis": lambda: {"map_state": DEMOS["yard"].load()},
+    "/v1/validations": lambda: {"situation": DEMOS["tiny"].load(), "plan": {"actions": []}},
+    "/v1/missions": lambda: deepcopy(_MISSION),
+    "/v1/simulations": lambda: deepcopy(_SIMULATION),
+    "/v1/missions/{mission}/reports": lambda: {
+        "n": 1,
+        "t_ms": 0,
+        "revealed": [{"robot": "mother", "runs": [9, 4, 1, 17, 4, 1]}],
+    },
 }
+"""The body of a small request for each route that takes one, made anew for each caller."""

@@ -30,14 +30,9 @@ def text_answer(text: bytes, status: int = 200, headers: Mapping[str, str] | Non
     return Response(text, status_code=status, headers={**UNKEPT, **(headers or {})}, media_type="application/json")
 
 
-def job_path(job: str) -> str:
-    """Return the path of a job."""
-    return f"/v1/jobs/{job}"
-
-
 def summary_answer(job: JobRecord) -> JobSummaryAnswer:
     """Return a job without its plan."""
-    return JobSummaryAnswer.of(job, links=_links(answers.JobLinksAnswer, job_path(job.id)))
+    return JobSummaryAnswer.of(job, links=_links(answers.JobLinksAnswer, f"/v1/jobs/{job.id}"))
 
 
 def job_text(job: JobRecord, best: str) -> bytes:
@@ -45,14 +40,9 @@ def job_text(job: JobRecord, best: str) -> bytes:
     return text_with(summary_answer(job).model_dump(), best=best).encode()
 
 
-def mission_path(mission: str) -> str:
-    """Return the path of a mission."""
-    return f"/v1/missions/{mission}"
-
-
 def mission_answer(record: MissionRecord) -> MissionAnswer:
     """Return a mission."""
-    return MissionAnswer.of(record, links=_links(answers.MissionLinksAnswer, mission_path(record.id)))
+    return MissionAnswer.of(record, links=_links(answers.MissionLinksAnswer, f"/v1/missions/{record.id}"))
 
 
 def _links(links: type[Answer], path: str) -> Answer:

@@ -22,22 +22,25 @@ from marsupial_service.http.answers import answer
 from marsupial_service.problems import HttpProblem
 from marsupial_service.settings import ServiceLimits
 
+# open files of a server besides the connections that it has counted
 OTHER_FILES = 512
-"""Files that a server has open besides its connections, those that have been accepted and not counted included."""
 
-_TELL_S = 10.0
+_LOG_PAUSE_S = 10.0
 
 log = logging.getLogger("marsupial.service")
 
 
 class Connections:
-    """All connections of a server; where there are too many, the one that is longest without a request goes."""
+    """All connections of a server; if there are too many, the one that has been idle for longest is closed."""
 
     def __init__(self, limits: ServiceLimits) -> None:
         self.limits = limits
-        self._most = min(limits.connections, _files() - OTHER_FILES)
+        soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+        files = 1 << 30 if soft == resource.RLIM_INFINITY else max(soft, OTHER_FILES + 1)
+        self._most = min(limits.connections, files - OTHER_FILES)
         self._addresses: dict[GuardedProtocol, str] = {}
         self._counts: Counter[str] = Counter()
+        # an ordered set: the first has been idle for longest
         self._idle: dict[GuardedProtocol, None] = {}
 
     def __len__(self) -> int:
@@ -71,7 +74,7 @@ class Connections:
             self._idle.setdefault(connection)
 
     def _make_room(self, address: str | None) -> bool:
-        """Close the connection that is longest without a request (of that address); False if there is none."""
+        """Close the connection (of that address) that has been idle for longest; False if there is none."""
         for connection in self._idle:
             if address is None or self._addresses[connection] == address:
                 self.leave(connection)
@@ -90,11 +93,6 @@ class GuardedProtocol(H11Protocol):
         self._stall: asyncio.TimerHandle | None = None
         self._unsent = 0
         self._has_sent = False
-
-    @property
-    def _is_busy(self) -> bool:
-        """Whether a request is being answered."""
-        return self.cycle is not None and not self.cycle.response_complete
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -122,13 +120,16 @@ class GuardedProtocol(H11Protocol):
         self._look()
 
     def timeout_keep_alive_handler(self) -> None:
-        """Close it, even if it doesn't take what is still to be sent."""
+        """Close it, even if it doesn't receive what is still to be sent."""
         super().timeout_keep_alive_handler()
         self._abort_soon()
 
     def pause_writing(self) -> None:
-        """Begin to look whether the client takes anything."""
         super().pause_writing()
+        self._watch_unsent()
+
+    def _watch_unsent(self) -> None:
+        """Look again later whether the client has taken anything."""
         self._unsent = self.transport.get_write_buffer_size()
         self._stall = self.loop.call_later(self._census.limits.stall_s, self._stalled)
 
@@ -146,7 +147,7 @@ class GuardedProtocol(H11Protocol):
 
     def _look(self) -> None:
         """Run the timer while there is no request."""
-        busy = self._is_busy
+        busy = self.cycle is not None and not self.cycle.response_complete
         self._census.note(self, busy=busy)
         if busy and self._due is not None:
             self._due.cancel()
@@ -161,12 +162,10 @@ class GuardedProtocol(H11Protocol):
             self.transport.abort()
 
     def _stalled(self) -> None:
-        unsent = self.transport.get_write_buffer_size()
-        if unsent >= self._unsent:
+        if self.transport.get_write_buffer_size() >= self._unsent:
             self.transport.abort()
-            return
-        self._unsent = unsent
-        self._stall = self.loop.call_later(self._census.limits.stall_s, self._stalled)
+        else:
+            self._watch_unsent()
 
     def _refuse(self, problem: HttpProblem) -> None:
         """Answer and close, whatever state HTTP is in."""
@@ -182,17 +181,18 @@ class GuardedProtocol(H11Protocol):
 
 
 class LoopFaults:
-    """What an event loop tells of faults: logged, and seldom where it is the same over and over."""
+    """The exception handler of an event loop: logs faults."""
 
     def __init__(self) -> None:
-        self._told_s = -_TELL_S
+        self._logged_s = -_LOG_PAUSE_S
 
     def __call__(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """Log a fault; that no connection can be accepted is said every ten seconds."""
+        """Log a fault."""
         if "socket.accept()" not in context.get("message", ""):
             loop.default_exception_handler(context)
-        elif time.monotonic() - self._told_s >= _TELL_S:
-            self._told_s = time.monotonic()
+        # the loop tries again at once, and fails again, as long as all files are in use
+        elif time.monotonic() - self._logged_s >= _LOG_PAUSE_S:
+            self._logged_s = time.monotonic()
             log.error("connections can't be accepted", extra={"reason": str(context.get("exception"))})
 
 
@@ -205,8 +205,3 @@ def allow_files(limits: ServiceLimits) -> None:
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
     if most < needed:
         log.warning("fewer connections than the limit", extra={"connections": most - OTHER_FILES})
-
-
-def _files() -> int:
-    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    return 1 << 30 if soft == resource.RLIM_INFINITY else max(soft, OTHER_FILES + 1)

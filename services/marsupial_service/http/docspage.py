@@ -34,8 +34,8 @@ HEADERS: Mapping[str, str] = {
 
 _CODE = re.compile("`{1,2}([^`]+)`{1,2}")
 
+# how many levels of nested schemas are shown
 _LEVELS = 4
-"""How many levels of nested schemas are shown."""
 
 
 def page_of(document: Mapping[str, Any]) -> str:

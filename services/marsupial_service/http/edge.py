@@ -43,21 +43,17 @@ class Edge:
         passage = _Passage(send)
         begun = time.perf_counter()
         try:
-            await self._serve(scope, receive, passage)
+            problem = self._refusal(scope["method"], Headers(scope=scope))
+            app = self._app if problem is None else answer(problem, scope["path"])
+            await app(scope, receive, passage.send)
         except Exception:
             log.exception("request failed", extra={"request": passage.id, "path": scope["path"]})
+            # once an answer has begun, nothing can be sent in its place
             if passage.status is None:
                 problem = HttpProblem("internal", f"the log says more under {passage.id}")
                 await answer(problem, scope["path"])(scope, receive, passage.send)
         finally:
             self._note(scope, passage, time.perf_counter() - begun)
-
-    async def _serve(self, scope: Scope, receive: Receive, passage: _Passage) -> None:
-        problem = self._refusal(scope["method"], Headers(scope=scope))
-        if problem is None:
-            await self._app(scope, receive, passage.send)
-        else:
-            await answer(problem, scope["path"])(scope, receive, passage.send)
 
     def _refusal(self, method: str, headers: Headers) -> HttpProblem | None:
         """Return why no route is to see a request, if that is so."""
@@ -66,10 +62,11 @@ class Edge:
         if self._state.settings.needs_keys:
             return None
         host = headers.get("host", "")
-        if not _names_this_machine(host):
+        name = host[1:].partition("]")[0] if host.startswith("[") else host.rpartition(":")[0] or host
+        if name.lower() not in LOOPBACK:
             return HttpProblem("misdirected", "without keys the service answers to localhost only")
-        origins = headers.getlist("origin")
-        elsewhere = any(_authority(origin) != host.lower() for origin in origins)
+        # browsers write host and port into both headers alike; the origin "null" has none
+        elsewhere = any(origin.partition("://")[2].lower() != host.lower() for origin in headers.getlist("origin"))
         if method not in _READING and (elsewhere or headers.get("sec-fetch-site", "none") not in _OUR_SITE):
             said = "without keys, pages of another origin than the service's own can't change anything"
             return HttpProblem("cross-origin", said)
@@ -101,13 +98,3 @@ class _Passage:
             headers["X-Request-Id"] = self.id
             headers["X-Content-Type-Options"] = "nosniff"
         await self._send(message)
-
-
-def _authority(origin: str) -> str:
-    """Return host and port of an origin, as a browser writes them into the header `Host` too; "null" has none."""
-    return origin.partition("://")[2].lower()
-
-
-def _names_this_machine(host: str) -> bool:
-    name = host[1:].partition("]")[0] if host.startswith("[") else host.rpartition(":")[0] or host
-    return name.lower() in LOOPBACK

@@ -1,4 +1,4 @@
-"""Events of a job or mission as server-sent events: what is stored, word for word, then what comes, until its end.
+"""Events of a job or mission as server-sent events: first the stored ones, then those to come, until its end.
 
 A stream that is taken up after an event (``Last-Event-ID``) continues as an uninterrupted one would.
 """
@@ -20,8 +20,8 @@ from marsupial_service.state import State
 from marsupial_service.store import StoreError
 
 KEEP_ALIVE_S = 15.0
+# pause between checks whether the key of a stream is still good
 KEY_S = 2.0
-"""How often it is looked whether the key of a stream is still good."""
 
 _PIECE_BYTES = 16_384
 
@@ -45,16 +45,10 @@ class _Counted(EventStream):
         self._close = close
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send it."""
         try:
             await super().__call__(scope, receive, send)
         finally:
             self._close()
-
-
-def frame(event: EventRecord) -> bytes:
-    """Return an event as it is sent."""
-    return f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()
 
 
 async def stream(
@@ -62,10 +56,10 @@ async def stream(
 ) -> Response:
     """Return the answer that streams the events of an entry after the last one that was seen. Raises TooMany.
 
-    Who asks again after the last event of all is answered 204: a browser then asks no more. The stream ends when the
-    key of who asked `holds` no more.
+    The stream ends when the key of the request no longer `holds`.
     """
     after = int(last_event_id or 0)
+    # at 204 a browser stops reconnecting; at an empty stream it would go on
     if last_event_id is not None and await entries.is_told(entry, after):
         return Response(status_code=204, headers={"Cache-Control": "no-store"})
     if state.streams[owner] >= state.settings.limits.streams:
@@ -120,7 +114,7 @@ def _pieces(events: Sequence[EventRecord]) -> Iterator[bytes]:
     """Yield events as they are sent: many small ones at once, as each piece costs as much as a small request."""
     piece = b""
     for event in events:
-        piece += frame(event)
+        piece += f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()
         if len(piece) >= _PIECE_BYTES:
             yield piece
             piece = b""

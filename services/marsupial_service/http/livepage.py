@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 from fastapi import APIRouter, Request, Response
 
@@ -30,8 +30,7 @@ _HEADERS: Mapping[str, str] = {
 router = APIRouter(include_in_schema=False)
 
 
-@dataclass(frozen=True, slots=True)
-class PageFile:
+class PageFile(NamedTuple):
     """A file of the page as it is sent; `tag` tells it from any other."""
 
     data: bytes
@@ -40,17 +39,11 @@ class PageFile:
 
 
 @cache
-def shell() -> PageFile:
-    """Return the page itself."""
-    return _file(page_shell(title="marsupial", head=_HEAD, scripts=_SCRIPT), "html")
-
-
-@cache
 def page_files() -> Mapping[str, PageFile]:
-    """Return the files that the page loads, by name."""
+    """Return the page itself (the empty name) and the files that it loads, by name."""
     scripts = {f"{name}.js": _file(module_text(f"{name}.js"), "javascript") for name in (*MODULES, *LIVE_MODULES)}
     styles = {"page.css": _file(page_style(), "css"), "live.css": _file(module_text("live.css"), "css")}
-    return {**scripts, **styles}
+    return {"": _file(page_shell(title="marsupial", head=_HEAD, scripts=_SCRIPT), "html"), **scripts, **styles}
 
 
 def _file(text: str, kind: str) -> PageFile:
@@ -61,7 +54,7 @@ def _file(text: str, kind: str) -> PageFile:
 @router.get("/")
 async def get_page(request: Request) -> Response:
     """Return the page."""
-    return _sent(request, shell())
+    return _sent(request, page_files()[""])
 
 
 @router.get("/page/{name}")

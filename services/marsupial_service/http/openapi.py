@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
@@ -24,19 +24,9 @@ FILE = "openapi.json"
 _REF = "#/components/schemas/{model}"
 
 _ANSWER = re.compile(r"\b([A-Z]\w+)Answer\b")
-"""The models of answers, which are called there what they tell of."""
+"""Models of answers, which the document names without that suffix."""
 
 EVENTS = "text/event-stream"
-_EVENT: dict[str, Any] = {
-    "description": "Each event of the stream; `data` is one line of JSON.",
-    "type": "object",
-    "properties": {
-        "id": {"type": "string", "pattern": "^[0-9]+$"},
-        "event": {"type": "string"},
-        "data": {"type": "string", "contentMediaType": "application/json"},
-    },
-    "required": ["id", "event", "data"],
-}
 
 _EVENT_DATA: Mapping[str, Mapping[Any, type[BaseModel]]] = {"jobs": JOB_EVENTS, "missions": MISSION_EVENTS}
 """What the data of each type of event is, by the tag of the routes."""
@@ -64,10 +54,10 @@ def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
     schemas = found["components"]["schemas"]
     for name in ("HTTPValidationError", "ValidationError"):
         schemas.pop(name, None)
-    problem = ProblemAnswer.model_json_schema(ref_template="#/components/schemas/{model}")
+    problem = ProblemAnswer.model_json_schema(ref_template=_REF)
     schemas |= problem.pop("$defs", {}) | {"ProblemAnswer": problem}
     for model in (model for models in _EVENT_DATA.values() for model in models.values()):
-        schema = model.model_json_schema(ref_template="#/components/schemas/{model}", mode="serialization")
+        schema = model.model_json_schema(ref_template=_REF, mode="serialization")
         schemas |= {name: part for name, part in schema.pop("$defs", {}).items() if name not in schemas}
         schemas[model.__name__] = schema
     for path in found["paths"].values():
@@ -112,22 +102,25 @@ def _event(tag: str) -> dict[str, Any]:
     """Return the schema of the events of jobs or missions: what `data` holds as JSON goes by `event`."""
     variants = []
     for kind, model in _EVENT_DATA[tag].items():
-        data = {**_EVENT["properties"]["data"], "contentSchema": {"$ref": _REF.format(model=model.__name__)}}
-        told = {**_EVENT["properties"], "event": {"type": "string", "const": kind.value}, "data": data}
-        variants.append(
-            {**_EVENT, "title": kind.value, "description": (model.__doc__ or "").partition("\n")[0], "properties": told}
-        )
+        properties = {
+            "id": {"type": "string", "pattern": "^[0-9]+$"},
+            "event": {"type": "string", "const": kind.value},
+            "data": {
+                "type": "string",
+                "contentMediaType": "application/json",
+                "contentSchema": {"$ref": _REF.format(model=model.__name__)},
+            },
+        }
+        about = {"title": kind.value, "description": (model.__doc__ or "").partition("\n")[0]}
+        variants.append({**about, "type": "object", "properties": properties, "required": list(properties)})
     return {"oneOf": variants}
 
 
 def _drop_null_defaults(node: object) -> None:
     """Remove the default null: a field that may be left out must not be null."""
-    values: Iterable[object] = ()
     if isinstance(node, dict):
         if "default" in node and node["default"] is None and "properties" not in node:
             del node["default"]
-        values = node.values()
-    elif isinstance(node, list):
-        values = node
-    for value in values:
+        node = list(node.values())
+    for value in node if isinstance(node, list) else ():
         _drop_null_defaults(value)

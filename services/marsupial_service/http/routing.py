@@ -1,7 +1,7 @@
 """What every route does before its own code: who asks, in which form the answer is wanted, the body received.
 
 The order is: key (401, 403), form of the answer (406), type of the body (415), its size and time (413, 408), its
-syntax (400), its shape (422). So a stranger can't make the service read anything.
+syntax (400), its shape (422).
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from marsupial_service.intake.reading import Sent
 from marsupial_service.keys import Scope
 from marsupial_service.problems import HttpProblem
 from marsupial_service.schemas.answers import ProblemDetailAnswer
-from marsupial_service.state import State, state_of
+from marsupial_service.state import state_of
 
+# the owner of all requests if no keys are needed
 LOCAL_OWNER = "local"
-"""Who asks where no keys are needed."""
 
 
 class Route(APIRoute):
@@ -33,24 +33,24 @@ class Route(APIRoute):
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """Return the handler that checks the request first."""
         handle = super().get_route_handler()
+        response_class: Any = getattr(self.response_class, "value", self.response_class)
+        media_type = str(response_class.media_type or "application/json")
 
         async def checked(request: Request) -> Response:
+            # in this order, so that a stranger can't make the service read anything
             request.state.owner = self._owner(request)
-            _check_accept(request, self._media_type())
+            _check_accept(request, media_type)
             self._check_query(request)
             if self.body_field is None:
                 return await handle(request)
-            held = _Held(state_of(request.app))
+            read = _ReadRequest(request.scope, request.receive)
             try:
-                return await handle(await _ReadRequest.of(request, held))
+                await read.receive_body()
+                return await handle(read)
             finally:
-                held.release()
+                read.release()
 
         return checked
-
-    def _media_type(self) -> str:
-        response_class: Any = getattr(self.response_class, "value", self.response_class)
-        return str(response_class.media_type or "application/json")
 
     def _owner(self, request: Request) -> str:
         """Return the name of the key, if its scope is that of the route."""
@@ -92,75 +92,58 @@ class AdminRoute(Route):
 
 
 class _ReadRequest(Request):
-    """A request whose body has been received; what it says is found out by the route (`intake.reading`)."""
+    """A request that receives its body, whose bytes count among those that the service holds, for `intake.reading`."""
 
     _sent: Sent
+    _held = 0
 
-    @classmethod
-    async def of(cls, request: Request, held: _Held) -> _ReadRequest:
-        """Receive the body of `request`."""
-        kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    async def receive_body(self) -> None:
+        """Receive the body, which has to come at a rate; `body_s` are for what is slow at first."""
+        kind = self.headers.get("content-type", "").partition(";")[0].strip().lower()
         if kind != "application/json":
             raise HttpProblem("media-type", f"Content-Type must be application/json, got {kind[:100] or 'none'}")
-        if request.headers.get("content-encoding", "identity").lower() != "identity":
+        if self.headers.get("content-encoding", "identity").lower() != "identity":
             raise HttpProblem("media-type", "Content-Encoding must be identity")
-        read = cls(request.scope, request.receive)
-        read._body = await _body(request, held)
-        read._sent = Sent(read._body, request.state.owner)
-        return read
+        limits = state_of(self.app).settings.limits
+        length = self.headers.get("content-length", "")
+        # before a byte of it is read
+        if length.isascii() and length.isdigit() and int(length[:20]) > limits.body_bytes:
+            raise _too_large(limits.body_bytes)
+        body = bytearray()
+        due_s = asyncio.get_running_loop().time() + limits.body_s
+        try:
+            async with asyncio.timeout_at(due_s) as timeout:
+                async for chunk in self.stream():
+                    self._hold(len(chunk))
+                    body += chunk
+                    timeout.reschedule(due_s + len(body) / limits.body_rate)
+        except TimeoutError:
+            raise HttpProblem("too-slow", headers={"Connection": "close"}) from None
+        except ClientDisconnect:  # nobody reads the answer; the log and the metrics have its status
+            raise HttpProblem("bad-request", "the body ended too early") from None
+        self._sent = Sent(bytes(body), self.state.owner)
 
-    async def body(self) -> bytes:
-        """Return something, so that the framework asks for what there is."""
-        return b"{}"
-
-    async def json(self) -> Any:
-        """Return what the route reads."""
-        return self._sent
-
-
-class _Held:
-    """The bytes of one body, as far as it is there, among those that the service holds."""
-
-    def __init__(self, state: State) -> None:
-        self._state = state
-        self.limits = state.settings.limits
-        self._bytes = 0
-
-    def take(self, count: int) -> None:
+    def _hold(self, count: int) -> None:
         """Count bytes that came. Raises HttpProblem if there are too many of this body, or of all."""
-        self._bytes += count
-        self._state.held_bytes += count
-        if self._bytes > self.limits.body_bytes:
-            raise _too_large(self.limits.body_bytes)
-        if self._state.held_bytes > self.limits.bodies_bytes:
+        state = state_of(self.app)
+        limits = state.settings.limits
+        self._held += count
+        state.held_bytes += count
+        if self._held > limits.body_bytes:
+            raise _too_large(limits.body_bytes)
+        if state.held_bytes > limits.bodies_bytes:
             text = "the service is reading as much as it can"
             raise HttpProblem("too-many", text, headers={"Connection": "close", "Retry-After": "1"})
 
     def release(self) -> None:
-        """Count them no more."""
-        self._state.held_bytes -= self._bytes
-        self._bytes = 0
+        """Count its bytes no more."""
+        state_of(self.app).held_bytes -= self._held
 
+    async def body(self) -> bytes:
+        return b"{}"  # the framework asks for `json` only if there is a body
 
-async def _body(request: Request, held: _Held) -> bytes:
-    """Receive a body, which has to come at a rate; `body_s` are for what is slow at first."""
-    limits = held.limits
-    length = request.headers.get("content-length", "")
-    if length.isascii() and length.isdigit() and int(length[:20]) > limits.body_bytes:
-        raise _too_large(limits.body_bytes)
-    body = bytearray()
-    due_s = asyncio.get_running_loop().time() + limits.body_s
-    try:
-        async with asyncio.timeout_at(due_s) as timeout:
-            async for chunk in request.stream():
-                held.take(len(chunk))
-                body += chunk
-                timeout.reschedule(due_s + len(body) / limits.body_rate)
-    except TimeoutError:
-        raise HttpProblem("too-slow", headers={"Connection": "close"}) from None
-    except ClientDisconnect:  # nobody reads the answer; the log and the metrics have its status
-        raise HttpProblem("bad-request", "the body ended too early") from None
-    return bytes(body)
+    async def json(self) -> Any:
+        return self._sent
 
 
 def _too_large(limit: int) -> HttpProblem:

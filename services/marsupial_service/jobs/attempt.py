@@ -9,7 +9,6 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 from marsupial.errors import InternalError
 from marsupial.planning.engines import PROCESSES
@@ -22,13 +21,13 @@ from marsupial_service.jobs.work import GAVE_UP, solve
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError, Transaction
 
+# how long a planner that keeps its budget by itself may exceed it before it is stopped: ours, an operator's
 _SLACK_S, _COMMAND_SLACK_S = 1.0, 0.5
-"""What a planner that keeps its budget by itself may take longer before it is stopped; ours, and an operator's."""
 
 # a slow disk does not hold a planner up at once; a planner that floods the store waits
 _MOST_UNSTORED = 16
+# pause before a write that failed is repeated
 _AGAIN_S = 1.0
-"""After what pause it is tried again to store what the store did not take."""
 
 _OUTCOMES: Mapping[Ending, JobOutcome] = {
     Ending.FINISHED: JobOutcome.ENGINE_FAILED,
@@ -45,17 +44,10 @@ class AttemptLost:
     reason: str
 
 
-class _Storing(NamedTuple):
-    """A write under way, and whether it was in time."""
-
-    write: Callable[[Transaction], bool]
-    told: Future[bool]
-
-
 class Attempt:
-    """An attempt at the job of `claim`, in `reservation`. `cancel` may be called from any thread, at any time.
+    """An attempt at the job of `claim`, in `reservation`. Any thread may call `cancel` at any time.
 
-    `took_s` is how long its processes took, from being asked for to their end; 0 until then.
+    `took_s` is how long its processes took from request to end; 0 until then.
     """
 
     def __init__(
@@ -74,7 +66,7 @@ class Attempt:
         self._lock = threading.Lock()
         self._run: JobRun | None = None
         self._cancelled = threading.Event()
-        self._unstored: deque[_Storing] = deque()
+        self._unstored: deque[tuple[Callable[[Transaction], bool], Future[bool]]] = deque()
         self._has_plan = claim.start is not None
         self._closed: Closed | None = None
         self._cancelled_s = math.inf
@@ -107,6 +99,7 @@ class Attempt:
         try:
             with self._lock:
                 self._run = run
+                # `cancel` came before there was a run to cancel
                 if self._cancelled.is_set():
                     run.cancel()
             ended = run.follow(self._take)
@@ -122,17 +115,14 @@ class Attempt:
     def _job(self) -> Job:
         claim, settings = self.claim, self._settings
         limit_s = settings.limits.steps_s if claim.budget.seconds is None else claim.budget.seconds
+        if claim.planner not in PROCESSES:
+            limit_s += _COMMAND_SLACK_S if claim.planner in settings.commands else _SLACK_S
         engine = settings.commands.get(claim.planner, claim.planner)
         task = WorkerTask(
             source=claim.source, limits=settings.limits, engine=engine, budget=claim.budget, start=claim.start
         )
-        limits = JobLimits(wall_s=limit_s + self._slack_s(), memory_bytes=settings.limits.memory_bytes)
+        limits = JobLimits(wall_s=limit_s, memory_bytes=settings.limits.memory_bytes)
         return Job(function=solve, argument=task, limits=limits)
-
-    def _slack_s(self) -> float:
-        if self.claim.planner in PROCESSES:
-            return 0.0
-        return _COMMAND_SLACK_S if self.claim.planner in self._settings.commands else _SLACK_S
 
     def _take(self, value: object) -> None:
         claim, now_ms = self.claim, self._now_ms()
@@ -147,16 +137,16 @@ class Attempt:
         self._wait_stored(_MOST_UNSTORED)
 
     def _keep(self, write: Callable[[Transaction], bool]) -> None:
-        self._unstored.append(_Storing(write, self._store.write(write)))
+        self._unstored.append((write, self._store.write(write)))
 
     def _wait_stored(self, at_most: int) -> None:
         """Wait until all but so many writes are stored, however long the store is away: planning goes on meanwhile."""
         while len(self._unstored) > at_most:
-            write, told = self._unstored.popleft()
-            while (error := told.exception()) is not None:
+            write, written = self._unstored.popleft()
+            while (error := written.exception()) is not None:
                 if not isinstance(error, StoreError) or self._cancelled.wait(_AGAIN_S):
                     raise error
-                told = self._store.write(write)
+                written = self._store.write(write)
 
     def _judge(self, ended: Ended) -> Closed | AttemptLost:
         """Put the end of the processes into the words of jobs."""

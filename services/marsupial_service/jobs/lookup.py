@@ -30,7 +30,7 @@ def plan_text(reader: StoreReader, job: str, revision: int) -> str:
 
 
 def analysis(reader: StoreReader, job: str) -> Analysed | None:
-    """Return what was found on the map of a job, if it had one and that is done."""
+    """Return what was found on the map of a job; None before that, and for jobs sent with a situation."""
     sql = "SELECT situation, places FROM payloads JOIN jobs ON number = job WHERE id = ? AND situation IS NOT NULL"
     row = reader.execute(sql, (job,)).fetchone()
     return None if row is None else Analysed(situation=row["situation"], places=row["places"])
@@ -54,12 +54,6 @@ def _job(row: StoreRow) -> JobRecord:
 
 
 JOBS = EntryTable(
-    name="jobs",
-    events_name="events",
-    noun="job",
-    select=_SELECT,
-    record=_job,
-    event_type=JobEventType,
-    moves=MOVES,
+    name="jobs", events_name="events", noun="job", select=_SELECT, record=_job, event_type=JobEventType, moves=MOVES
 )
 """The table of jobs."""

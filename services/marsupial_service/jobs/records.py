@@ -25,7 +25,6 @@ STATE_OF: Mapping[JobOutcome, JobState] = {
     JobOutcome.UNSOLVABLE: JobState.SUCCEEDED,
     JobOutcome.CANCELLED: JobState.CANCELLED,
 }
-"""The final state that goes with each outcome."""
 
 FINAL = frozenset(STATE_OF.values())
 
@@ -34,7 +33,6 @@ MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
     JobState.RUNNING: frozenset({JobState.QUEUED, *FINAL}),
     **dict.fromkeys(FINAL, frozenset[StrEnum]()),
 }
-"""The states that may follow each state."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,14 +58,8 @@ class PackedRequest:
 class JobRecord(StoredEntry):
     """A job as it is stored; it has an `outcome` if and only if its state is final.
 
-    Parameters
-    ----------
-    attempts
-        How often it was started; more than one only where a process of it was killed or the server ended.
-    plans
-        How many revisions of the plan there are, each better than the one before; `makespan_ms` is that of the last.
-    lower_bound_ms
-        On the makespan, where the planner proved one.
+    It has more than one of `attempts` only if a process of it was killed or the server ended. Each of its `plans`
+    improves on the one before; `makespan_ms` is that of the last, `lower_bound_ms` is what the planner proved.
     """
 
     state: JobState
@@ -104,14 +96,10 @@ class Metrics:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobSettings(EntrySettings):
-    """The limits that hold for jobs, and how they are run.
+    """Limits of jobs, and how they are run.
 
-    Parameters
-    ----------
-    max_attempts
-        How often a job is started, if its processes are killed or the server is.
-    commands
-        External planners by the name clients use, as engine names (``cmd:...``).
+    A job is started up to `max_attempts` times if its processes or the server are killed. `commands` has the engine
+    names of external planners (``cmd:...``) by the names that clients use.
     """
 
     max_attempts: int = 3
@@ -120,18 +108,9 @@ class JobSettings(EntrySettings):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkerTask:
-    """One attempt at a job.
+    """One attempt at a job: its `source` as in `PackedRequest`, which must keep the `limits` of the service.
 
-    Parameters
-    ----------
-    source
-        As in `PackedRequest`.
-    limits
-        Of the service; what is read must not be larger.
-    engine
-        The name for `marsupial.planning.engines.engine`.
-    start
-        The best plan of earlier attempts; only better ones are sent back.
+    `start` is the best plan of earlier attempts; only better ones are sent back.
     """
 
     source: bytes
@@ -161,7 +140,7 @@ class Found:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Closed:
-    """The worker's own word on how the job ended."""
+    """How the job ended, according to its worker."""
 
     outcome: JobOutcome
     detail: str = ""

@@ -12,7 +12,6 @@ import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing, suppress
-from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -22,24 +21,23 @@ from marsupial.processes.runner import LOCAL, Reservation, Runner
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slot, Slots
-from marsupial_service.jobs import lookup, table, turns, work
+from marsupial_service.jobs import table, turns, work
 from marsupial_service.jobs.attempt import Attempt, AttemptLost
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.records import Analysed, Closed, JobRecord, JobSettings, Metrics, PackedRequest
+from marsupial_service.jobs.records import Closed, JobRecord, JobSettings, Metrics, PackedRequest
 from marsupial_service.moments import wall_clock_ms
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError
 
+# what all workers need, loaded before they are forked
 PRELOAD = (*engines.PRELOAD, work.load_planners)
-"""What all workers need, loaded before they are forked."""
-
+# processors that a job takes on a cluster
 _CPUS = 1.0
-"""Processors that a job is counted as, where they are counted."""
 
 _BUSY_RETRY_S = 1
 _HANG_S = 1.0
+# pause between checks whether a running job is to make way, while others wait
 _LOOK_S = 0.25
-"""After what pause it is looked whether a job is to make way, while some wait."""
 
 log = logging.getLogger("marsupial.jobs")
 
@@ -84,7 +82,7 @@ class Jobs(Entries[JobRecord]):
             self._start("slot", self._slot)
 
     async def stop(self, grace_s: float = 2.0) -> None:
-        """End streams and processes; jobs under way go back into the queue, to go on at the next start."""
+        """End streams and processes; running jobs go back into the queue, to go on at the next start."""
         self.leave()
         if self._asked is not None:
             self._asked.close()
@@ -111,24 +109,11 @@ class Jobs(Entries[JobRecord]):
             job = table.NewJob(
                 id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=request.digest, request=request
             )
-            submitted = await self.write(
+            return await self.write(
                 lambda tx: table.insert(tx, job, self._settings, self.now_ms(), self._capacity, self.quota)
             )
         finally:
             self._storing -= 1
-        return submitted
-
-    async def plan_text(self, job: str, revision: int) -> str:
-        """Return a revision as JSON text. Raises UnknownEntry."""
-        return await self.read(lambda reader: lookup.plan_text(reader, job, revision))
-
-    async def analysis(self, job: str) -> Analysed | None:
-        """Return what was found on the map, or None (not yet, or a ready situation was sent)."""
-        return await self.read(lambda reader: lookup.analysis(reader, job))
-
-    async def source(self, job: str) -> str | None:
-        """Return what was sent, as JSON text."""
-        return await self.read(lambda reader: lookup.source_text(reader, job))
 
     async def cancel(self, job: str) -> JobRecord:
         """End a job, which keeps its best plan, unless it is over. Raises UnknownEntry, StoreError: the job goes on."""
@@ -148,8 +133,7 @@ class Jobs(Entries[JobRecord]):
 
     async def metrics(self) -> Metrics:
         """Return counts for operators."""
-        found = await self.read(table.counts)
-        return replace(found, slots=self._slots.count, slots_in_use=self._slots.in_use)
+        return await self.read(lambda reader: table.counts(reader, self._slots))
 
     async def _take_up(self) -> None:
         ours = None if self._is_claiming else frozenset(self._ours)
@@ -270,7 +254,7 @@ class Jobs(Entries[JobRecord]):
         while True:
             with suppress(StoreError):
                 return await self.read(lambda reader: table.is_running(reader, claim))
-            await asyncio.sleep(RETRY_S)  # it can't be cancelled then
+            await asyncio.sleep(RETRY_S)  # it can't be cancelled while the store is away
 
     async def _settle(self, attempt: Attempt, end: Closed | AttemptLost) -> None:
         """Store how an attempt ended. Whoever cancelled it has charged it until then; what it took beyond is added."""

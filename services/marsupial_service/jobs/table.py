@@ -18,6 +18,7 @@ from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
 from marsupial_service.entries.documents import line, plan_of, text_of, text_with
 from marsupial_service.entries.quota import NO_QUOTA, PREPARATION_S, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
+from marsupial_service.entries.slots import Slots
 from marsupial_service.entries.table import made_of
 from marsupial_service.jobs import turns
 from marsupial_service.jobs.lookup import JOBS
@@ -39,14 +40,12 @@ from marsupial_service.store import Transaction, documents
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 from marsupial_service.store.transaction import StoreReader
 
+# the topic of jobs that wait to be claimed
 QUEUE = "queue"
-"""The topic of jobs that wait to be claimed."""
-
+# before an owner's name: the document that has when a job last made way for them, or theirs for another
 _WAY = "way/"
-"""Before the name of an owner, the name of the document that has when a job last made way for them, or was theirs."""
-
+# budget of a job that was interrupted when its time was over
 _LEAST_S = 0.1
-"""The budget of a job whose time was over when it was broken off."""
 
 _LONGEST_RETRY_S = 60
 _LONGEST_DETAIL = 4000
@@ -116,7 +115,7 @@ def _check_queue(tx: Transaction, owner: str, limits: ServiceLimits) -> None:
 
 
 def broken_off(job: str) -> str:
-    """Return the topic on which whoever works on a job hears that it is cancelled, or makes way."""
+    """Return the topic of a job's cancellation or preemption."""
     return f"{job}/broken_off"
 
 
@@ -133,10 +132,10 @@ def is_queued(reader: StoreReader) -> bool:
 
 
 def claim(tx: Transaction, now_ms: int, anew: Collection[str] = ()) -> Claim | None:
-    """Take a job, if one waits: it is running from now on. `anew` are planners that begin again from nothing.
+    """Take a job, if one waits: it is running from now on.
 
-    What broken off attempts took is taken off its budget, but that of those planners: they get all of it again, as long
-    as it doesn't take more than twice as much together.
+    Interrupted attempts have used up a part of its budget. Planners that begin `anew` from nothing get all of it
+    again, unless all attempts together would take more than twice the budget.
     """
     number = turns.first(tx)
     if number is None:
@@ -161,15 +160,15 @@ def claim(tx: Transaction, now_ms: int, anew: Collection[str] = ()) -> Claim | N
     return made_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
 
 
-def counts(reader: StoreReader) -> Metrics:
-    """Return counts for operators, all slots free."""
+def counts(reader: StoreReader, slots: Slots) -> Metrics:
+    """Return counts for operators."""
     sql = "SELECT owner, count(*) FROM jobs WHERE state = ? AND finished_ms IS NULL GROUP BY owner"
     return Metrics(
         states=JOBS.counts(reader, "state", JobState),
         outcomes=JOBS.counts(reader, "outcome", JobOutcome),
         waiting=dict(map(tuple, reader.execute(sql, (JobState.QUEUED,)).fetchall())),
-        slots=0,
-        slots_in_use=0,
+        slots=slots.count,
+        slots_in_use=slots.in_use,
     )
 
 
@@ -250,11 +249,12 @@ def make_way(
 ) -> str | None:
     """Put a running job into the queue again if an owner waits too long of whom none run; return which.
 
-    Nothing is done for an owner before there was time for such a slot to be theirs, or who has just lost one. `anew`:
-    see `turns.yielding`.
+    `anew`: see `turns.yielding`.
     """
+    # servers decide one after the other, or each of them would preempt a job for the same owner
     tx.lock(_WAY)
     for owner in turns.unserved(tx, now_ms):
+        # a slot may be about to become theirs, or was taken from them just now
         if now_ms - int(documents.text_of(tx, _WAY + owner) or "0") < turns.PATIENCE_MS:
             continue
         job = turns.yielding(tx, now_ms, anew)
@@ -335,16 +335,15 @@ def _try_again(
 def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota, took_ms: int | None) -> int:
     """Charge the owner of a job for the attempt that ends, if one is under way; return how long it took, in ms.
 
-    Whoever ran the attempt says how long it took. Where others end it (`took_ms` is None) it is charged up to now, but
-    for no more than it can have taken: its server may have died long ago.
+    `took_ms` is known to whoever ran the attempt. If others end it (None), it is charged up to now.
     """
     row = tx.execute(
-        "SELECT owner, seconds, claimed_ms FROM jobs WHERE number = ? AND state = ?",
-        (number, JobState.RUNNING),
+        "SELECT owner, seconds, claimed_ms FROM jobs WHERE number = ? AND state = ?", (number, JobState.RUNNING)
     ).fetchone()
     if row is None or row["claimed_ms"] is None:
         return 0
     if took_ms is None:
+        # no more than it can have taken: its server may have died long ago
         most_s = quota.asked_s(row["seconds"]) + PREPARATION_S
         took_ms = max(0, round(min(now_ms - row["claimed_ms"], 1000 * most_s)))
     quota.charge(tx, row["owner"], took_ms, now_ms)

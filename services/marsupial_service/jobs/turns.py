@@ -31,16 +31,24 @@ from marsupial_service.store import Transaction
 from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.transaction import StoreReader
 
+# how long an owner without a running job waits before another owner's job makes way
 PATIENCE_MS = 1000
-"""How long an owner of whom no job runs waits before one of somebody else makes way."""
 
 
 def first(tx: Transaction) -> int | None:
-    """Return the number of the next job, if one waits, and note that its owner was served.
-
-    It is the one that has waited longest, of the owner of whom the fewest run, and of those the one served longest ago.
-    """
-    return next((found for owner in _waiting(tx) if (found := _first_of(tx, owner)) is not None), None)
+    """Return the number of the next job, if one waits, and note that its owner was served."""
+    sql = "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL AND owner = ? ORDER BY number LIMIT 1"
+    for owner in _waiting(tx):
+        # another server may be taking that job at this moment: the next one is as good
+        row = tx.execute(sql + tx.skip_locked, (JobState.QUEUED, owner)).fetchone()
+        if row is not None:
+            tx.execute(
+                "INSERT INTO owners SELECT ?, coalesce(max(served), 0) + 1 FROM owners WHERE true"
+                " ON CONFLICT (name) DO UPDATE SET served = excluded.served",
+                (owner,),
+            )
+            return int(row["number"])
+    return None
 
 
 def _waiting(tx: Transaction) -> Sequence[str]:
@@ -54,24 +62,6 @@ def _waiting(tx: Transaction) -> Sequence[str]:
         (JobState.QUEUED, JobState.RUNNING),
     )
     return [row["owner"] for row in rows]
-
-
-def _first_of(tx: Transaction, owner: str) -> int | None:
-    """Return the job of an owner that has waited longest, and enter that they are served with it."""
-    row = tx.execute(
-        "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL AND owner = ? ORDER BY number LIMIT 1"
-        + tx.skip_locked,
-        (JobState.QUEUED, owner),
-    ).fetchone()
-    if row is None:
-        return None
-    tx.execute(
-        "INSERT INTO owners SELECT ?, coalesce(max(served), 0) + 1 FROM owners WHERE true"
-        " ON CONFLICT (name) DO UPDATE SET served = excluded.served",
-        (owner,),
-    )
-    number: int = row["number"]
-    return number
 
 
 def unserved(reader: StoreReader, now_ms: int) -> list[str]:
@@ -88,9 +78,7 @@ def unserved(reader: StoreReader, now_ms: int) -> list[str]:
 def yielding(tx: Transaction, now_ms: int, anew: Collection[str]) -> StoreRow | None:
     """Return number and id of the running job that makes way for an owner of whom none run, if one is to.
 
-    It is the newest one of an owner of whom the most run, rather none that would begin again from nothing: one with a
-    budget in steps, or of the planners `anew`. If that is the only one of its owner, it has had its turn: as long as
-    all attempts at it before, so that beginning again costs no job more than half of its time.
+    Jobs with a budget in steps or of the planners `anew` would begin again from nothing.
     """
     rows = tx.execute(
         "SELECT number, id, owner, planner, steps, claimed_ms, spent_ms FROM jobs"

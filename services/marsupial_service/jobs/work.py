@@ -59,7 +59,13 @@ def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
             situation = task.situation()
             # before the search: clients may draw the map while it is planned for
             yield Analysed(situation=situation_to_json(situation), places=line(task.places()))
-        yield from _search(work, situation, begun)
+        budget = work.budget
+        if budget.seconds is not None:
+            budget = replace(budget, seconds=max(_LEAST_S, budget.seconds - (time.monotonic() - begun)))
+        asked = engine(work.engine)
+        # this process is the worker already: it needs none below it
+        search = asked.solve_here if isinstance(asked, ProcessEngine) else asked.solve
+        yield from told(search(situation, budget, start=work.start), situation, work.start)
     except HttpProblem as error:  # the limits were larger when the job was taken
         yield Closed(outcome=JobOutcome.INVALID_INPUT, detail=summary(error.errors, len(error.errors)))
     except InputError as error:
@@ -74,15 +80,6 @@ def task_in(source: bytes, limits: ServiceLimits) -> Situation | MapState:
     if isinstance(sent, SituationJobBody):
         return situation_of(sent.situation, limits)
     return map_state_of(sent.map_state, limits)
-
-
-def _search(work: WorkerTask, situation: Situation, begun: float) -> Iterator[Found | Closed]:
-    budget = work.budget
-    if budget.seconds is not None:
-        budget = replace(budget, seconds=max(_LEAST_S, budget.seconds - (time.monotonic() - begun)))
-    asked = engine(work.engine)
-    search = asked.solve_here if isinstance(asked, ProcessEngine) else asked.solve
-    yield from told(search(situation, budget, start=work.start), situation, work.start)
 
 
 def told(steps: Iterator[Improved | Finished], situation: Situation, start: Plan | None) -> Iterator[Found | Closed]:
@@ -128,9 +125,7 @@ PLANNERS = ("greedy", "anytime", "exact", "auto")
 
 
 def load_planners() -> None:
-    """Load marsupial's own planners with their compiled code; the first time ever it is compiled, for half a minute.
-
-    Done in the fork server, of which workers are forks: so their first plan comes in milliseconds.
-    """
+    """Load marsupial's own planners with their compiled code; the first time ever it is compiled, for half a minute."""
+    # in the fork server, of which workers are forks: so their first plan comes in milliseconds
     for planner in PLANNERS:
         try_planner(planner)

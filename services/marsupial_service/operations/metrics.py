@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
@@ -60,21 +61,18 @@ class HttpMetrics:
         self, jobs: Metrics, missions: MissionCounts, left_s: Mapping[str, float], streams: int, sizes: Sizes
     ) -> bytes:
         """Return everything in Prometheus' text format; `left_s` is what owners have left of their planning time."""
-        for state, count in jobs.states.items():
-            self._jobs.labels(state=state.value).set(count)
-        for outcome, count in jobs.outcomes.items():
-            self._outcomes.labels(outcome=outcome.value).set(count)
-        for mission_state, count in missions.states.items():
-            self._missions.labels(state=mission_state.value).set(count)
-        by_owner: tuple[tuple[Gauge, Mapping[str, float]], ...] = (
+        by_label: tuple[tuple[Gauge, Mapping[Any, float]], ...] = (
+            (self._jobs, jobs.states),
+            (self._outcomes, jobs.outcomes),
+            (self._missions, missions.states),
             (self._waiting, jobs.waiting),
             (self._open, missions.owners),
             (self._left, left_s),
         )
-        for gauge, owners in by_owner:
-            gauge.clear()
-            for owner, number in owners.items():
-                gauge.labels(owner=owner).set(number)
+        for gauge, counts in by_label:
+            gauge.clear()  # owners who have none any more
+            for label, count in counts.items():
+                gauge.labels(label).set(count)
         self._backlog.set(missions.backlog)
         self._slots.set(jobs.slots)
         self._slots_used.set(jobs.slots_in_use)

@@ -31,26 +31,16 @@ COUNTED = ("jobs", "plans", "events", "missions", "mission_inputs", "mission_eve
 _KEYS = "backup_keys"
 _OLDEST_S = 100 * 365 * 86400.0
 _ANY_NUMBER = 1 << 62
+# the byte of a SQLite file that says whether it has a write-ahead log, and its value then
 _JOURNAL_AT, _WAL = 18, 2
-"""Where a SQLite file says whether it has a write-ahead log, and how."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoreInfo:
-    """What a store holds.
+    """What a store holds: bytes on the disk (`free_bytes` of them are given back in time), rows by table.
 
-    Parameters
-    ----------
-    disk_bytes, free_bytes
-        What it takes on the disk; what of that is free and given back in time (of a PostgreSQL database: not told).
-    stored_bytes
-        What jobs and missions take of it, as ``store_bytes`` counts.
-    rows
-        By table; parts of long inputs and turns count.
-    open
-        Jobs and missions that have not ended.
-    oldest_ms
-        When the oldest entry was made, in ms since 1970; None if there is none.
+    `stored_bytes` are those of jobs and missions, as ``store_bytes`` counts them; `open` counts those that have not
+    ended; the oldest entry was made at `oldest_ms` since 1970.
     """
 
     place: str
@@ -100,7 +90,7 @@ def live_bytes(place: str | Path) -> int:
 def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: int) -> dict[str, int]:
     """Remove what ended more than so many days ago, or is not among the `kept` newest of its kind that have ended.
 
-    Servers may run meanwhile: others can write between each two steps. Returns how many jobs and missions were removed.
+    Returns how many jobs and missions were removed. Servers may run meanwhile: they can write between any two steps.
     """
     if days is None and kept is None:
         raise UsageError("say what is to be kept: --days, --kept or both")
@@ -148,6 +138,7 @@ def restore(source: Path, folder: Path) -> int:
         raise UsageError(f"{source}: there is no such file")
     if any((folder / name).exists() for name in (FILE, keys.FILE)):
         raise UsageError(f"{folder} has a store or keys already: a backup is restored into a folder of its own")
+    # a file that still has a write-ahead log is no backup of ours, and may lack what the log holds
     with open(source, "rb") as file:
         if file.read(_JOURNAL_AT + 1)[_JOURNAL_AT:] == bytes((_WAL,)):
             raise StoreError(f"{source} is no backup but a store's own file, of which a part may be in another file")
@@ -200,7 +191,7 @@ def _draft(target: Path) -> Iterator[Path]:
     try:
         os.close(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600))
         yield draft
-        for path in (draft, draft.parent):
+        for path in (draft, draft.parent):  # the folder too, or the new name may be lost in a power cut
             descriptor = os.open(path, os.O_RDONLY)
             os.fsync(descriptor)
             os.close(descriptor)

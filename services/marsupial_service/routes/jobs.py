@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import logging
 from collections.abc import AsyncIterator, Mapping
+from functools import partial
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Response
 from fastapi.responses import StreamingResponse
 
-from marsupial_service.http.answers import UNKEPT, job_path, job_text, json_answer, summary_answer, text_answer
+from marsupial_service.http.answers import UNKEPT, job_text, json_answer, summary_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import PlanRoute
 from marsupial_service.intake.jobs import JOB_READER, situation_text, tell_map, tell_situation
 from marsupial_service.intake.reading import INLINE_BYTES, Sent, read, shaped
+from marsupial_service.jobs import lookup
 from marsupial_service.jobs.records import JobRecord
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.problems import HttpProblem
@@ -31,6 +33,7 @@ from marsupial_service.routes.parameters import (
     older_than,
     page,
     stored,
+    streamed,
     wait_seconds,
 )
 from marsupial_service.schemas import answers
@@ -59,7 +62,7 @@ async def submit_job(
     settings = state.settings
     request = await read(state.readers, settings.limits, sent, JOB_READER, settings.planners)
     created = await state.jobs.submit(request, owner=owner, idempotency_key=idempotency_key)
-    job, headers = created.record, headers_of(created, job_path(created.record.id))
+    job, headers = created.record, headers_of(created, f"{router.prefix}/{created.record.id}")
     log.info("job taken", extra={"job": job.id, "owner": owner, "planner": job.planner})
     seconds = wait_seconds(prefer, settings.limits.wait_s)
     if seconds is not None:
@@ -96,7 +99,7 @@ async def cancel_job(state: Service, job: JobOfPath) -> Response:
 
 
 async def _answer(jobs: Jobs, job: JobRecord, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
-    best = await jobs.plan_text(job.id, job.plans) if job.plans else "null"
+    best = await jobs.read(lambda reader: lookup.plan_text(reader, job.id, job.plans)) if job.plans else "null"
     return text_answer(job_text(job, best), status, headers)
 
 
@@ -110,18 +113,15 @@ async def _plans(jobs: Jobs, job: JobRecord) -> AsyncIterator[bytes]:
     """Yield the text of all plans piece by piece: there may be hundreds, each of thousands of actions."""
     yield b'{"plans":['
     for revision in range(1, job.plans + 1):
-        yield b"," * (revision > 1) + (await jobs.plan_text(job.id, revision)).encode()
+        text = await jobs.read(partial(lookup.plan_text, job=job.id, revision=revision))
+        yield b"," * (revision > 1) + text.encode()
     yield b"]}"
 
 
 @router.get(
     "/{job}/events",
     response_class=EventStream,
-    responses={
-        **errors("not-found", "too-many"),
-        204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
-        200: {"description": "Events `state`, `plan` and `end`, with ids from 1; the stream ends after `end`."},
-    },
+    responses=streamed("Events `state`, `plan` and `end`, with ids from 1; the stream ends after `end`."),
 )
 async def follow_job(
     state: Service, owner: Owner, holds: KeyHolds, job: JobOfPath, last_event_id: LastEventId = None
@@ -133,10 +133,10 @@ async def follow_job(
 @router.get("/{job}/situation", response_model=answers.JobSituationAnswer, responses=errors("not-found"))
 async def get_situation(state: Service, owner: Owner, job: JobOfPath) -> Response:
     """Return what the planner is asked; for a map state once that has been analysed."""
-    analysis = await state.jobs.analysis(job.id)
+    analysis = await state.jobs.read(lambda reader: lookup.analysis(reader, job.id))
     if analysis is not None:
         return text_answer(f'{{"situation":{analysis.situation},"places":{analysis.places}}}'.encode())
-    text = await state.jobs.source(job.id) or "{}"
+    text = await state.jobs.read(lambda reader: lookup.source_text(reader, job.id)) or "{}"
     if len(text) <= INLINE_BYTES:
         found: object = situation_text(text)
     else:
@@ -150,7 +150,7 @@ async def get_situation(state: Service, owner: Owner, job: JobOfPath) -> Respons
 @router.get("/{job}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
 async def get_map(state: Service, owner: Owner, job: JobOfPath) -> Response:
     """Return the map that a job was sent with, its cells as runs; a job for a situation has none."""
-    source = await state.jobs.source(job.id) or "{}"
+    source = await state.jobs.read(lambda reader: lookup.source_text(reader, job.id)) or "{}"
     found = await state.readers.value_of(owner, tell_map, (source, state.settings.limits))
     if found is None:
         raise HttpProblem("not-found", "the job was sent with a situation, not with a map")

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Response
 from starlette.responses import PlainTextResponse
 
 from marsupial_service.entries.records import Created
-from marsupial_service.http.answers import json_answer, mission_answer, mission_path, text_answer
+from marsupial_service.http.answers import UNKEPT, json_answer, mission_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import Route
-from marsupial_service.intake.missions import (
-    MISSION_READER,
-    REPORT_READER,
-    changes_in,
-    known_map_text,
-    tell_known_map,
-)
+from marsupial_service.intake.missions import MISSION_READER, REPORT_READER, changes_in, known_map_text, tell_known_map
 from marsupial_service.intake.reading import Sent, read, shaped
 from marsupial_service.keys import Scope
 from marsupial_service.missions.frames import MissionFrame
@@ -37,12 +31,18 @@ from marsupial_service.routes.parameters import (
     older_than,
     page,
     stored,
+    streamed,
 )
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.missions import MissionBody, ReportsBody
 
+# changes from cell to cell of a map that is encoded in the server's process: 10 ms at most
 _INLINE_CHANGES = 10_000
-"""From cell to cell, of a map that is told in the server's process: 10 ms."""
+
+
+MISSION_STORED = stored(
+    answers.MissionAnswer, "mission", 201, at_once="An earlier request with that key has made the mission."
+)
 
 
 class MissionRoute(Route):
@@ -64,9 +64,7 @@ router = APIRouter(prefix="/v1/missions", route_class=MissionRoute, tags=["missi
     "",
     status_code=201,
     response_model=answers.MissionAnswer,
-    responses=stored(
-        answers.MissionAnswer, "mission", 201, at_once="An earlier request with that key has made the mission."
-    ),
+    responses=MISSION_STORED,
 )
 async def create_mission(
     state: Service,
@@ -82,10 +80,7 @@ async def create_mission(
 
 @router.get("", response_model=answers.MissionListAnswer, responses=errors())
 async def list_missions(
-    state: Service,
-    owner: Owner,
-    limit: PageLimit = 50,
-    before: Annotated[str | None, older_than("mission")] = None,
+    state: Service, owner: Owner, limit: PageLimit = 50, before: Annotated[str | None, older_than("mission")] = None
 ) -> Response:
     """List one's missions, the newest first."""
     found = await state.missions.list(owner, limit=limit + 1, before=before)
@@ -127,25 +122,25 @@ async def get_last_reports(state: Service, mission: MissionOfPath) -> Response:
     return json_answer(await state.missions.last_reports(mission))
 
 
-@router.post(
-    "/{mission}/pause", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
-)
+_CONTROLLED: dict[str, Any] = {
+    "response_model": answers.MissionAnswer,
+    "responses": errors("not-found", "conflict", "not-ready"),
+}
+
+
+@router.post("/{mission}/pause", **_CONTROLLED)
 async def pause_mission(state: Service, mission: MissionOfPath) -> Response:
     """Stop all driving robots and give no commands until the mission is resumed."""
     return await _control(state, mission, Control.PAUSE)
 
 
-@router.post(
-    "/{mission}/resume", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
-)
+@router.post("/{mission}/resume", **_CONTROLLED)
 async def resume_mission(state: Service, mission: MissionOfPath) -> Response:
     """Resume a paused mission."""
     return await _control(state, mission, Control.RESUME)
 
 
-@router.post(
-    "/{mission}/cancel", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
-)
+@router.post("/{mission}/cancel", **_CONTROLLED)
 async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
     """End a mission with its final report. A mission that has ended does not change."""
     return await _control(state, mission, Control.CANCEL)
@@ -154,13 +149,7 @@ async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
 @router.get(
     "/{mission}/events",
     response_class=EventStream,
-    responses={
-        **errors("not-found", "too-many"),
-        204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
-        200: {
-            "description": "Events `log`, `decision`, `commands`, `state`, `frame`, `quota` and `end`, with ids from 1."
-        },
-    },
+    responses=streamed("Events `log`, `decision`, `commands`, `state`, `frame`, `quota` and `end`, with ids from 1."),
 )
 async def follow_mission(
     state: Service, owner: Owner, holds: KeyHolds, mission: MissionOfPath, last_event_id: LastEventId = None
@@ -172,7 +161,7 @@ async def follow_mission(
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))
 async def get_log(state: Service, mission: MissionOfPath) -> Response:
     """Return the mission log so far, as `marsupial replay` reads it."""
-    return LogAnswer(await state.missions.log(mission), headers={"Cache-Control": "no-store"})
+    return LogAnswer(await state.missions.log(mission), headers=UNKEPT)
 
 
 @router.get("/{mission}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
@@ -188,8 +177,8 @@ async def get_known_map(state: Service, owner: Owner, mission: MissionOfPath) ->
 
 def created(made: Created[MissionRecord]) -> Response:
     """Return the answer that a mission is stored."""
-    record, replayed = made
-    return json_answer(mission_answer(record), 200 if replayed else 201, headers_of(made, mission_path(record.id)))
+    answer = mission_answer(made.record)
+    return json_answer(answer, 200 if made.replayed else 201, headers_of(made, answer.links.self))
 
 
 async def _control(state: Service, mission: MissionRecord, control: Control) -> Response:

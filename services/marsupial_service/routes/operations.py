@@ -13,7 +13,7 @@ from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
 from marsupial.processes.runner import LOCAL
-from marsupial_service.http.answers import json_answer
+from marsupial_service.http.answers import UNKEPT, json_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import AdminRoute, Route
 from marsupial_service.intake.supervised import value_on
@@ -22,17 +22,17 @@ from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Service
 from marsupial_service.schemas import answers
 from marsupial_service.state import State
-from marsupial_service.store import StoreError, Transaction
+from marsupial_service.store import StoreError
 
 router = APIRouter(route_class=Route, tags=["operations"])
 admin = APIRouter(route_class=AdminRoute, tags=["operations"])
 
+# how long a check of readiness holds: a stranger may ask, and it costs a process
 FRESH_S = 2.0
-"""How long a check of readiness is believed: a stranger may ask, and it costs a process."""
 
 _READY_S = 20.0
+# how long the store may take: a disk may hang, a lock may be held
 _STORE_S = 5.0
-"""How long the store may take: a disk that hangs, or a lock, is waited for no longer."""
 
 log = logging.getLogger("marsupial.service")
 
@@ -46,6 +46,7 @@ async def healthz() -> Response:
 @router.get("/readyz", response_model=answers.ReadyAnswer, responses=errors("not-ready", key=False))
 async def readyz(state: Service) -> Response:
     """Plan for a tiny situation in a process of its own, write to the store and read it."""
+    # of many who ask at once the first one checks, and the others get what it finds
     async with state.readiness.lock:
         if time.monotonic() - state.readiness.checked_s > FRESH_S:
             state.readiness.found = await _check(state)
@@ -63,7 +64,7 @@ async def metrics(state: Service) -> Response:
     streams = sum(state.streams.values())
     counts = await jobs.metrics(), await missions.counts(), await jobs.left_s()
     text = state.metrics.text(*counts, streams, await jobs.sizes())
-    return PlainTextResponse(text, headers={"Cache-Control": "no-store"})
+    return PlainTextResponse(text, headers=UNKEPT)
 
 
 async def _check(state: State) -> answers.ReadyAnswer | str:
@@ -84,7 +85,9 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     took_ms = round(1000 * (time.monotonic() - begun), 1)
     try:
         async with asyncio.timeout(_STORE_S):
-            await state.jobs.write(_write_something)
+            await state.jobs.write(
+                lambda tx: tx.execute("UPDATE servers SET beat_s = beat_s WHERE id = ?", (tx.server,))
+            )
             await state.jobs.metrics()
     except TimeoutError:
         return f"the store does not answer within {_STORE_S:g} s"
@@ -94,7 +97,3 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
         log.exception("the check of readiness fails")
         return "the store can't be used; the log says why"
     return answers.ReadyAnswer(planned_in_ms=took_ms, sqlite=sqlite3.sqlite_version, version=version("marsupial"))
-
-
-def _write_something(tx: Transaction) -> None:
-    tx.execute("UPDATE servers SET beat_s = beat_s WHERE id = ?", (tx.server,))

@@ -40,13 +40,9 @@ Owner = Annotated[str, Depends(_owner)]
 KeyHolds = Annotated[Callable[[], bool], Depends(_key_holds)]
 """Says whether the key of the request is still good."""
 
-Prefer = Annotated[
-    str | None,
-    Header(description="`wait=5` waits up to 5 s for the job to end.", max_length=200),
-]
+Prefer = Annotated[str | None, Header(description="`wait=5` waits up to 5 s for the job to end.", max_length=200)]
 IdempotencyKey = Annotated[
-    str | None,
-    Header(description="The same key and body give the same job.", pattern=r"^[\x21-\x7e]{1,200}$"),
+    str | None, Header(description="The same key and body give the same job.", pattern=r"^[\x21-\x7e]{1,200}$")
 ]
 LastEventId = Annotated[
     str | None,
@@ -62,16 +58,15 @@ def older_than(noun: str) -> Any:
     return Query(description=f"Id of a {noun}: older ones only.", max_length=100)
 
 
-def id_of(noun: str) -> Any:
-    """Return the parameter of a path that names an entry."""
-    return Path(description=f"Id of a {noun}.", max_length=100)
+_JobId = Annotated[str, Path(description="Id of a job.", max_length=100)]
+_MissionId = Annotated[str, Path(description="Id of a mission.", max_length=100)]
 
 
-async def _job(state: Service, owner: Owner, job: Annotated[str, id_of("job")]) -> JobRecord:
+async def _job(state: Service, owner: Owner, job: _JobId) -> JobRecord:
     return await state.jobs.of(owner, job)
 
 
-async def _mission(state: Service, owner: Owner, mission: Annotated[str, id_of("mission")]) -> MissionRecord:
+async def _mission(state: Service, owner: Owner, mission: _MissionId) -> MissionRecord:
     return await state.missions.of(owner, mission)
 
 
@@ -80,7 +75,7 @@ MissionOfPath = Annotated[MissionRecord, Depends(_mission)]
 
 
 def wait_seconds(prefer: str | None, limit: float) -> float | None:
-    """Return how long a request wants to wait (RFC 7240), as far as the limit allows; None if it doesn't."""
+    """Return how long a request wants to wait (RFC 7240), at most `limit`; None if it doesn't."""
     for preference in (prefer or "").split(","):
         match = _WAIT.fullmatch(preference)
         if match is not None:
@@ -95,6 +90,15 @@ def stored(model: type[Answer], noun: str, status: int, at_once: str) -> dict[in
         **errors("key-reused", "too-many", "not-ready", "store-full", body=True),
         200: {**answer, "description": at_once},
         status: {**answer, "description": f"The {noun} is stored; it is at Location."},
+    }
+
+
+def streamed(events: str) -> dict[int | str, dict[str, Any]]:
+    """Return the responses of a route that streams these events."""
+    return {
+        **errors("not-found", "too-many"),
+        204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
+        200: {"description": events},
     }
 
 

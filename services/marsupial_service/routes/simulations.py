@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 from typing import Annotated
 
@@ -19,20 +18,15 @@ from marsupial_service.intake.missions import DEFAULT_BUDGET_S
 from marsupial_service.intake.reading import Sent, read, shaped
 from marsupial_service.intake.simulations import SIMULATION_READER
 from marsupial_service.planners import planner_infos
-from marsupial_service.routes.missions import MissionRoute, created
-from marsupial_service.routes.parameters import IdempotencyKey, Owner, Service, stored
+from marsupial_service.routes.missions import MISSION_STORED, MissionRoute, created
+from marsupial_service.routes.parameters import IdempotencyKey, Owner, Service
 from marsupial_service.schemas import answers
-from marsupial_service.schemas.simulations import (
-    DEFAULT_PLANNER,
-    DEFAULT_SEED,
-    DEFAULT_STRATEGY,
-    SimulationBody,
-)
+from marsupial_service.schemas.simulations import DEFAULT_PLANNER, DEFAULT_SEED, DEFAULT_STRATEGY, SimulationBody
 
 router = APIRouter(prefix="/v1", route_class=MissionRoute, tags=["missions"])
 
+# strategies are made with this planner to see which teams they suit
 _TRIED = "greedy"
-"""The planner that strategies are made with to see what they are for."""
 
 
 @router.get("/scenarios", response_model=answers.ScenariosAnswer, responses=errors())
@@ -49,9 +43,7 @@ async def list_scenarios(state: Service) -> Response:
         seed=DEFAULT_SEED,
         budget=answers.BudgetAnswer(seconds=min(DEFAULT_BUDGET_S, settings.limits.budget_s)),
     )
-    found = answers.ScenariosAnswer(
-        scenarios=scenarios, strategies=list(_strategies()), planners=usable, defaults=defaults
-    )
+    found = answers.ScenariosAnswer(scenarios=scenarios, strategies=_strategies(), planners=usable, defaults=defaults)
     return json_answer(found)
 
 
@@ -59,9 +51,7 @@ async def list_scenarios(state: Service) -> Response:
     "/simulations",
     status_code=201,
     response_model=answers.MissionAnswer,
-    responses=stored(
-        answers.MissionAnswer, "mission", 201, at_once="An earlier request with that key has made the mission."
-    ),
+    responses=MISSION_STORED,
 )
 async def create_simulation(
     state: Service,
@@ -76,12 +66,9 @@ async def create_simulation(
 
 
 @cache
-def _strategies() -> tuple[answers.StrategyAnswer, ...]:
-    return tuple(_described())
-
-
-def _described() -> Iterator[answers.StrategyAnswer]:
-    """Yield what each strategy that can be used here is for."""
+def _strategies() -> list[answers.StrategyAnswer]:
+    """Return what each strategy that can be used here is for."""
+    found = []
     for name in strategy_names():
         try:
             made = strategy(name, planner=_TRIED, budget=Budget(steps=1))
@@ -89,7 +76,10 @@ def _described() -> Iterator[answers.StrategyAnswer]:
         except MarsupialError:
             continue
         suits = [_suits(made, roles) for roles in ((Role.CARRIER, Role.ROVER), (Role.CARRIER,))]
-        yield answers.StrategyAnswer(name=name, asks_planner=asks, with_rovers=suits[0], without_rovers=suits[1])
+        found.append(
+            answers.StrategyAnswer(name=name, asks_planner=asks, with_rovers=suits[0], without_rovers=suits[1])
+        )
+    return found
 
 
 def _suits(made: object, roles: tuple[Role, ...]) -> bool:

@@ -43,18 +43,18 @@ class Answer(BaseModel):
 
     @classmethod
     def of(cls, value: object, **more: object) -> Self:
-        """Return what is told of a value: its attributes that are called like the fields, and `more`.
+        """Return the answer for a value: its attributes with the names of the fields, and `more`.
 
-        Moments become text: `created_at` is told of the attribute `created_at_ms`.
+        Moments become text: `created_at` is made of the attribute `created_at_ms`.
         """
-        told = dict(more)
+        found = dict(more)
         for name in cls.model_fields.keys() - more.keys():
             if name.endswith("_at"):
                 ms = getattr(value, f"{name}_ms")
-                told[name] = None if ms is None else timestamp(ms)
+                found[name] = None if ms is None else timestamp(ms)
             else:
-                told[name] = getattr(value, name)
-        return cls.model_validate(told)
+                found[name] = getattr(value, name)
+        return cls.model_validate(found)
 
 
 class _NeverNull:
@@ -88,12 +88,12 @@ def within(name: str) -> Any:
 
 
 def one_word_of(words: type[StrEnum]) -> GetPydanticSchema:
-    """Let a text be one of these words, which the document lists where the field stands."""
+    """Return the schema of a text that is one of these words, which the document lists at the field."""
     return GetPydanticSchema(lambda *_: core_schema.literal_schema([word.value for word in words]))
 
 
 def made_of(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
-    """Let a field be sent in a shape (a model, or a type of JSON) of which a value of the library is made.
+    """Return the schema of a field that is sent in a shape (a model, or a type of JSON) and becomes a value.
 
     `make` takes the fields of a model by their names, anything else as it is.
     """
@@ -101,16 +101,12 @@ def made_of(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
     def value_of(sent: Any) -> Any:
         return make(**dict(sent)) if isinstance(sent, BaseModel) else make(sent)
 
-    return _after(shape, value_of)
+    return made_of_list(shape, value_of)
 
 
-def made_of_list(shape: Any, make: Callable[[list[Any]], Any]) -> GetPydanticSchema:
-    """The same of a list, by `make` itself: a report has as many cells as it has robots."""
-    return _after(shape, make)
-
-
-def _after(shape: Any, convert: Callable[[Any], Any]) -> GetPydanticSchema:
-    return GetPydanticSchema(lambda _, handler: core_schema.no_info_after_validator_function(convert, handler(shape)))
+def made_of_list(shape: Any, make: Callable[[Any], Any]) -> GetPydanticSchema:
+    """Return the same for a list, which `make` takes without a call between: a report may have thousands of cells."""
+    return GetPydanticSchema(lambda _, handler: core_schema.no_info_after_validator_function(make, handler(shape)))
 
 
 Maybe = Annotated[T | None, _RefuseNull()]
@@ -144,7 +140,7 @@ def variant(key: str) -> Tag:
 
 
 NONE_OF = "none_of"
-"""The error of an object that has none of the keys by which variants are told apart; its `keys` are those."""
+"""The error of an object that has none of the `keys` that distinguish its variants."""
 
 
 def by_key(*keys: str) -> Discriminator:

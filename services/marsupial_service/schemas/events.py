@@ -26,45 +26,40 @@ RobotWord = Annotated[str, Field(description="Name of the robot.")]
 PlaceWord = Annotated[str, Field(description="Name of a place of the plan: target, meeting point or home.")]
 
 
-class DriveCommand(Answer):
-    """The robot drives along a route that begins at the cell where it is."""
-
+class _Command(Answer):
     id: CommandId
     robot: RobotWord
-    name: Literal["drive"]
+    name: str
     revision: RevisionNumber
+
+
+class DriveCommand(_Command):
+    """The robot drives along a route that begins at the cell where it is."""
+
+    name: Literal["drive"]
     place: PlaceWord
     route: list[CellData] = Field(description="The cells to pass, in their order, in the mission's frame.")
     route_m: list[PointData] = Field(description="Their centres.")
 
 
-class StopCommand(Answer):
+class StopCommand(_Command):
     """The robot stops at the next cell of its route. `id` is that of its drive, which then ends as any other."""
 
-    id: CommandId
-    robot: RobotWord
     name: Literal["stop"]
-    revision: RevisionNumber
 
 
-class DockCommand(Answer):
+class DockCommand(_Command):
     """The rover gets aboard a carrier, which stands beside it."""
 
-    id: CommandId
-    robot: RobotWord
     name: Literal["dock"]
-    revision: RevisionNumber
     carrier: RobotWord
     place: PlaceWord
 
 
-class UndockCommand(Answer):
+class UndockCommand(_Command):
     """The carrier sets the rover down."""
 
-    id: CommandId
-    robot: RobotWord
     name: Literal["undock"]
-    revision: RevisionNumber
     carrier: RobotWord
     place: PlaceWord
     cell: CellData
@@ -195,7 +190,6 @@ JOB_EVENTS: Mapping[JobEventType, type[BaseModel]] = {
     JobEventType.PLAN: JobPlanData,
     JobEventType.END: JobEndData,
 }
-"""The schema of each event of a job."""
 
 MISSION_EVENTS: Mapping[EventType, type[BaseModel]] = {
     EventType.LOG: LogData,
@@ -206,4 +200,3 @@ MISSION_EVENTS: Mapping[EventType, type[BaseModel]] = {
     EventType.FRAME: FrameData,
     EventType.QUOTA: QuotaData,
 }
-"""The schema of each event of a mission."""

@@ -138,8 +138,8 @@ class ReportBody(RequestBody):
     lost: list[LostBody] = Field(default=[])
 
 
+# most reports of one request: more than a large team has at once
 MOST_REPORTS = 1000
-"""In one request: more than a large team has to say at once."""
 
 
 class BatchBody(RequestBody):
@@ -151,8 +151,7 @@ class BatchBody(RequestBody):
 class ReportsBody(
     RootModel[
         Annotated[
-            Annotated[ReportBody, variant("n")] | Annotated[BatchBody, variant("reports")],
-            by_key("n", "reports"),
+            Annotated[ReportBody, variant("n")] | Annotated[BatchBody, variant("reports")], by_key("n", "reports")
         ]
     ]
 ):

@@ -101,6 +101,5 @@ class ValidationBody(RequestBody):
 
     situation: SituationBody
     plan: Annotated[
-        Annotated[ActionsPlan, variant("actions")] | Annotated[TextPlan, variant("ipc")],
-        by_key("actions", "ipc"),
+        Annotated[ActionsPlan, variant("actions")] | Annotated[TextPlan, variant("ipc")], by_key("actions", "ipc")
     ]

@@ -1,4 +1,4 @@
-"""Words that are stored, answered and told in events: states of jobs and missions, and what events are about."""
+"""Words in the store, in answers and in events: states of jobs and missions, and types of events."""
 
 from __future__ import annotations
 

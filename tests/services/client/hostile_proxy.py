@@ -7,7 +7,6 @@ import threading
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from types import TracebackType
 from typing import Self
 
 from patience import HANG_S
@@ -25,15 +24,8 @@ Ends = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 class HostileProxy:
     """Stands before the server at `port`; within a block it listens at `url`.
 
-    Parameters
-    ----------
-    bytes_between_cuts
-        In the mean, in each direction of a connection.
-
-    Attributes
-    ----------
-    done
-        Counts connections by what was done to them: `busy`, `twice`, `cut`.
+    `bytes_between_cuts` is the mean in each direction of a connection. `done` counts connections by what was done to
+    them: `busy`, `twice`, `cut`.
     """
 
     def __init__(self, port: int, seed: int, bytes_between_cuts: int = 4000) -> None:
@@ -52,9 +44,7 @@ class HostileProxy:
         self.url = f"http://{HOST}:{self._server.sockets[0].getsockname()[1]}"
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         asyncio.run_coroutine_threadsafe(self._stop(), self._loop).result(HANG_S)
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join(HANG_S)

@@ -5,17 +5,19 @@ import json
 import sys
 from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from entry_house import followed, opened, settings_of
 from patience import HANG_S, awaited
 from situations import one_room
-from strange_tasks import Ordinary, do_strange_tasks, source_of
+from strange_tasks import Ordinary, Waits, do_strange_tasks, pid_in, source_of
 
 from marsupial.model import Budget, Plan, Situation
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.entries.documents import plan_of
 from marsupial_service.entries.records import EventRecord
+from marsupial_service.jobs import lookup
 from marsupial_service.jobs.records import JobRecord, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 
@@ -49,6 +51,14 @@ async def submit(jobs: Jobs, wanted: PackedRequest | None = None) -> str:
     return submitted.record.id
 
 
+async def begun(jobs: Jobs, folder: Path) -> tuple[str, int]:
+    """Submit a job that waits in a folder, and return it with the process that it is in; the next one tells its own."""
+    job = await submit(jobs, request(Waits(folder)))
+    process = await pid_in(folder)
+    (folder / "pid").unlink()
+    return job, process
+
+
 async def ended(jobs: Jobs, job: str) -> JobRecord:
     """Return a job once it is over; a test hangs no longer than `HANG_S`."""
     record = await jobs.wait(job, HANG_S)
@@ -67,7 +77,8 @@ class StoredPlan:
 async def plans_of(jobs: Jobs, job: str) -> list[StoredPlan]:
     """Return every revision of a job's plan, the first one first."""
     count = (await jobs.of("me", job)).plans
-    found = [json.loads(await jobs.plan_text(job, revision)) for revision in range(1, count + 1)]
+    texts = [await jobs.read(partial(lookup.plan_text, job=job, revision=number)) for number in range(1, count + 1)]
+    found = [json.loads(text) for text in texts]
     return [StoredPlan(one["revision"], plan_of(one["actions"]), one["makespan_ms"], one["ipc"]) for one in found]
 
 

@@ -142,8 +142,5 @@ async def pid_in(folder: Path) -> int:
     """Return the process id that a task wrote, once it has."""
     from patience import awaited
 
-    async def is_there() -> bool:
-        return (folder / "pid").exists()
-
-    await awaited(is_there, folder / "pid")
+    await awaited((folder / "pid").exists, folder / "pid")
     return int((folder / "pid").read_text())

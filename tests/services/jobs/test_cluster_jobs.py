@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import psutil
 import pytest
-from job_house import ended, open_jobs, planned, request, submit, told
+from job_house import begun, ended, open_jobs, planned, request, submit, told
 from launcher_tree import is_alive, is_gone
 from patience import HANG_S
 from ray_nodes import Nodes, needs_ray, settings_in
@@ -38,10 +38,8 @@ async def test_a_job_goes_on_elsewhere_when_what_runs_it_is_killed(
     tmp_path: Path, nodes: Nodes, cluster: ClusterRunner, find: Callable[[Nodes, int], list[psutil.Process]]
 ) -> None:
     async with open_jobs(tmp_path, cluster, slots=4) as jobs:
-        job = await submit(jobs, request(Waits(tmp_path)))
-        first = await pid_in(tmp_path)
+        job, first = await begun(jobs, tmp_path)
         assert first in [process.pid for process in nodes.planning()]
-        (tmp_path / "pid").unlink()
         found = find(nodes, first)
         assert found
         for process in found:
@@ -71,9 +69,7 @@ async def test_a_cluster_of_its_own_is_started_again_when_it_is_lost_and_jobs_go
     tmp_path: Path, own_cluster: ClusterRunner, lost: list[str]
 ) -> None:
     async with open_jobs(tmp_path, own_cluster) as jobs:
-        job = await submit(jobs, request(Waits(tmp_path)))
-        first = await pid_in(tmp_path)
-        (tmp_path / "pid").unlink()
+        job, first = await begun(jobs, tmp_path)
         gateway = psutil.Process(own_cluster._gateway.pid)  # other tests have a cluster below this process too
         before = [gateway, *gateway.children(recursive=True)]
         for process in before:
@@ -135,9 +131,7 @@ async def test_an_actor_that_is_stopped_is_taken_for_dead_and_what_it_ran_ends(
     tmp_path: Path, nodes: Nodes, cluster: ClusterRunner
 ) -> None:
     async with open_jobs(tmp_path, cluster) as jobs:
-        job = await submit(jobs, request(Waits(tmp_path)))
-        first = await pid_in(tmp_path)
-        (tmp_path / "pid").unlink()
+        job, first = await begun(jobs, tmp_path)
         stopped = actors(nodes, first)
         try:
             for process in stopped:

@@ -21,6 +21,7 @@ from marsupial.model.objective import MAKESPAN
 from marsupial.planning.checker import check
 from marsupial_service.entries.capacity import StoreCapacity, StoreFull, stored_bytes
 from marsupial_service.entries.records import TooMany, UnknownEntry
+from marsupial_service.jobs import lookup
 from marsupial_service.jobs.records import FINAL, STATE_OF
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
@@ -184,13 +185,15 @@ async def test_a_map_is_analysed_by_the_worker_and_what_it_found_is_kept(place: 
     async with open_jobs(place) as jobs:
         job = await submit(jobs, request(Ordinary()))
         assert (await ended(jobs, job)).outcome is JobOutcome.SATISFICING
-        analysis = await jobs.analysis(job)
+        analysis = await jobs.read(lambda reader: lookup.analysis(reader, job))
         assert situation_from_json(analysis.situation) == one_room()
         assert json.loads(analysis.places) == {"t1": {"rover": [3, 4]}}
         ready = await submit(jobs)
         await ended(jobs, ready)
-        assert await jobs.analysis(ready) is None
-        assert json.loads(await jobs.source(ready) or "") == source_of(one_room())
+        assert await jobs.read(lambda reader: lookup.analysis(reader, ready)) is None
+        assert json.loads(await jobs.read(lambda reader: lookup.source_text(reader, ready)) or "") == source_of(
+            one_room()
+        )
 
 
 async def test_each_way_to_end_has_its_outcome(place: str) -> None:

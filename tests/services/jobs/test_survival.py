@@ -12,11 +12,11 @@ from pathlib import Path
 
 import psutil
 import pytest
-from job_house import SLOW, ended, open_jobs, planned, plans_of, request, submit, told
+from job_house import SLOW, begun, ended, open_jobs, planned, plans_of, request, submit, told
 from launcher_tree import below_launcher, is_alive, nothing_runs
 from patience import until
 from situations import one_room
-from strange_tasks import Dies, Escapes, Waits, pid_in
+from strange_tasks import Dies, Escapes, pid_in
 
 from marsupial.planning.checker import check
 from marsupial.processes import launcher as processes
@@ -142,9 +142,7 @@ async def test_a_running_job_goes_on_from_its_best_plan_after_the_server_was_kil
 @pytest.mark.parametrize("above", [0, 1, 2], ids=["worker", "supervisor", "launcher"])
 async def test_a_job_survives_the_kill_of_what_runs_it(tmp_path: Path, above: int) -> None:
     async with open_jobs(tmp_path) as jobs:
-        job = await submit(jobs, request(Waits(tmp_path)))
-        first = await pid_in(tmp_path)
-        (tmp_path / "pid").unlink()
+        job, first = await begun(jobs, tmp_path)
         worker = psutil.Process(next(p.pid for p in below_launcher() if not p.children()))
         [worker, *worker.parents()][above].kill()
         second = await pid_in(tmp_path)

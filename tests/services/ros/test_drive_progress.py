@@ -1,7 +1,6 @@
 """Whether drives get on, by tf and by what their actions tell."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,7 +9,7 @@ pytest.importorskip("websockets")
 
 from ros_parts import House
 
-from marsupial_ros.progress import MOST_RECOVERIES, Progress
+from marsupial_ros.robots import MOST_RECOVERIES, Progress
 from marsupial_ros.rosbridge import ActionResult
 
 
@@ -75,8 +74,7 @@ def test_feedback_that_is_none_leaves_moves_to_count_alone(odd: Any) -> None:
     assert progress == Progress()
 
 
-def test_a_drive_whose_action_tells_no_progress_is_given_up_though_the_robot_moves(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_drive_whose_action_tells_no_progress_is_given_up_though_the_robot_moves(house: House) -> None:
     house.drive()
     for now_s in range(123):
         house.at("carrier1", 2.5 + 0.2 * (now_s % 2), 2.5, now_s)
@@ -86,8 +84,7 @@ def test_a_drive_whose_action_tells_no_progress_is_given_up_though_the_robot_mov
     assert house.actions.cancelled == ["m:1:0.1"]
 
 
-def test_feedback_of_an_earlier_goal_or_of_none_counts_for_nothing(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_feedback_of_an_earlier_goal_or_of_none_counts_for_nothing(house: House) -> None:
     house.drive()
     house.fleet.connected(0.0)  # the drive is sent again
     for now_s in range(130):
@@ -101,8 +98,7 @@ def test_feedback_of_an_earlier_goal_or_of_none_counts_for_nothing(tmp_path: Pat
     assert house.fleet.report()["finished"] == [1]
 
 
-def test_a_robot_that_is_to_stop_has_stopped_when_it_stands_and_not_when_it_gets_no_nearer(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_robot_that_is_to_stop_has_stopped_when_it_stands_and_not_when_it_gets_no_nearer(house: House) -> None:
     house.drive()
     house.command(1, "stop")
     for now_s in range(10):
@@ -112,8 +108,7 @@ def test_a_robot_that_is_to_stop_has_stopped_when_it_stands_and_not_when_it_gets
     assert house.fleet.driving
 
 
-def test_a_drive_that_was_given_up_is_cancelled_again_until_it_is_known_to_have_ended(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_drive_that_was_given_up_is_cancelled_again_until_it_is_known_to_have_ended(house: House) -> None:
     house.drive()
     for now_s in (1.0, 122.0):
         house.at("carrier1", 2.5, 2.5, now_s)

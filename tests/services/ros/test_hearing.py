@@ -15,8 +15,7 @@ from marsupial.errors import MapError
 from marsupial.formats.mapfiles.masks import FilterMasks
 from marsupial.model.grid import FLOOR, TERRAINS
 from marsupial_ros.chart import Chart
-from marsupial_ros.clock import Clock
-from marsupial_ros.hearing import Hearing
+from marsupial_ros.hearing import Clock, Hearing
 from marsupial_ros.messages import occupancy_in, update_in
 from marsupial_ros.settings import read_settings
 
@@ -138,8 +137,7 @@ def test_transforms_without_stamps_and_static_ones_never_count_as_repeated(tmp_p
     assert ears.silent_for(1e6) == 0.0
 
 
-def test_a_robot_is_late_if_its_localisation_is(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_robot_is_late_if_its_localisation_is(house: House) -> None:
     frames = house.frames["/tf"]
     identity = frames.find("map", "map")
     assert identity is not None
@@ -177,7 +175,6 @@ def test_a_clock_that_tells_no_number_is_passed_over(tmp_path: Path) -> None:
     assert said
 
 
-def test_a_mission_waits_for_robots_whose_transforms_are_old(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_mission_waits_for_robots_whose_transforms_are_old(house: House) -> None:
     assert house.fleet.unplaced(1.0) == []
     assert house.fleet.unplaced(61.0) == ["carrier1 (no new map -> carrier1/base_link on /tf)"]

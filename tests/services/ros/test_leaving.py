@@ -109,7 +109,7 @@ async def test_a_bridge_whose_service_is_gone_for_good_leaves_no_goal(tmp_path: 
             await until(lambda: drives(ros))
             ros.speedup = 1.0
             own.kill()
-            client._session.patience_s = 0.5
+            client._session.service.patience_s = 0.5
             with pytest.raises(ClientError):
                 await work
             assert ros.running == []

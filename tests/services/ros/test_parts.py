@@ -144,8 +144,7 @@ def test_a_robot_beside_where_it_can_stand_is_put_there() -> None:
 # the fleet
 
 
-def test_what_a_robot_finished_before_it_was_lost_is_reported_first(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_what_a_robot_finished_before_it_was_lost_is_reported_first(house: House) -> None:
     house.fleet.gathered.finished.append(1)
     house.fleet.gathered.lost.append({"robot": "carrier1", "reason": "silent"})
     first, second = house.fleet.report(), house.fleet.report()
@@ -154,15 +153,13 @@ def test_what_a_robot_finished_before_it_was_lost_is_reported_first(tmp_path: Pa
     assert not house.fleet.gathered.any
 
 
-def test_a_lost_robot_carries_out_no_command(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_lost_robot_carries_out_no_command(house: House) -> None:
     house.fleet.robots["carrier1"].lost = True
     house.command(1, "drive", route=[], route_m=[[2.5, 2.5]])
     assert "finished" not in house.fleet.report()
 
 
-def test_a_drive_ends_at_the_end_of_its_route(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_drive_ends_at_the_end_of_its_route(house: House) -> None:
     house.drive()
     ((goal, action, values),) = house.actions.sent
     assert (goal, action, len(values["path"]["poses"])) == ("m:1:0.1", "/carrier1/follow_path", 7)
@@ -175,8 +172,7 @@ def test_a_drive_ends_at_the_end_of_its_route(tmp_path: Path) -> None:
     assert not house.fleet.driving
 
 
-def test_a_new_connection_has_the_rest_of_a_drive_sent_again(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_new_connection_has_the_rest_of_a_drive_sent_again(house: House) -> None:
     house.drive()
     house.at("carrier1", 6.4, 2.5)
     house.fleet.connected(1.0)
@@ -189,8 +185,7 @@ def test_a_new_connection_has_the_rest_of_a_drive_sent_again(tmp_path: Path) -> 
     assert house.fleet.report()["finished"] == [1]
 
 
-def test_a_drive_that_was_stopped_ends_where_the_robot_is(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_drive_that_was_stopped_ends_where_the_robot_is(house: House) -> None:
     house.drive()
     house.at("carrier1", 4.4, 2.5)
     house.command(1, "stop")
@@ -199,8 +194,7 @@ def test_a_drive_that_was_stopped_ends_where_the_robot_is(tmp_path: Path) -> Non
     assert (news["finished"], news["robots"]) == ([1], [{"name": "carrier1", "pose_m": [4.5, 2.5]}])
 
 
-def test_a_stop_is_repeated_until_the_robot_stands(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_stop_is_repeated_until_the_robot_stands(house: House) -> None:
     house.drive()
     house.command(1, "stop")
     for now_s in range(1, 6):
@@ -211,16 +205,14 @@ def test_a_stop_is_repeated_until_the_robot_stands(tmp_path: Path) -> None:
     assert house.fleet.report()["finished"] == [1]
 
 
-def test_a_drive_that_fails_says_why_in_the_words_of_the_action(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_drive_that_fails_says_why_in_the_words_of_the_action(house: House) -> None:
     house.drive()
     house.fleet.ended(ActionResult("m:1:0.1", 6, {"error_code": 104, "error_msg": "no valid path"}))
     (failed,) = house.fleet.report()["failed"]
     assert failed == {"id": 1, "reason": "/carrier1/follow_path: aborted (no valid path, error 104)"}
 
 
-def test_a_drive_without_progress_is_given_up(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_drive_without_progress_is_given_up(house: House) -> None:
     house.drive()
     for now_s in (1.0, 60.0, 122.0):
         house.at("carrier1", 2.55, 2.5, now_s)
@@ -229,14 +221,12 @@ def test_a_drive_without_progress_is_given_up(tmp_path: Path) -> None:
     assert house.actions.cancelled == ["m:1:0.1"]
 
 
-def test_a_drive_of_one_point_is_over_at_once(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_drive_of_one_point_is_over_at_once(house: House) -> None:
     house.command(1, "drive", route=[], route_m=[[2.5, 2.5]])
     assert (house.fleet.report()["finished"], house.actions.sent) == ([1], [])
 
 
-def test_an_undocking_that_reports_no_success_has_failed(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_an_undocking_that_reports_no_success_has_failed(house: House) -> None:
     house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
     _, action, values = house.actions.sent[-1]
     assert (action, values["rover"], values["carrier"]) == ("/rover1/undock", "rover1", "carrier1")
@@ -246,8 +236,7 @@ def test_an_undocking_that_reports_no_success_has_failed(tmp_path: Path) -> None
     assert house.fleet.robots["rover1"].aboard == "carrier1"
 
 
-def test_a_rover_that_was_set_down_is_on_the_ground_and_aboard_again_when_it_docked(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_rover_that_was_set_down_is_on_the_ground_and_aboard_again_when_it_docked(house: House) -> None:
     house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
     assert [note["name"] for note in house.fleet.notes()] == ["carrier1"]
     house.at("rover1", 3.6, 2.5)
@@ -258,16 +247,14 @@ def test_a_rover_that_was_set_down_is_on_the_ground_and_aboard_again_when_it_doc
     assert [note["name"] for note in house.fleet.notes()] == ["carrier1"]
 
 
-def test_a_handover_that_never_ends_is_given_up(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_a_handover_that_never_ends_is_given_up(house: House) -> None:
     house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
     house.at("carrier1", 2.5, 2.5, 121.0)
     house.fleet.watch(121.0)
     assert house.fleet.report()["failed"] == [{"id": 2, "reason": "not over after 120 s"}]
 
 
-def test_nav2_may_take_its_own_way_to_the_end(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_nav2_may_take_its_own_way_to_the_end(house: House, tmp_path: Path) -> None:
     path = tmp_path / "fleet.yaml"
     path.write_text(path.read_text().replace("type: carrier}", "type: carrier, drive: navigate_to_pose}"))
     house.fleet = RobotFleet(read_settings(path), house.frames, chart_of([0]), house.actions, house.said.append)
@@ -487,8 +474,7 @@ def test_settings_are_checked_without_ros(tmp_path: Path, capsys: pytest.Capture
     assert "robot_types: missing" in capsys.readouterr().err
 
 
-def test_the_interfaces_of_docking_have_the_fields_that_goals_have(tmp_path: Path) -> None:
-    house = House(tmp_path)
+def test_the_interfaces_of_docking_have_the_fields_that_goals_have(house: House) -> None:
     house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
     folder = Path(__file__).parents[3] / "services/marsupial_ros/marsupial_interfaces/action"
     for name in ("Dock", "Undock"):
