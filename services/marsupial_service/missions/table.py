@@ -65,9 +65,7 @@ class MissionTable(EntryTable[MissionRecord]):
         """Add the next event of a mission, of the batch `batch`."""
         packed.add_events(tx, number, {more["batch"]: [StoredEvent(EventType(kind), data)]}, now_ms)
 
-    def _stored_events(
-        self, reader: StoreReader, number: int, after: int, limit: int
-    ) -> Iterator[tuple[int, str, str]]:
+    def _events(self, reader: StoreReader, number: int, after: int, limit: int) -> Iterator[tuple[int, str, str]]:
         for seq, event in islice(packed.events_after(reader, number, after, limit), limit):
             yield seq, event.type, event.data
 
