@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from marsupial_service.store.engine import Connection, StoreBackend, StoreError
+from marsupial_service.store.engine import Connection, StoreBackend, StoreError, said
 from marsupial_service.store.sqlite import Sqlite
 from marsupial_service.store.store import Store
 from marsupial_service.store.tables import missing
@@ -71,10 +71,7 @@ def maintained(place: str | Path) -> Iterator[MaintenanceConnection]:
     """Give the store of a folder or database that is there. Raises StoreError."""
     engine = engine_of(place, maintains=True)
     try:
-        connection = engine.maintainer()
-        try:
+        with closing(engine.maintainer()) as connection:
             yield MaintenanceConnection(engine, connection)
-        finally:
-            connection.close()
     except engine.errors as error:
-        raise StoreError(f"{engine.place}: {error}") from error
+        raise StoreError(f"{engine.place}: {said(error)}") from error

@@ -60,15 +60,6 @@ class Held:
         self.done.result(HANG_S)
 
 
-def test_what_was_written_is_there_when_the_folder_is_opened_again(tmp_path: Path) -> None:
-    first = open_store(tmp_path)
-    first.write(adding("a")).result()
-    first.close()
-    again = open_store(tmp_path)
-    assert names(again) == ["a"]
-    again.close()
-
-
 def test_writes_that_come_while_one_is_committed_share_one_commit(store: Store) -> None:
     commits: list[frozenset[str]] = []
     store.listen(commits.append)
@@ -161,7 +152,9 @@ def test_a_closed_store_says_so(tmp_path: Path) -> None:
         store.read(lambda connection: None)
 
 
-def test_writes_that_wait_when_the_store_is_closed_are_done(tmp_path: Path) -> None:
+def test_writes_that_wait_when_the_store_is_closed_are_done_and_there_when_it_is_opened_again(
+    tmp_path: Path,
+) -> None:
     store = open_store(tmp_path)
     held = Held(store)
     write = store.write(adding("late"))
