@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence
-from contextlib import suppress
 from time import monotonic
 
+from marsupial_service.entries.background import pause
 from marsupial_service.entries.capacity import StoreFull
 from marsupial_service.entries.records import TooMany
 from marsupial_service.missions.values import MissionBatch, StoredReport
 
+# how far the clock may be ahead of robots that then hurry; after a longer planning they go on from where they are
 CATCH_UP_S = 0.5
-"""How far the clock may be ahead of robots that then hurry; after a longer planning they go on from where they are."""
-
 _RETRY_S = 1.0
 
 
@@ -54,22 +53,18 @@ class Driver:
             self._next = batch.next or self._next
 
     async def wait(self, news: asyncio.Event) -> None:
-        """Wait until there is news, or the next report is due; then store it.
-
-        One that was stored before, by a supervisor that is no more, is found to be and changes nothing.
-        """
+        """Wait until there is news, or the next report is due; then store it."""
         if self._next is None:
             await news.wait()
             return
         now_s = monotonic()
-        left_s = self._pace.due_s(self._next.report.t_ms, now_s) - now_s
+        left_s = self._pace.due_s(self._next[0].t_ms, now_s) - now_s
         if left_s > 0:
-            with suppress(TimeoutError):
-                async with asyncio.timeout(left_s):
-                    await news.wait()
+            await pause(news, left_s)
             if news.is_set():
                 return
         try:
+            # one that an earlier supervisor has stored is found to be, and changes nothing
             await self._take(self._next)
             self._next = None
         except (StoreFull, TooMany):

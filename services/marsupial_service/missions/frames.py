@@ -15,8 +15,8 @@ import numpy.typing as npt
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 
+# radians by which the yaw of a frame may differ from the mission's: poses are no more exact
 _SAME_YAW = 1e-6
-"""Radians by which the yaw of a frame may differ from the mission's: poses are no more exact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +32,6 @@ class MissionFrame:
     def of(cls, grid: Grid) -> MissionFrame:
         """Return the frame that a mission is created with."""
         return cls(0, 0, grid.width, grid.height)
-
-    @property
-    def numbers(self) -> tuple[int, int, int, int]:
-        """What it is made of, to be stored."""
-        return self.x, self.y, self.width, self.height
 
     @property
     def size(self) -> int:
@@ -64,8 +59,7 @@ def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, 
     """Return the frame of that size with its lowest corner at a pose, None if it is turned against the mission's."""
     if origin_m is None:
         return MissionFrame(0, 0, width, height)
-    turned = math.remainder(origin_m[2] - grid.origin_m[2], math.tau)
-    if abs(turned) > _SAME_YAW:
+    if abs(math.remainder(origin_m[2] - grid.origin_m[2], math.tau)) > _SAME_YAW:
         return None
     # the corner plus half a cell lies in the cell whose corner is the nearest
     cos, sin = math.cos(grid.origin_m[2]), math.sin(grid.origin_m[2])

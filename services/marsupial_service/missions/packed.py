@@ -20,17 +20,11 @@ _EVENTS = "SELECT seq, part, data FROM mission_events WHERE mission = ?"
 _IN_ORDER = "ORDER BY seq, part"
 
 
-def _packed(data: bytes) -> tuple[bytes, int]:
-    """Return what is stored for `data`, and what that adds to the bytes of a mission."""
-    found = packing.pack(data)
-    return found, len(found) + ROW_BYTES
-
-
 def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes | None, now_ms: int) -> None:
     """Store an input of the mission with that number; reports have a digest."""
-    stored, more = _packed(input_text(data))
-    sql = "UPDATE missions SET inputs = ?, bytes = bytes + ? WHERE number = ?"
-    tx.execute(sql, (seq, more + len(digest or b""), number))
+    stored = packing.pack(input_text(data))
+    more = len(stored) + ROW_BYTES + len(digest or b"")
+    tx.execute("UPDATE missions SET inputs = ?, bytes = bytes + ? WHERE number = ?", (seq, more, number))
     head: dict[str, Any] = {"mission": number, "seq": seq, "at_ms": now_ms}
     for part, piece in packing.pieces(stored):
         tx.insert("mission_inputs", **head, part=part, digest=None if part else digest, data=piece)
@@ -51,12 +45,12 @@ def inputs_after(reader: StoreReader, number: int, seq: int) -> Iterator[tuple[I
 def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[StoredEvent]], now_ms: int) -> None:
     """Store the next events of a mission by the batches that they are of; followers are told once that is committed."""
     texts = {batch: "\n".join(f"{one.type} {one.data}" for one in events) for batch, events in batches.items()}
-    stored = {batch: _packed(text.encode()) for batch, text in texts.items()}
+    stored = {batch: packing.pack(text.encode()) for batch, text in texts.items()}
     sql = "UPDATE missions SET events = events + ?, bytes = bytes + ? WHERE number = ? RETURNING id, events"
-    count, more = sum(map(len, batches.values())), sum(more for _, more in stored.values())
+    count, more = sum(map(len, batches.values())), sum(len(data) + ROW_BYTES for data in stored.values())
     row = tx.execute(sql, (count, more, number)).fetchone()
     last = row["events"] - count
-    for batch, (data, _) in stored.items():
+    for batch, data in stored.items():
         last += len(batches[batch])
         for part, piece in packing.pieces(data):
             head = {"mission": number, "seq": last, "part": part, "turn": batch}
