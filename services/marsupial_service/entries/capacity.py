@@ -37,7 +37,7 @@ class StoreCapacity:
     _summed_s: float = field(default=-math.inf, init=False)
 
     def check(self, reader: StoreReader, owner: str, *, of_reports: bool = False) -> None:
-        """Raise StoreFull if there is none for an entry of that owner, or for what is reported."""
+        """Raise StoreFull if there is no space for an entry of that owner, or for a report."""
         if self.clock_s() - self._summed_s > _FRESH_S:
             self._sums.clear()
             self._summed_s = self.clock_s()

@@ -1,4 +1,4 @@
-"""What is done alike with jobs and missions while the service runs, in one event loop; what blocks is elsewhere."""
+"""What jobs and missions have in common while the service runs: in one event loop, where nothing blocks."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from marsupial_service.store.engine import Connection
 _BATCH = 64
 _SWEEP_S = 30.0
 _WATCH_S = 3.0
-# until what has to be stored or read is tried again; the store itself logs that it can't be used
+# pause before a write or read that must succeed is retried; the store logs the failure
 RETRY_S = 1.0
 
 T = TypeVar("T")

@@ -55,9 +55,9 @@ class Slots:
         return sum(not turn.done() for turn in self._owners.get(owner, ()))
 
     def let_break(self, slot: Slot, breaks: Callable[[], None]) -> None:
-        """Mark what has a slot as preemptible. It is preempted at once if an owner waits in vain."""
+        """Mark the holder of a slot as preemptible. It is preempted at once if an owner waits in vain."""
         slot.breaks = breaks
-        # slots that are wanted already will go to those who wait
+        # slots that are being preempted already will go to owners that wait
         if sum(map(self.waiting, self._owners)) > sum(one.is_wanted for one in self._taken):
             self._break_off()
 

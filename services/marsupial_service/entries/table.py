@@ -145,7 +145,7 @@ class EntryTable(Generic[E]):
         return tx.execute(f"UPDATE {self.name} SET {changes} WHERE {which}", given).rowcount > 0
 
     def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: object) -> None:
-        """Add the next event of an entry, with `more` columns; its followers are told once that is committed."""
+        """Add the next event of an entry, with `more` columns; its followers are notified after the commit."""
         sql = f"UPDATE {self.name} SET events = events + 1, bytes = bytes + ? WHERE number = ? RETURNING id, events"
         row = tx.execute(sql, (ROW_BYTES + len(data), number)).fetchone()
         event = {self.noun: number, "seq": row["events"], "type": kind, "data": data, "at_ms": now_ms}

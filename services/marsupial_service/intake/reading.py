@@ -42,7 +42,7 @@ class Sent(NamedTuple):
 
 
 def shaped(model: type[BaseModel]) -> GetPydanticSchema:
-    """Describe a parameter as having the shape of `model`, and let it be as it is: `read` validates it."""
+    """Give a parameter the schema of `model` without validating it: `read` does."""
     return GetPydanticSchema(
         lambda _, handler: core_schema.no_info_wrap_validator_function(lambda value, _: value, handler(model))
     )

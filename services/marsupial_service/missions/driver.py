@@ -1,7 +1,7 @@
-"""When simulated robots report: at the pace their mission was asked for, or at once.
+"""When simulated robots report: at the speed that their mission asks for, or at once.
 
-What they report next comes with each batch of the mission's process. The supervisor has a driver wait until it is due;
-so there is one driver as there is one supervisor, and with a new one the robots go on from what is stored.
+Each batch of the mission's process brings the next report. The driver of the supervisor waits until it is due. There is
+one driver as there is one supervisor, and with a new one the robots go on from what is stored.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ _RETRY_S = 1.0
 
 
 class MissionClock:
-    """Which moment on the clock a moment of mission time is, at `speed` seconds of mission time a second."""
+    """Maps mission time to the clock, at `speed` seconds of mission time a second."""
 
     def __init__(self, speed: float | None) -> None:
         self._ms_per_s = None if speed is None else 1000 * speed
         self._since = (0.0, 0)
 
     def due_s(self, t_ms: int, now_s: float) -> float:
-        """Return when on the clock, which shows `now_s`, mission time is to be `t_ms`."""
+        """Return the moment on the clock for mission time `t_ms`; the clock shows `now_s`."""
         if self._ms_per_s is None:
             return now_s
         since_s, since_ms = self._since
@@ -48,7 +48,7 @@ class Driver:
         self._next: StoredReport | None = None
 
     def hear(self, batches: Sequence[MissionBatch]) -> None:
-        """Note what is to be reported after these batches."""
+        """Note the report that is due after these batches."""
         for batch in batches:
             self._next = batch.next or self._next
 
@@ -64,7 +64,7 @@ class Driver:
             if news.is_set():
                 return
         try:
-            # one that an earlier supervisor has stored is found to be, and changes nothing
+            # storing a report twice changes nothing: an earlier supervisor may have stored this one
             await self._take(self._next)
             self._next = None
         except (StoreFull, TooMany):

@@ -31,7 +31,7 @@ def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes
 
 
 def inputs_from(reader: StoreReader, number: int, seq: int, most: int) -> tuple[bytes, ...]:
-    """Return what is kept of the inputs of the mission with that number from `seq` on, as far as they have come."""
+    """Return the stored texts of at most `most` inputs of a mission, from number `seq` on."""
     rows = reader.execute(f"{_INPUTS} AND seq >= ? AND seq < ? {_IN_ORDER}", (number, seq, seq + most))
     return tuple(data for _, data in packing.whole(rows))
 
@@ -43,7 +43,7 @@ def inputs_after(reader: StoreReader, number: int, seq: int) -> Iterator[tuple[I
 
 
 def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[StoredEvent]], now_ms: int) -> None:
-    """Store the next events of a mission by the batches that they are of; followers are told once that is committed."""
+    """Store the next events of a mission, by their batches; followers are notified after the commit."""
     texts = {batch: "\n".join(f"{one.type} {one.data}" for one in events) for batch, events in batches.items()}
     stored = {batch: packing.pack(text.encode()) for batch, text in texts.items()}
     sql = "UPDATE missions SET events = events + ?, bytes = bytes + ? WHERE number = ? RETURNING id, events"
@@ -67,7 +67,7 @@ def events_of_batch(reader: StoreReader, number: int, batch: int) -> tuple[Store
 def events_after(
     reader: StoreReader, number: int, seq: int = 0, batches: int | None = None
 ) -> Iterator[tuple[int, StoredEvent]]:
-    """Yield the events after number `seq`, with their numbers; those of about so many batches."""
+    """Yield the events after number `seq`, with their numbers, of about so many batches."""
     if batches is None:
         rows = reader.execute(f"{_EVENTS} AND seq > ? {_IN_ORDER}", (number, seq))
     else:
@@ -79,7 +79,7 @@ def events_after(
 
 
 def remove(tx: Transaction, number: int, most: int) -> int:
-    """Remove at most about so many rows of a mission, the oldest first; return how many it were."""
+    """Remove about `most` rows of a mission at most, the oldest first; return how many."""
     removed = 0
     for table in ("mission_inputs", "mission_events"):
         oldest = f"SELECT seq FROM {table} WHERE mission = ? ORDER BY seq LIMIT ?"

@@ -1,7 +1,7 @@
 """What reports say of the map and the team of a mission, applied.
 
-The server applies every report when it judges the next one (`state`), the process of the mission when it replans
-(`world`). Both use these classes, so that they can't come to believe different things of the same reports.
+The server applies every report before it checks the next one (`state`), the process of the mission before it replans
+(`world`). Both use these classes, so that they can't draw different conclusions from the same reports.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from marsupial_service.missions.values import MissionReport
 
 
 class MapChange(NamedTuple):
-    """Cells (row-major indices) with their codes before and now; `robot` has seen them, None: whoever reports."""
+    """Cells (row-major indices) with their codes before and now; `robot` has seen them (None: the reporter)."""
 
     robot: str | None
     indices: npt.NDArray[np.int64]
@@ -117,14 +117,14 @@ class ReportedTeam(Generic[R]):
         self.commands: dict[int, RobotCommand] = {}
 
     def begin(self, command: RobotCommand, at: object) -> None:
-        """Enter a command that was given; a docking or undocking is `at` a place."""
+        """Add a command; a docking or undocking is `at` a place."""
         self.commands[command.id] = command
         if command.carrier is not None:
             rover = self.robots[command.robot]
             rover.where = rover.where.begun(ActionName(command.name), at, command.carrier)
 
     def end(self, number: int, end: ActionEnd | None) -> RobotCommand | None:
-        """Enter the end of a command and return it; None if it has ended before. Without an `end` its rover stays."""
+        """End a command and return it; None if it has ended before. Without an `end` its rover stays in place."""
         command = self.commands.pop(number, None)
         if command is not None and command.carrier is not None and end is not None:
             rover, name = self.robots[command.robot], ActionName(command.name)
@@ -135,7 +135,7 @@ class ReportedTeam(Generic[R]):
         return command
 
     def lose(self, name: str) -> tuple[str, ...]:
-        """Enter that a robot is lost, with the rovers aboard; return those that were not before, itself first."""
+        """Mark a robot as lost, with the rovers aboard; return those that are newly lost, itself first."""
         riders = (rover for rover, robot in self.robots.items() if robot.where.aboard == name)
         newly = tuple(one for one in (name, *riders) if not self.robots[one].lost)
         for one in newly:

@@ -1,4 +1,4 @@
-"""What the service knows of a mission while its process thinks: enough to judge a report the moment it comes.
+"""What the service knows of a mission while its process plans: enough to check a report the moment it comes.
 
 A report is judged by what its client knew: every command that was published and has not ended may end, whatever else
 has happened to its robots; a robot is lost once the client has said so. A state is made again from what is stored,
@@ -104,7 +104,7 @@ class MissionState:
             raise ReportConflict(*problems)
 
     def take(self, report: MissionReport, digest: bytes) -> None:
-        """Enter a report that was checked."""
+        """Apply a report that was checked."""
         self._digests.setdefault(report.robot, []).append(digest)
         self.t_ms = max(self.t_ms, report.t_ms)
         if report.robot is None:
@@ -121,7 +121,7 @@ class MissionState:
             self._team.lose(name)
 
     def publish(self, event: StoredEvent) -> None:
-        """Enter what the mission has told."""
+        """Apply an event of the mission."""
         if event.type is EventType.COMMANDS:
             batch = json.loads(event.data)
             self.revision = batch["revision"]
@@ -202,7 +202,7 @@ class _Known:
 
 
 class MissionStates:
-    """The states; those that were not asked for of late are forgotten. Used by one thread, but for `brief`."""
+    """The states that were asked for last. Used by one thread, but for `brief`."""
 
     def __init__(self) -> None:
         self._known: OrderedDict[str, _Known] = OrderedDict()
@@ -229,7 +229,7 @@ class MissionStates:
                     assert isinstance(report, MissionReport)
                     known.state.take(report, digest)
             known.inputs = record.inputs
-        # the one that was asked for last stays, however large it is
+        # the latest one stays, however large it is
         while len(self._known) > 1 and sum(one.state.cells.size for one in self._known.values()) > _MOST_CELLS:
             self._known.popitem(last=False)
         return known.state

@@ -242,11 +242,11 @@ class MissionSupervisor:
                 self._charge(time.monotonic() - begun_s)
 
     async def _wait_for_quota(self) -> None:
-        """Wait until the owner may plan again, and tell of it."""
+        """Wait until the owner may plan again, with an event at the beginning and the end."""
         missions = self.missions
         if not missions.quota.is_bounded:
             return
-        # another server may have told it before this one took the mission over
+        # another server may have sent the event before this one took the mission over
         last = await missions.read(lambda reader: packed.events_of_batch(reader, self.record.number, self._batches))
         told = [QuotaData.model_validate_json(event.data) for event in last if event.type is EventType.QUOTA]
         waited = bool(told) and told[-1].state == "waiting"

@@ -147,7 +147,7 @@ def asked_s(brief: MissionBrief) -> float:
 
 
 def tell_quota(tx: Transaction, mission: str, term: int, reason: str, wait_s: float, now_ms: int) -> None:
-    """Tell that a mission waits until its owner may plan again, or (without `reason`) that it goes on."""
+    """Add the event that a mission waits until its owner may plan again, or (without `reason`) that it goes on."""
     record = held(tx, mission, term)
     if record is not None:
         data = QuotaData(state="running", t_ms=record.t_ms)
@@ -166,7 +166,7 @@ def add_reports(
     now_ms: int,
     capacity: StoreCapacity = UNBOUNDED,
 ) -> MissionRecord:
-    """Judge reports and store them with their digests, all or none; those that were taken before change nothing.
+    """Check reports and store them with their digests, all or none; those stored before change nothing.
 
     Raises ReportConflict (also where the mission has ended), StoreFull, TooMany if too many wait, UnknownEntry.
     """
@@ -301,7 +301,7 @@ def leave(tx: Transaction) -> None:
 
 
 def inputs_of(mission: str) -> str:
-    """Return the topic on which whoever carries a mission out hears of its inputs."""
+    """Return the topic on which the supervisor of a mission hears of its inputs."""
     return f"{mission}/inputs"
 
 
@@ -314,6 +314,6 @@ def log(reader: StoreReader, record: MissionRecord) -> str:
 
 
 def over(record: MissionRecord) -> Problem:
-    """Return why nothing more is taken."""
+    """Return why a mission accepts nothing more."""
     end = "is being cancelled" if record.status is None else f"has ended ({record.status}: {record.reason})"
     return Problem("", f"the mission {end}")

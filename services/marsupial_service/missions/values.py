@@ -1,4 +1,4 @@
-"""What a mission of the service is made of: its brief, and all that is ever put into it."""
+"""What a mission of the service consists of: its brief and its inputs."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class RobotUpdate:
     """What a report says of a robot; None where it says nothing."""
 
     name: str
-    cell: Cell | None = None  # where it is; of one that drives, where it would be if it got the command to stop
+    cell: Cell | None = None  # where it is; while it drives, where it would stop if commanded now
     free_at_ms: int | None = None  # when it would be there
     distance_m: float | None = None  # that it has driven in all, as `driving_ms`
     driving_ms: int | None = None
@@ -87,7 +87,7 @@ class MissionReport:
     failed: tuple[tuple[int, str], ...] = ()  # the same, with the reason
     lost: tuple[tuple[str, str], ...] = ()  # (robot, reason)
     robot: str | None = None  # who reports by its own count; None if the team does
-    frame: MissionFrame | None = None  # of all cells of the report; None: the one that the mission was created with
+    frame: MissionFrame | None = None  # of all cells of the report; None: the first frame of the mission
 
 
 StoredReport = tuple[MissionReport, bytes]  # with the digest of what was sent

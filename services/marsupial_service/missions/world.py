@@ -1,7 +1,7 @@
 """The world of a mission as its client reports it: commands go out, reports of their ends come in.
 
-Mission time is the client's: it advances with each report. What a report does not say of a robot is as it was foreseen
-when its command was given.
+Mission time is the client's: it advances with each report. What a report omits about a robot is as predicted when its
+command was given.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from marsupial_service.missions.values import Control, Input, MissionBrief, Miss
 # a robot that fails so often, one command after the other, counts as lost
 MOST_FAILURES = 3
 PAUSED = "paused"
-# how far ahead, at least, the next report is asked for during a pause: nothing is to be looked at till it is over
+# how far ahead, at least, the next report is asked for during a pause: nothing is to be looked at until it ends
 PAUSE_MS = 60_000
 
 
@@ -39,7 +39,7 @@ class Exchange(Protocol):
     """Where commands go out and reports come in."""
 
     def order(self, order: RobotCommand, *, stop: bool = False) -> None:
-        """Put a command among those to be sent next, or that it is to stop."""
+        """Add a command, or the one to stop it, to those sent next."""
 
     def exchange(self, until_ms: int) -> Input:
         """Send everything there is, to be answered by `until_ms`, and wait for the next input."""
@@ -299,7 +299,7 @@ Seen = tuple[str, npt.NDArray[np.int64]]  # a robot and cells, by row-major indi
 
 @dataclass(slots=True)
 class PendingNews:
-    """What reports say, gathered until it is news to the mission: at once, or at the end of a pause."""
+    """What reports say, gathered until the mission gets it: at once, or at the end of a pause."""
 
     revealed: list[Seen] = field(default_factory=list)
     changed: list[Seen] = field(default_factory=list)

@@ -63,7 +63,7 @@ class StoreBackend(ABC):
 
     place: str  # its name in messages
     begin: str  # begins a transaction that writes
-    begin_reading: str  # the same of one that only reads and sees one moment
+    begin_reading: str  # begins one that only reads, and sees one moment
     row_lock = ""  # makes a SELECT keep its rows from other servers until the end of the transaction
     skip_locked = ""  # the same, leaving out rows that others keep
     live: str  # selects the names of the servers that are alive

@@ -27,7 +27,7 @@ def open_store(place: str | Path) -> Store:
 
 
 def engine_of(place: str | Path, *, maintains: bool = False) -> StoreBackend:
-    """Return the database of a place, for a server, or for whoever `maintains` it. Raises StoreError."""
+    """Return the database of a place, for a server or (`maintains`) for maintenance. Raises StoreError."""
     if not is_shared(place):
         return Sqlite(Path(place), maintains=maintains)
     try:
@@ -38,7 +38,7 @@ def engine_of(place: str | Path, *, maintains: bool = False) -> StoreBackend:
 
 
 def is_shared(place: str | Path) -> bool:
-    """Return whether a place is a database that servers share, and no folder."""
+    """Return whether a place is a database that servers share, not a folder."""
     return str(place).startswith(SCHEMES)
 
 

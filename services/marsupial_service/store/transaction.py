@@ -1,4 +1,4 @@
-"""A transaction: begun, committed and taken back in one place, whoever writes."""
+"""A transaction: begun, committed and rolled back in one place."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Transaction:
         self.live = engine.live
         self.news: set[str] = set()  # topics whose subscribers are notified after the commit
         self.undone: list[Callable[[], None]] = []  # called if nothing of the transaction is stored
-        # it could not even be taken back, so its connection is of no more use; and that before its commit was asked for
+        # the rollback failed as well, so the connection is useless; and it did before the commit was sent
         self.is_broken = self.is_lost = False
 
     @contextmanager

@@ -43,9 +43,9 @@ from marsupial_service.store.engine import Connection, StoreBackend, StoreError
 from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 
-# if a commit fails, all of its group fails
+# a commit that fails is the failure of all of its group
 _LARGEST_GROUP = 256
-# so often and for so long a write that others are in the way of is tried again: by then a client wants to be told
+# limits for retrying a write that other servers block: after that a client wants an answer
 _MOST_TRIES = 20
 _TRYING_S = 8.0
 
@@ -137,7 +137,7 @@ class Writer:
                 return
 
     def _done(self, group: list[WriteRequest], last_try: bool = False) -> bool:
-        """Do a group of writes and tell how that ended; say no if it is to be tried again."""
+        """Do a group of writes and resolve their futures; return whether that is all (no: try again)."""
         transaction, is_new = None, self._connection is None
         try:
             connection = self._connection = self._connection or self._engine.writer()

@@ -1,7 +1,6 @@
 """Reports over HTTP: by robot, several at a time, in frames that grow; and events as their schemas say."""
 
 import json
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -15,12 +14,6 @@ from marsupial_service.http.openapi import kept_text
 from marsupial_service.schemas.words import EventType
 
 START = {"n": 1, "t_ms": 0}
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(tmp_path_factory.mktemp("service")) as running:
-        yield running
 
 
 def pointers(problem: dict[str, Any]) -> list[str]:
