@@ -29,7 +29,14 @@ from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
-from marsupial_service.missions.values import Control, MissionBatch, MissionBrief, MissionReport, PendingInput, Planning
+from marsupial_service.missions.values import (
+    Control,
+    MissionBatch,
+    MissionBrief,
+    MissionReport,
+    PendingInput,
+    PlanningTurn,
+)
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 from marsupial_service.schemas.words import EventType
 from marsupial_service.settings import ServiceLimits
@@ -168,9 +175,9 @@ class Hosted:
     def batch(self, due: PendingInput) -> MissionBatch:
         try:
             self.line.send((due,))
-            while (told := self.line.receive()) is Planning.WANTED:
-                self.line.send(Planning.ALLOWED)
-                assert self.line.receive() is Planning.DONE
+            while (told := self.line.receive()) is PlanningTurn.WANTED:
+                self.line.send(PlanningTurn.ALLOWED)
+                assert self.line.receive() is PlanningTurn.DONE
         except (EOFError, OSError):
             self._thread.join(HANG_S)
             raise self._failure[0] from None

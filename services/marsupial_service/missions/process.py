@@ -32,7 +32,7 @@ from marsupial_service.missions.values import (
     MissionBatch,
     MissionBrief,
     PendingInput,
-    Planning,
+    PlanningTurn,
     StoredEvent,
     StoredReport,
 )
@@ -129,13 +129,13 @@ class MissionProcess(Observer):
             decision = Decision(plan=plan_of(fields["actions"]), report=planning_of(fields))
         else:
             self._send_batches()
-            self._channel.send(Planning.WANTED)
-            assert self._channel.receive() is Planning.ALLOWED
+            self._channel.send(PlanningTurn.WANTED)
+            assert self._channel.receive() is PlanningTurn.ALLOWED
             decision = self._inner.decide(briefing)
             say, report = self._brief.without_command, decision.report
             report = replace(report, planner=say(report.planner), detail=say(report.detail))
             decision = replace(decision, report=report)
-            self._channel.send(Planning.DONE)
+            self._channel.send(PlanningTurn.DONE)
             actions = [ActionAnswer.of(action) for action in decision.plan.actions]
             text = text_of(DecisionData(**asdict(report), actions=actions))
         self._tell(EventType.DECISION, text)

@@ -19,11 +19,11 @@ comes back can do no harm, therefore, and two supervisors of a mission can't bot
 
 The talk with the process, always in this order:
 
-    supervisor   inputs            ---->   process     up to 32 at a time
-                 Planning.WANTED   <----               it has no stored decision, and waits
-                 Planning.ALLOWED  ---->               once the owner's quota and a slot allow it
-                 Planning.DONE     <----               the slot is free again
-                 batches           <----               one for each input, in one piece or several
+    supervisor   inputs                ---->   process     up to 32 at a time
+                 PlanningTurn.WANTED   <----               it has no stored decision, and waits
+                 PlanningTurn.ALLOWED  ---->               once the owner's quota and a slot allow it
+                 PlanningTurn.DONE     <----               the slot is free again
+                 batches               <----               one for each input, in one piece or several
 
 Only a process that crashes by itself, again and again with nothing new in between, fails its mission. If it was killed,
 or none can be started, the mission has no part in that and is started again, with growing pauses.
@@ -50,7 +50,7 @@ from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.state import ReportConflict
-from marsupial_service.missions.values import MissionBatch, MissionBrief, PendingInput, Planning, StoredEvent
+from marsupial_service.missions.values import MissionBatch, MissionBrief, PendingInput, PlanningTurn, StoredEvent
 from marsupial_service.schemas.events import QuotaData
 from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.store import StoreError
@@ -209,7 +209,7 @@ class MissionSupervisor:
                         number += len(batches)
                         if batches[-1].over:
                             return
-                    case Planning.WANTED:
+                    case PlanningTurn.WANTED:
                         await self._plan(run, told)
                     case other:
                         raise AssertionError(other)
@@ -236,8 +236,8 @@ class MissionSupervisor:
         with self.slots.taken(await self.slots.for_owner(self.record.owner)):
             begun_s = time.monotonic()
             try:
-                await self._send(run, Planning.ALLOWED)
-                assert await told.get() is Planning.DONE
+                await self._send(run, PlanningTurn.ALLOWED)
+                assert await told.get() is PlanningTurn.DONE
             finally:
                 self._charge(time.monotonic() - begun_s)
 
@@ -283,7 +283,7 @@ class MissionSupervisor:
         await self._send(run, tuple(pending))
         return len(pending)
 
-    async def _send(self, run: JobRun, value: tuple[PendingInput, ...] | Planning) -> None:
+    async def _send(self, run: JobRun, value: tuple[PendingInput, ...] | PlanningTurn) -> None:
         if run.put(value):
             await asyncio.get_running_loop().run_in_executor(self.threads, run.drain)
 

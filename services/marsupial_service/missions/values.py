@@ -130,7 +130,7 @@ class PendingInput:
     decisions: tuple[str, ...] = ()  # that an earlier process has made when the input came
 
 
-class Planning(Enum):
+class PlanningTurn(Enum):
     """What a mission's process and its supervisor tell each other besides inputs and batches."""
 
     WANTED = auto()  # the process waits until it may plan
