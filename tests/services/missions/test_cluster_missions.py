@@ -26,5 +26,4 @@ async def test_a_mission_on_a_cluster_goes_on_as_if_nothing_had_happened(
         killing = asyncio.create_task(kill_now_and_then(lambda: nodes.processes(word), 1, times))
         assert await driver.drive(missions, record)
         await killing
-        log = await missions.log(record)
-    assert log == undisturbed("lobby")
+        assert await missions.log(record) == undisturbed("lobby")

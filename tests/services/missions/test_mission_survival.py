@@ -26,8 +26,7 @@ async def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_ha
         assert await driver.drive(missions, record)
         await killing
         assert [(one.seq, one.type, one.data) async for one in followed(missions, record.id)] == driver.events
-        log = await missions.log(record)
-    assert log == undisturbed("lobby")
+        assert await missions.log(record) == undisturbed("lobby")
     assert [seq for seq, _, _ in driver.events] == list(range(1, len(driver.events) + 1))
 
 
@@ -79,8 +78,7 @@ async def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(
     async with open_missions(place, runner) as missions:
         record = await started(missions)
         assert await Driver(team()).drive(missions, record)
-        log = await missions.log(record)
-    assert log == undisturbed("lobby")
+        assert await missions.log(record) == undisturbed("lobby")
     assert runner.times < 0
 
 

@@ -37,8 +37,7 @@ async def test_a_mission_by_reports_is_the_mission_in_process(
     async with open_missions(place) as missions:
         record = await started(missions, scenario, planner=planner, strategy=strategy)
         assert await Driver(team(scenario)).drive(missions, record)
-        log = await missions.log(record)
-    assert log == undisturbed(scenario, planner, strategy)
+        assert await missions.log(record) == undisturbed(scenario, planner, strategy)
 
 
 @pytest.mark.slow
@@ -124,5 +123,4 @@ async def test_a_mission_of_which_a_server_has_stored_more_than_it_was_told_goes
                 break
         assert await Driver(team()).drive(missions, record)
         assert not answers.left or lost == "INSERT INTO missions"
-        log = await missions.log(record)
-    assert log == undisturbed("lobby")
+        assert await missions.log(record) == undisturbed("lobby")

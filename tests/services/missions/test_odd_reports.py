@@ -68,8 +68,7 @@ async def test_what_is_wrong_is_refused_and_changes_nothing(tmp_path: Path, seed
                 again = {"n": last["n"] + 1, "t_ms": last["t_ms"], "finished": [draw.choice(ended)]}
                 with pytest.raises(ReportConflict, match="was never given, or has ended"):
                     await send(missions, record, again)
-        log = await missions.log(record)
-    assert log == undisturbed("lobby")
+        assert await missions.log(record) == undisturbed("lobby")
 
 
 def small_brief(seed: int) -> MissionBrief:

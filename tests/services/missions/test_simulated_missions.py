@@ -64,8 +64,7 @@ async def test_the_log_is_that_of_a_mission_in_one_process_also_where_processes_
                 with contextlib.suppress(psutil.NoSuchProcess):
                     process.kill()
         assert (await over(missions, record.id)).status == "complete"
-        log = await missions.log(record)
-    assert log == undisturbed("lobby")
+        assert await missions.log(record) == undisturbed("lobby")
 
 
 async def test_it_is_the_same_where_the_service_is_stopped_and_started_again(place: str) -> None:
@@ -74,8 +73,7 @@ async def test_it_is_the_same_where_the_service_is_stopped_and_started_again(pla
         await reported(missions, record.id, 7)
         mission = record.id
     async with open_missions(place) as missions:
-        log = await missions.log(await over(missions, mission))
-    assert log == undisturbed("lobby")
+        assert await missions.log(await over(missions, mission)) == undisturbed("lobby")
 
 
 async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: PostgresServer) -> None:
@@ -86,8 +84,7 @@ async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: 
             await reported(second, record.id, 7)
         ended = await over(second, record.id)
         assert ended.term == 2
-        log = await second.log(ended)
-    assert log == undisturbed("lobby")
+        assert await second.log(ended) == undisturbed("lobby")
 
 
 async def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None:
