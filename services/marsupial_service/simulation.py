@@ -23,8 +23,7 @@ from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial_client import Busy, Client, ClientError, Mission
 from marsupial_client.mission_documents import Brief, News
-from marsupial_service.missions.documents import planning_of
-from marsupial_service.missions.simulated import SimulatedTeam, mission_document
+from marsupial_service.missions.simulated import SimulatedTeam, mission_document, planning_of
 
 
 def simulate_by(

@@ -5,14 +5,16 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
+import random
 import socket
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractAsyncContextManager, closing
+from contextlib import AbstractAsyncContextManager, closing, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import psutil
 from entry_house import followed, opened, settings_of
 from patience import HANG_S
 from undisturbed import STEPS
@@ -29,14 +31,11 @@ from marsupial_service.missions.service import Missions
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.values import (
     Control,
-    HasPlanned,
-    MayPlan,
     MissionBatch,
     MissionBrief,
     MissionReport,
     PendingInput,
-    PendingInputs,
-    WantsToPlan,
+    PlanningTurn,
 )
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 from marsupial_service.schemas.words import EventType
@@ -52,7 +51,11 @@ def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temp
 
 
 def brief(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal") -> MissionBrief:
-    return brief_of(MissionBody.model_validate(body(scenario, planner, strategy)), ServiceLimits(), {})
+    return brief_from(body(scenario, planner, strategy))
+
+
+def brief_from(asked: Mapping[str, Any]) -> MissionBrief:
+    return brief_of(MissionBody.model_validate(asked), ServiceLimits(), {})
 
 
 def team(scenario: str = "lobby", seed: int = 1) -> SimulatedTeam:
@@ -125,6 +128,17 @@ async def started(missions: Missions, scenario: str = "lobby", **how: str) -> Mi
     return record
 
 
+async def kill_now_and_then(processes: Callable[[], Sequence[psutil.Process]], seed: int, times: int) -> None:
+    """Kill one of the processes that run, `times` times."""
+    draw = random.Random(seed)
+    for _ in range(times):
+        await asyncio.sleep(draw.uniform(0.05, 0.4))
+        found = await asyncio.to_thread(processes)
+        if found:
+            with suppress(psutil.NoSuchProcess):
+                draw.choice(found).kill()
+
+
 def run(work: Any) -> Any:
     """Run a test's coroutine; if it hangs, not for ever."""
 
@@ -160,14 +174,14 @@ class Hosted:
 
     def batch(self, due: PendingInput) -> MissionBatch:
         try:
-            self.line.send(PendingInputs((due,)))
-            while isinstance(told := self.line.receive(), WantsToPlan):
-                self.line.send(MayPlan())
-                assert isinstance(self.line.receive(), HasPlanned)
+            self.line.send((due,))
+            while (told := self.line.receive()) is PlanningTurn.WANTED:
+                self.line.send(PlanningTurn.ALLOWED)
+                assert self.line.receive() is PlanningTurn.DONE
         except (EOFError, OSError):
             self._thread.join(HANG_S)
             raise self._failure[0] from None
-        (batch,) = told.batches
+        (batch,) = told
         return batch
 
 

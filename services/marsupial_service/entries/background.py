@@ -9,27 +9,25 @@ from collections import Counter
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 
+# after a pause, as what made a task fail may last
 RESTART_S = 1.0
-"""After what pause a task starts again: what made it fail may last."""
-
+# a task that fails again and again must not fill the log
 LOG_S = 60.0
-"""A task that fails again and again is logged as often as this."""
 
 Work = Callable[[], Coroutine[None, None, None]]
 
 log = logging.getLogger("marsupial.background")
 
 
-class BackgroundTasks:
-    """The tasks of one event loop.
+async def pause(event: asyncio.Event, seconds: float) -> None:
+    """Wait until an event is set, but for no longer than so many seconds."""
+    with suppress(TimeoutError):
+        async with asyncio.timeout(seconds):
+            await event.wait()
 
-    Parameters
-    ----------
-    stop
-        When it is set nothing starts again.
-    failed
-        Is called with the name of each task that fails.
-    """
+
+class BackgroundTasks:
+    """The tasks of one event loop: none starts again once `stop` is set; `failed` gets the name of each that fails."""
 
     def __init__(
         self, stop: asyncio.Event, failed: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic
@@ -65,8 +63,6 @@ class BackgroundTasks:
                 self.report(name, error)
             if not restart:
                 return
-            with suppress(TimeoutError):
-                async with asyncio.timeout(RESTART_S):
-                    await self._stop.wait()
+            await pause(self._stop, RESTART_S)
             if self._stop.is_set():
                 return

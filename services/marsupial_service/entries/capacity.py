@@ -14,14 +14,12 @@ from typing import NamedTuple
 
 from marsupial_service.store.transaction import StoreReader
 
+# what open missions may take beyond the cap, as a part of it
 RESERVE = 0.1
-"""What open missions may take beyond the cap, as a part of it."""
-
+# space comes back only as old entries are removed
 RETRY_AFTER_S = 60
-"""Space comes back as old entries are removed, which is no matter of seconds."""
-
+# a sum is kept for this long: it costs some ms where there are thousands of entries
 _FRESH_S = 1.0
-"""How long a sum holds: it costs some ms where there are thousands of entries."""
 
 
 class StoreFull(Exception):
@@ -39,23 +37,22 @@ class StoreCapacity:
     _summed_s: float = field(default=-math.inf, init=False)
 
     def check(self, reader: StoreReader, owner: str, *, of_reports: bool = False) -> None:
-        """Raise StoreFull if there is none for an entry of that owner, or for what is reported."""
+        """Raise StoreFull if there is no space for an entry of that owner, or for a report."""
         if self.clock_s() - self._summed_s > _FRESH_S:
             self._sums.clear()
             self._summed_s = self.clock_s()
-        self._check(reader, None, self.limit, of_reports)
-        self._check(reader, owner, self.key_limit, of_reports)
-
-    def _check(self, reader: StoreReader, owner: str | None, limit: float, of_reports: bool) -> None:
-        # most stores have no cap: the sum is not computed then
-        if limit == math.inf:
-            return
-        if owner not in self._sums:
-            self._sums[owner] = stored_bytes(reader, owner)
-        if self._sums[owner] >= limit * (1 + RESERVE if of_reports else 1):
-            what = "the store is full: jobs" if owner is None else "your part of the store is full: your jobs"
-            taken = f"{what} and missions take {self._sums[owner]} bytes, {limit:.0f} are allowed"
-            raise StoreFull(f"{taken}; old ones are removed in time")
+        for whose, limit, what in (
+            (None, self.limit, "the store is full: jobs"),
+            (owner, self.key_limit, "your part of the store is full: your jobs"),
+        ):
+            # most stores have no cap: the sum is not computed then
+            if limit == math.inf:
+                continue
+            if whose not in self._sums:
+                self._sums[whose] = stored_bytes(reader, whose)
+            if self._sums[whose] >= limit * (1 + RESERVE if of_reports else 1):
+                taken = f"{what} and missions take {self._sums[whose]} bytes, {limit:.0f} are allowed"
+                raise StoreFull(f"{taken}; old ones are removed in time")
 
 
 UNBOUNDED = StoreCapacity()

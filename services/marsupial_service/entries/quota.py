@@ -21,8 +21,8 @@ HOUR_S = 3600.0
 PREPARATION_S = 1.0
 """What an attempt at a job may take besides its budget; no job reserves less, no analysis begins with less left."""
 
+# with the name of the owner after it, the name of the document that has that moment, in ms since 1970
 _DOCUMENT = "planning/"
-"""Before the name of the owner, the name of the document that has that moment, in ms since 1970."""
 
 _RESERVED = (
     "SELECT owner, sum(left_s) AS seconds FROM"
@@ -66,12 +66,10 @@ class Quota:
         )
 
     def wait_s(self, reader: StoreReader, owner: str, asked_s: float, now_ms: int) -> float:
-        """Return how long it takes until so many seconds of an owner are left, if no job ends meanwhile; 0: they are.
-
-        No more can be asked for than there are in an hour.
-        """
+        """Return how long it takes until an owner has so many seconds left, if no job ends meanwhile; 0: now."""
         if not self.is_bounded:
             return 0.0
+        # who asks for more than the quota of an hour would wait forever
         missing_s = min(asked_s, self.seconds) - self.left_s(reader, now_ms, owner)[owner]
         return max(0.0, missing_s * HOUR_S / self.seconds)
 

@@ -29,15 +29,7 @@ E = TypeVar("E", bound=StoredEntry)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewEntry:
-    """An entry to be stored.
-
-    Parameters
-    ----------
-    key
-        The idempotency key of the request, if it has one.
-    digest
-        Of what was sent; two requests with one key have to agree in it.
-    """
+    """An entry to be stored; two requests with one idempotency `key` must have the same `digest` of what was sent."""
 
     id: str
     owner: str
@@ -71,15 +63,7 @@ class EventBatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EntrySettings:
-    """The limits that hold for entries, and callbacks.
-
-    Parameters
-    ----------
-    planned
-        Receives the owner and duration in s of each planning.
-    failed
-        Receives the name of each background task that fails.
-    """
+    """The limits that hold for entries, and callbacks: for each planning, and each background task that fails."""
 
     limits: ServiceLimits = field(default_factory=ServiceLimits)
     planned: Callable[[str, float], None] = lambda owner, seconds: None

@@ -1,4 +1,4 @@
-"""What is done alike with jobs and missions while the service runs, in one event loop; what blocks is elsewhere."""
+"""What jobs and missions have in common while the service runs: in one event loop, where nothing blocks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 
 from marsupial.processes.launcher import Preload
 from marsupial.processes.runner import Runner
-from marsupial_service.entries.background import BackgroundTasks, Work
+from marsupial_service.entries.background import BackgroundTasks, Work, pause
 from marsupial_service.entries.capacity import Sizes, StoreCapacity, stored_bytes
 from marsupial_service.entries.quota import PREPARATION_S, Quota
 from marsupial_service.entries.records import E, EntrySettings, EventRecord, UnknownEntry
@@ -24,9 +24,8 @@ from marsupial_service.store.engine import Connection
 _BATCH = 64
 _SWEEP_S = 30.0
 _WATCH_S = 3.0
-
+# pause before a write or read that must succeed is retried; the store logs the failure
 RETRY_S = 1.0
-"""After what pause something is stored or read again that has to be; the store itself logs that it can't be used."""
 
 T = TypeVar("T")
 log = logging.getLogger("marsupial.entries")
@@ -57,39 +56,21 @@ class Subscriptions:
 
         def pass_on(topics: frozenset[str] | None) -> None:  # in any thread, also after the loop has ended
             with suppress(RuntimeError):
-                loop.call_soon_threadsafe(*((self.notify_all,) if topics is None else (self.notify, topics)))
+                loop.call_soon_threadsafe(self.notify, topics)
 
         store.listen(pass_on)
 
-    def notify(self, topics: frozenset[str]) -> None:
-        """Notify the subscribers of these topics."""
-        for topic in topics:
+    def notify(self, topics: frozenset[str] | None) -> None:
+        """Notify the subscribers of these topics; None: of all."""
+        for topic in self._events if topics is None else topics:
             for event in self._events.get(topic, ()):
                 event.set()
 
-    def notify_all(self) -> None:
-        """Notify all subscribers."""
-        self.notify(frozenset(self._events))
-
 
 class Entries(Generic[E]):
-    """All entries of one kind in a store.
+    """All entries of one kind in a store, of which it keeps `kept` that have ended; `now_ms` is the clock.
 
-    Parameters
-    ----------
-    kept
-        How many that have ended are kept.
-    now_ms
-        The clock, in ms since 1970.
-    runner
-        Runs the processes.
-
-    Attributes
-    ----------
-    quota
-        Of planning, of each owner.
-    background
-        The tasks that run as long as the service does, or an entry.
+    The tasks in `background` run as long as the service does, or an entry.
     """
 
     def __init__(
@@ -132,10 +113,7 @@ class Entries(Generic[E]):
         return await self.read(lambda reader: self._table.newest(reader, owner, limit, before, state))
 
     async def follow(self, entry: str, after: int = 0) -> AsyncGenerator[tuple[EventRecord, ...]]:
-        """Yield the stored events after number `after`, then those to come, as many at a time as there are.
-
-        Ends after the last one or at `stop`.
-        """
+        """Yield the stored events after number `after`, then those to come, up to the last one or `stop`."""
         with self.subscriptions.subscribe(entry) as news:
             while not self.stopping:
                 news.clear()
@@ -172,7 +150,7 @@ class Entries(Generic[E]):
     def leave(self) -> None:
         """End streams, and begin nothing more: `stop` is about to come."""
         self._stop.set()
-        self.subscriptions.notify_all()
+        self.subscriptions.notify(None)
 
     def charge(self, owner: str, planned_s: float) -> None:
         """Charge an owner for planning, soon: nobody has to wait for that."""
@@ -207,9 +185,7 @@ class Entries(Generic[E]):
                     await self._take_up()
                 except StoreError:
                     pause_s = RETRY_S
-                with suppress(TimeoutError):
-                    async with asyncio.timeout(pause_s):
-                        await news.wait()
+                await pause(news, pause_s)
 
     async def _sweep(self) -> None:
         """Remove old entries now and then, and give their space back: little by little, as others write."""
@@ -235,9 +211,7 @@ class Entries(Generic[E]):
             await self._pause(RETRY_S)
 
     async def _pause(self, seconds: float) -> None:
-        with suppress(TimeoutError):
-            async with asyncio.timeout(seconds):
-                await self._stop.wait()
+        await pause(self._stop, seconds)
 
     async def left_s(self) -> dict[str, float]:
         """Return how many seconds of planning owners have left, of all that use some of theirs."""

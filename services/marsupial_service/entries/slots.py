@@ -15,16 +15,9 @@ from contextlib import contextmanager
 
 
 class Slot:
-    """A slot that is taken.
+    """A slot that is taken by `owner` (None: a job).
 
-    Attributes
-    ----------
-    owner
-        Whose turn it was; None for a job.
-    breaks
-        Ends what has it, if that can be broken off; see `Slots.let_break`.
-    is_wanted
-        Whether it is broken off, so that a mission gets the slot.
+    `breaks` ends what has it, if that can be broken off; `is_wanted` if it was, so that a mission gets the slot.
     """
 
     def __init__(self, owner: str | None) -> None:
@@ -62,8 +55,9 @@ class Slots:
         return sum(not turn.done() for turn in self._owners.get(owner, ()))
 
     def let_break(self, slot: Slot, breaks: Callable[[], None]) -> None:
-        """Mark what has a slot as preemptible. It is preempted at once if an owner waits in vain."""
+        """Mark the holder of a slot as preemptible. It is preempted at once if an owner waits in vain."""
         slot.breaks = breaks
+        # slots that are being preempted already will go to owners that wait
         if sum(map(self.waiting, self._owners)) > sum(one.is_wanted for one in self._taken):
             self._break_off()
 
@@ -87,6 +81,7 @@ class Slots:
         try:
             return await turn
         except asyncio.CancelledError:
+            # the slot may have been handed out in the same round of the loop: nobody else would give it back
             if turn.done() and not turn.cancelled():
                 self.free(turn.result())
             raise

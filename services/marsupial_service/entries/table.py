@@ -9,11 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
-from functools import cache
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from marsupial_service.entries import records
-from marsupial_service.entries.records import Created, E, EventBatch, EventRecord, NewEntry
+from marsupial_service.entries.records import Created, E, EventBatch, EventRecord, KeyReused, NewEntry, UnknownEntry
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.tables import ROW_BYTES
@@ -22,10 +20,9 @@ from marsupial_service.store.transaction import StoreReader
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
+# removed in one transaction: nobody should have to wait for longer than the 50 ms that this takes
 _SWEPT = 50
 _SWEPT_ROWS = 10_000
-"""So much is removed in one transaction: for longer, some 50 ms, nobody should have to wait."""
-
 _ANY_NUMBER = 1 << 62  # OFFSET needs a LIMIT
 
 W = TypeVar("W", bound=StrEnum)
@@ -34,29 +31,16 @@ R = TypeVar("R", bound="DataclassInstance")
 
 def made_of(kind: type[R], row: StoreRow, **more: object) -> R:
     """Return a record of the columns called like its fields (`created_ms` for `created_at_ms`), and `more`."""
-    columns = _columns(kind)
-    return kind(**{name: row[column] for name, column in columns if name not in more}, **more)
-
-
-@cache
-def _columns(kind: type[DataclassInstance]) -> tuple[tuple[str, str], ...]:
-    return tuple((field.name, field.name.replace("_at_ms", "_ms")) for field in fields(kind))
+    names = [field.name for field in fields(kind) if field.name not in more]
+    return kind(**{name: row[name.replace("_at_ms", "_ms")] for name in names}, **more)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EntryTable(Generic[E]):
     """A table of entries and the one of their events.
 
-    Parameters
-    ----------
-    name, events_name
-        Of the two tables.
-    noun
-        What an entry is called; also the column of the events that says whose they are.
-    select
-        Gives the columns of which `record` makes records.
-    moves
-        The states that may follow each state: none, where it is final.
+    An entry is called `noun`, which is also the column of the events that says whose they are. `select` gives the
+    columns of which `record` makes records. `moves` has the states that may follow each state: none where it is final.
     """
 
     name: str
@@ -92,16 +76,14 @@ class EntryTable(Generic[E]):
         if row is None:
             return None
         if row["digest"] != new.digest:
-            raise records.KeyReused(f"the idempotency key {new.key!r} was used for another request")
-        found: str = row["id"]
-        return found
+            raise KeyReused(f"the idempotency key {new.key!r} was used for another request")
+        return str(row["id"])
 
     def add(self, tx: Transaction, new: NewEntry, state: StrEnum, now_ms: int, **more: object) -> int:
         """Add a row, with `more` columns, and return its number."""
         head = {"id": new.id, "owner": new.owner, "idempotency_key": new.key, "digest": new.digest}
         tx.insert(self.name, **head, state=state, created_ms=now_ms, **more)
-        number: int = tx.execute(f"SELECT number FROM {self.name} WHERE id = ?", (new.id,)).fetchone()["number"]
-        return number
+        return int(tx.execute(f"SELECT number FROM {self.name} WHERE id = ?", (new.id,)).fetchone()["number"])
 
     def find(self, reader: StoreReader, entry: str, owner: str | None = None) -> E | None:
         """Return an entry, if there is one (of that owner)."""
@@ -113,7 +95,7 @@ class EntryTable(Generic[E]):
         """Return an entry. Raises UnknownEntry."""
         record = self.find(reader, entry)
         if record is None:
-            raise records.UnknownEntry(self.noun)
+            raise UnknownEntry(self.noun)
         return record
 
     def hold(self, tx: Transaction, entry: str) -> None:
@@ -130,7 +112,7 @@ class EntryTable(Generic[E]):
         self, reader: StoreReader, owner: str, limit: int, before: str | None = None, state: StrEnum | None = None
     ) -> tuple[E, ...]:
         """Return the newest entries of an owner, the newest first: those made before entry `before`, in `state`."""
-        conditions: dict[str, object] = {f"{self.name}.owner = ?": owner}
+        conditions: dict[str, object] = {f"{self.name}.owner = ?": owner}  # qualified: `select` may join tables
         if state is not None:
             conditions[f"{self.name}.state = ?"] = state
         if before is not None:
@@ -151,10 +133,9 @@ class EntryTable(Generic[E]):
 
     def take_over(self, tx: Transaction, number: int, **columns: object) -> int:
         """Make this server the holder of an entry, set columns, and return the term that begins."""
-        self._set(tx, {"number": (number,)}, holder=tx.server, **columns)
+        self.change(tx, number, holder=tx.server, **columns)
         row = tx.execute(f"UPDATE {self.name} SET term = term + 1 WHERE number = ? RETURNING term", (number,))
-        term: int = row.fetchone()["term"]
-        return term
+        return int(row.fetchone()["term"])
 
     def _set(self, tx: Transaction, where: Mapping[str, Sequence[object]], **columns: object) -> bool:
         """Set columns of the entries whose other columns have one of the values given; return whether there are any."""
@@ -164,7 +145,7 @@ class EntryTable(Generic[E]):
         return tx.execute(f"UPDATE {self.name} SET {changes} WHERE {which}", given).rowcount > 0
 
     def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: object) -> None:
-        """Add the next event of an entry, with `more` columns; its followers are told once that is committed."""
+        """Add the next event of an entry, with `more` columns; its followers are notified after the commit."""
         sql = f"UPDATE {self.name} SET events = events + 1, bytes = bytes + ? WHERE number = ? RETURNING id, events"
         row = tx.execute(sql, (ROW_BYTES + len(data), number)).fetchone()
         event = {self.noun: number, "seq": row["events"], "type": kind, "data": data, "at_ms": now_ms}
@@ -179,14 +160,12 @@ class EntryTable(Generic[E]):
             return EventBatch()
         found = tuple(
             EventRecord(seq=seq, type=self.event_type(kind), data=data)
-            for seq, kind, data in self._stored_events(reader, row["number"], after, limit)
+            for seq, kind, data in self._events(reader, row["number"], after, limit)
         )
         last = found[-1].seq if found else after
         return EventBatch(events=found, is_open=row["finished_ms"] is None or last < row["events"])
 
-    def _stored_events(
-        self, reader: StoreReader, number: int, after: int, limit: int
-    ) -> Iterable[tuple[int, str, str]]:
+    def _events(self, reader: StoreReader, number: int, after: int, limit: int) -> Iterable[tuple[int, str, str]]:
         """Return number, type and data of the next events of an entry."""
         sql = f"SELECT seq, type, data FROM {self.events_name} WHERE {self.noun} = ? AND seq > ? ORDER BY seq LIMIT ?"
         return reader.execute(sql, (number, after, limit))
@@ -197,10 +176,7 @@ class EntryTable(Generic[E]):
         return {word: found.get(word, 0) for word in words}
 
     def remove_old(self, tx: Transaction, retention_s: float, kept: int, now_ms: int, most: int = _SWEPT) -> int:
-        """Remove at most so many entries that ended too long ago, or before the `kept` newest; tell followers.
-
-        Returns how many there were, as long as there is something to be removed.
-        """
+        """Remove at most so many entries that ended too long ago, or before the `kept` newest; return how many."""
         before_ms = now_ms - round(1000 * retention_s)
         rows = tx.execute(
             f"SELECT number, id FROM {self.name} WHERE finished_ms < ?"
@@ -213,7 +189,7 @@ class EntryTable(Generic[E]):
             tx.news.add(entry)
             left -= self._empty(tx, number, left)
             if left <= 0:  # out of sight; the next call goes on with it
-                self._set(tx, {"number": (number,)}, id=f"removed/{number}", owner="", idempotency_key=None)
+                self.change(tx, number, id=f"removed/{number}", owner="", idempotency_key=None)
                 break
             tx.execute(f"DELETE FROM {self.name} WHERE number = ?", (number,))
         return len(rows)

@@ -56,11 +56,9 @@ def tell_map(asked: tuple[str, ServiceLimits]) -> Iterator[bytes | None]:
     yield known_map_text(map_state_of(job.map_state, limits).grid) if isinstance(job, MapStateJobBody) else None
 
 
-def _cells(body: JobBody) -> int:
-    return image_cells(body.root.map_state.map) if isinstance(body.root, MapStateJobBody) else 0
-
-
-JOB_READER = BodyReader(model=JobBody, counts=counts.JOB, make=job_of, cells=_cells)
+def _cells(body: JobBody | AnalysisBody) -> int:
+    asked = body.root if isinstance(body, JobBody) else body
+    return 0 if isinstance(asked, SituationJobBody) else image_cells(asked.map_state.map)
 
 
 def situation_text(source: str) -> bytes | None:
@@ -87,11 +85,8 @@ def verdict_of(body: ValidationBody, _: Digested, limits: ServiceLimits) -> answ
     return answers.VerdictAnswer.of(check(situation, reading.plan), actions=actions, retimed=retimed)
 
 
-def _cells_of_analysis(body: AnalysisBody) -> int:
-    return image_cells(body.map_state.map)
-
-
-ANALYSIS_READER = BodyReader(model=AnalysisBody, counts=counts.ANALYSIS, make=analysis_of, cells=_cells_of_analysis)
+JOB_READER = BodyReader(model=JobBody, counts=counts.JOB, make=job_of, cells=_cells)
+ANALYSIS_READER = BodyReader(model=AnalysisBody, counts=counts.ANALYSIS, make=analysis_of, cells=_cells)
 VALIDATION_READER = BodyReader(model=ValidationBody, counts=counts.VALIDATION, make=verdict_of)
 
 

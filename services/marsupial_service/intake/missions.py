@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -25,17 +24,10 @@ from marsupial_service.entries.records import digest_of
 from marsupial_service.intake import counts
 from marsupial_service.intake.reading import BodyReader, Digested
 from marsupial_service.missions.frames import MissionFrame, frame_at
-from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
+from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate, StoredReport
 from marsupial_service.problems import check_count
 from marsupial_service.schemas.answers import KnownMapAnswer
-from marsupial_service.schemas.missions import (
-    BatchBody,
-    MissionBody,
-    ReportBody,
-    ReportFrameBody,
-    ReportsBody,
-    RobotNoteBody,
-)
+from marsupial_service.schemas.missions import BatchBody, MissionBody, ReportBody, ReportFrameBody, ReportsBody
 from marsupial_service.settings import ServiceLimits
 
 DEFAULT_BUDGET_S = 1.0
@@ -133,14 +125,9 @@ def _check_runs(runs: Sequence[int], size: int, codes: Iterable[int], path: str,
 def report_of(
     body: ReportBody, brief: MissionBrief, frame: MissionFrame | None = None, limits: ServiceLimits | None = None
 ) -> MissionReport:
-    """Return the report of a request, whatever happened before.
+    """Return the report of a request, whatever happened before. Raises ScenarioError naming all that is wrong.
 
-    Parameters
-    ----------
-    frame
-        Of the mission when the report comes; None for the one that it was created with.
-
-    Raises ScenarioError naming all that is wrong.
+    `frame` is that of the mission when the report comes; None for the one that it was created with.
     """
     notes, first = Notes(), MissionFrame.of(brief.grid)
     told = frame or first
@@ -150,14 +137,27 @@ def report_of(
     grid = told.grid(brief.grid, np.broadcast_to(np.uint8(UNKNOWN), (told.height, told.width)))
     _check_names(body, {robot.name for robot in brief.robots}, notes)
     _check_map(body, grid, notes)
-    robots = tuple(_note(note, grid, notes.below(f"robots[{i}]")) for i, note in enumerate(body.robots))
+    robots = []
+    for i, note in enumerate(body.robots):
+        here = notes.below(f"robots[{i}]")
+        if note.cell is not None and note.pose_m is not None:
+            here.wrong("pose_m", "give the cell or the pose, not both")
+        robots.append(
+            RobotUpdate(
+                name=note.name,
+                cell=cell_of(note, grid, here),
+                free_at_ms=note.free_at_ms,
+                distance_m=note.distance_m,
+                driving_ms=note.driving_ms,
+            )
+        )
     notes.check(ScenarioError)
     return MissionReport(
         n=body.n,
         t_ms=body.t_ms,
         revealed=tuple((seen.robot, seen.runs) for seen in body.revealed),
         map=None if body.map is None else drawn(body.map.runs, grid.cells.shape),
-        robots=robots,
+        robots=tuple(robots),
         finished=tuple(body.finished),
         failed=tuple((failed.id, failed.reason) for failed in body.failed),
         lost=tuple((lost.robot, lost.reason) for lost in body.lost),
@@ -167,36 +167,31 @@ def report_of(
 
 
 def reports_of(
-    body: ReportsBody, brief: MissionBrief, frame: MissionFrame, limits: ServiceLimits
-) -> list[MissionReport]:
-    """Return the reports of one request; see `report_of`. Cells of each are of the frame that those before it leave."""
+    body: ReportsBody, sent: Digested, limits: ServiceLimits, brief: MissionBrief, frame: MissionFrame
+) -> tuple[list[StoredReport], bool]:
+    """Return the reports of a request with their digests, and whether it is a batch; see `report_of`.
+
+    Cells of each are of the frame that those before it leave.
+    """
+    is_batch = isinstance(body.root, BatchBody)
+    told = sum(sum(seen.runs[1::3]) for one in _bodies(body) for seen in one.revealed)  # lengths of runs
+    check_count("/reports" if is_batch else "/revealed", told, max(limits.cells, frame.size), "cells")
     if isinstance(body.root, ReportBody):
-        return [report_of(body.root, brief, frame, limits)]
-    _check_maps(body.root, frame, limits)
-    reports: list[MissionReport] = []
-    for i, one in enumerate(body.root.reports):
-        with within_batch(i):
-            reports.append(report_of(one, brief, frame, limits))
-        frame = frame.grown(reports[-1].frame or frame)
-    return reports
-
-
-def _check_maps(batch: BatchBody, frame: MissionFrame, limits: ServiceLimits) -> None:
-    """Raise HttpProblem if the maps of a batch have more cells in all than one may have: few runs make many cells."""
-    frames = [one.frame for one in batch.reports if one.map is not None]
+        return [(report_of(body.root, brief, frame, limits), sent.digest)], False
+    # the maps of a batch may have no more cells in all than one map may have: few runs make many cells
+    frames = [one.frame for one in body.root.reports if one.map is not None]
     cells = sum(frame.size if told is None else told.width * told.height for told in frames)
     check_count("/reports", cells if len(frames) > 1 else 0, limits.cells, "cells in their maps")
-
-
-@contextmanager
-def within_batch(i: int) -> Iterator[None]:
-    """Prefix the paths of errors with the report's place in the batch."""
-    try:
-        yield
-    except InputError as error:
-        notes = Notes(f"reports[{i}]")
-        notes.take(error)
-        raise ScenarioError(notes.problems) from error
+    reports: list[MissionReport] = []
+    for i, one in enumerate(body.root.reports):
+        try:
+            reports.append(report_of(one, brief, frame, limits))
+        except InputError as error:
+            notes = Notes(f"reports[{i}]")
+            notes.take(error)
+            raise ScenarioError(notes.problems) from error
+        frame = frame.grown(reports[-1].frame or frame)
+    return list(zip(reports, map(digest_of, sent.document["reports"]), strict=True)), True
 
 
 def _frame(body: ReportFrameBody, grid: Grid, notes: Notes, most_cells: int) -> MissionFrame | None:
@@ -233,23 +228,11 @@ def _check_names(body: ReportBody, known: set[str], notes: Notes) -> None:
 def _check_map(body: ReportBody, grid: Grid, notes: Notes) -> None:
     if body.map is not None and body.revealed:
         notes.wrong("map", "a report has either a map or what was revealed")
-    runs = [(f"revealed[{i}].runs", seen.runs) for i, seen in enumerate(body.revealed)]
-    runs += [] if body.map is None else [("map.runs", body.map.runs)]
     codes = {terrain.code for terrain in grid.terrains}
-    for path, numbers in runs:
-        _check_runs(numbers, grid.cells.size, codes if path == "map.runs" else codes | {UNKNOWN}, path, notes)
-
-
-def _note(body: RobotNoteBody, grid: Grid, notes: Notes) -> RobotUpdate:
-    if body.cell is not None and body.pose_m is not None:
-        notes.wrong("pose_m", "give the cell or the pose, not both")
-    return RobotUpdate(
-        name=body.name,
-        cell=cell_of(body, grid, notes),
-        free_at_ms=body.free_at_ms,
-        distance_m=body.distance_m,
-        driving_ms=body.driving_ms,
-    )
+    for i, seen in enumerate(body.revealed):
+        _check_runs(seen.runs, grid.cells.size, codes | {UNKNOWN}, f"revealed[{i}].runs", notes)
+    if body.map is not None:
+        _check_runs(body.map.runs, grid.cells.size, codes, "map.runs", notes)
 
 
 def _mission_of(
@@ -258,26 +241,18 @@ def _mission_of(
     return brief_of(body, limits, commands), sent.digest
 
 
-def _reports_of(
-    body: ReportsBody, sent: Digested, limits: ServiceLimits, brief: MissionBrief, frame: MissionFrame
-) -> tuple[list[tuple[MissionReport, bytes]], bool]:
-    """Return the reports of a request with their digests, and whether it is a batch."""
-    is_batch = isinstance(body.root, BatchBody)
-    bodies = body.root.reports if isinstance(body.root, BatchBody) else [body.root]
-    told = sum(sum(seen.runs[1::3]) for one in bodies for seen in one.revealed)  # lengths of runs
-    check_count("/reports" if is_batch else "/revealed", told, max(limits.cells, frame.size), "cells")
-    digests = map(digest_of, sent.document["reports"]) if is_batch else [sent.digest]
-    return list(zip(reports_of(body, brief, frame, limits), digests, strict=True)), is_batch
+def _bodies(body: ReportsBody) -> Sequence[ReportBody]:
+    return body.root.reports if isinstance(body.root, BatchBody) else [body.root]
 
 
 def _has_no_map(body: ReportsBody) -> bool:
     """Return whether no report has a whole map: a few runs of it are laid out as all cells of a frame."""
-    return all(one.map is None for one in (body.root.reports if isinstance(body.root, BatchBody) else [body.root]))
+    return all(one.map is None for one in _bodies(body))
 
 
+# to what they mean, and the digest of what was sent
 MISSION_READER = BodyReader(model=MissionBody, counts=counts.MISSION, make=_mission_of)
-REPORT_READER = BodyReader(model=ReportsBody, counts=counts.REPORTS, make=_reports_of, is_quick=_has_no_map)
-"""How the bodies of missions and reports are read: to what they mean, and the digest of what was sent."""
+REPORT_READER = BodyReader(model=ReportsBody, counts=counts.REPORTS, make=reports_of, is_quick=_has_no_map)
 
 
 def changes_in(cells: CellArray) -> int:

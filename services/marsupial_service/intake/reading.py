@@ -23,14 +23,12 @@ from marsupial_service.intake.supervised import RequestProcesses
 from marsupial_service.problems import HttpProblem, problem_of, problem_of_shape
 from marsupial_service.settings import ServiceLimits
 
+# of a body that is read in the server's process: 5 ms at most. Another process costs about as much as 200 kB
 INLINE_BYTES = 65_536
-"""Of a body that is read in the server's process: 5 ms at most. Another process costs about as much as 200 kB."""
-
+# of an image that is decoded there
 INLINE_CELLS = 250_000
-"""Of an image that is decoded there."""
-
+# of a body whose value is made there at once, if that is quick: it takes 1 ms at most
 QUICK_BYTES = 8192
-"""Of a body whose value is made there at once, if that is quick: it takes 1 ms at most."""
 
 B = TypeVar("B", bound=BaseModel)
 T = TypeVar("T")
@@ -44,7 +42,7 @@ class Sent(NamedTuple):
 
 
 def shaped(model: type[BaseModel]) -> GetPydanticSchema:
-    """Describe a parameter as having the shape of `model`, and let it be as it is: `read` validates it."""
+    """Give a parameter the schema of `model` without validating it: `read` does."""
     return GetPydanticSchema(
         lambda _, handler: core_schema.no_info_wrap_validator_function(lambda value, _: value, handler(model))
     )
@@ -54,24 +52,15 @@ def shaped(model: type[BaseModel]) -> GetPydanticSchema:
 class BodyReader(Generic[B, T]):
     """How bodies of one kind are read. It is sent to other processes: all functions are of a module's top level.
 
-    Parameters
-    ----------
-    counts
-        What is counted before the body is validated.
-    make
-        Takes the body, the digest of what was sent, the limits and what `read` was given besides. Raises
-        MarsupialError or HttpProblem.
-    cells
-        How many cells of images have to be decoded for it.
-    is_quick
-        Whether making it takes as little as its bytes are few.
+    `make` gets the body, the digest of what was sent, the limits and what `read` was given besides. It raises
+    MarsupialError or HttpProblem.
     """
 
     model: type[B]
-    counts: tuple[Count, ...]
+    counts: tuple[Count, ...]  # checked before the body is validated
     make: Callable[..., T]
-    cells: Callable[[B], int] | None = None
-    is_quick: Callable[[B], bool] | None = None
+    cells: Callable[[B], int] | None = None  # of images that have to be decoded for it
+    is_quick: Callable[[B], bool] | None = None  # whether making it takes as little as its bytes are few
 
 
 class Digested(NamedTuple):
@@ -90,16 +79,13 @@ async def read(readers: RequestProcesses, limits: ServiceLimits, sent: Sent, rea
             return _made(document, body, reader, limits, more)
         if reader.cells is None or reader.cells(body) <= INLINE_CELLS:
             return await asyncio.to_thread(_made, document, body, reader, limits, more)
-    job = sent.data, reader, limits, more
-    found = await readers.value_of(sent.owner, read_elsewhere, job)
+    found = await readers.value_of(sent.owner, read_elsewhere, (sent.data, reader, limits, more))
     if isinstance(found, HttpProblem):
         raise found
     return found  # type: ignore[return-value]
 
 
-def read_elsewhere(
-    job: tuple[bytes, BodyReader[B, T], ServiceLimits, tuple[Any, ...]],
-) -> Iterator[T | HttpProblem]:
+def read_elsewhere(job: tuple[bytes, BodyReader[B, T], ServiceLimits, tuple[Any, ...]]) -> Iterator[T | HttpProblem]:
     """Yield the value of a body, or what is wrong with it; the function of a job."""
     data, reader, limits, more = job
     try:
@@ -124,16 +110,14 @@ def _made(document: Any, body: B, reader: BodyReader[B, T], limits: ServiceLimit
         raise problem_of(error, document) from None
 
 
+# the first that fits: the errors of UTF-8 are ValueErrors too
 _REASONS = {
     UnicodeDecodeError: "is not UTF-8 text",
     UnicodeEncodeError: "a text has half of a surrogate pair in it",
     RecursionError: "is nested too deep",
     ValueError: "a number has too many digits",
 }
-
-
-_LONGEST_SHOWN = 100
-"""Characters of a field's name."""
+_LONGEST_SHOWN = 100  # characters of a field's name
 
 
 def parse(data: bytes) -> Any:
@@ -167,7 +151,6 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _number(text: str) -> float:
-    """Return an int where the number is whole."""
     value = float(text)
     return int(value) if value.is_integer() else value
 

@@ -18,10 +18,8 @@ from marsupial.library.choices import planner_for
 from marsupial.library.missions import reachable_area
 from marsupial.maps.describe import describe
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import Grid
 from marsupial.model.mapreading import MapReading
 from marsupial.model.mission import PlacedRobot
-from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
 from marsupial_service.analyses.maps import decoded_image, yaml_header
 from marsupial_service.analyses.situations import budget_of, refuse
@@ -57,10 +55,26 @@ def simulation_of(
         scenario = _built_in(asked, limits)
     else:
         reading = _map_of(asked.map, limits)
-        scenario = _bare(asked, reading.grid, limits)
+        try:
+            scenario = bare_map_scenario(asked.map.name, reading.grid, asked.carriers, asked.rovers, limits.sizes)
+        except ScenarioError as error:
+            raise refuse("map.yaml", str(error)) from error
         warnings = describe(scenario.grid, scenario.robot_types, reading=reading).warnings
     team = _placed(asked, scenario, warnings)
-    brief = _brief(asked, scenario, team, budget, limits, commands)
+    try:
+        planner = str(planner_for(asked.strategy, asked.planner))
+    except EngineUnavailable as error:
+        raise refuse("strategy", str(error)) from error
+    document = mission_document(
+        scenario,
+        team,
+        reachable_area(scenario, team),
+        strategy=asked.strategy,
+        planner=planner,
+        budget=budget,
+        seed=asked.seed,
+    )
+    brief = brief_of(MissionBody.model_validate(document), limits, commands)
     simulation = RobotSimulation(truth=scenario.grid.cells, speed=asked.speed, warnings=warnings)
     return replace(brief, simulation=simulation), sent.digest
 
@@ -87,13 +101,6 @@ def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
     return understand_image(header, image)
 
 
-def _bare(asked: MapSimulationBody, grid: Grid, limits: ServiceLimits) -> Scenario:
-    try:
-        return bare_map_scenario(asked.map.name, grid, asked.carriers, asked.rovers, limits.sizes)
-    except ScenarioError as error:
-        raise refuse("map.yaml", str(error)) from error
-
-
 def _placed(asked: Asked, scenario: Scenario, warnings: Sequence[str]) -> tuple[PlacedRobot, ...]:
     """Return where the robots start. Without room for them, the error lists the map's oddities too."""
     try:
@@ -105,33 +112,8 @@ def _placed(asked: Asked, scenario: Scenario, warnings: Sequence[str]) -> tuple[
         raise InputError([said, *(Problem("map", f"warning: {text}") for text in warnings)]) from error
 
 
-def _brief(
-    asked: Asked,
-    scenario: Scenario,
-    team: tuple[PlacedRobot, ...],
-    budget: Budget,
-    limits: ServiceLimits,
-    commands: Mapping[str, str],
-) -> MissionBrief:
-    strategy = asked.strategy
-    try:
-        planner = str(planner_for(strategy, asked.planner))
-    except EngineUnavailable as error:
-        raise refuse("strategy", str(error)) from error
-    document = mission_document(
-        scenario,
-        team,
-        reachable_area(scenario, team),
-        strategy=strategy,
-        planner=planner,
-        budget=budget,
-        seed=asked.seed,
-    )
-    return brief_of(MissionBody.model_validate(document), limits, commands)
-
-
 def _elsewhere(_: SimulationBody) -> int:
-    """Return more cells than are looked at in the server's process: that a team is placed takes a while."""
+    # never in the server's process: to place a team takes a while
     return INLINE_CELLS + 1
 
 

@@ -20,20 +20,15 @@ from marsupial_service.entries.records import TooMany
 from marsupial_service.entries.slots import Slots
 from marsupial_service.problems import HttpProblem
 
+# how often a process is begun where another one kills it
 _TRIES = 3
-"""How often it is begun where another process kills it."""
-
 _RETRY_S = 2
-
+# its own ends: to begin it again would not help
 _OWN = (Ending.TIMEOUT, Ending.MEMORY, Ending.CRASHED)
-"""Its own ends: to begin it again would not help."""
-
+# for a process on a cluster, which has room for it as long as a node is there
 _ROOM_S = 5.0
-"""How long a process is waited for on a cluster, which has room for it as long as a node is there."""
-
+# at a time. Their threads are their own: while processes are still being made ready, others have work to do
 _MOST = 16
-"""At a time. Their threads are their own: while processes are still being made ready, others have work to do."""
-
 
 log = logging.getLogger("marsupial.service")
 
@@ -71,13 +66,10 @@ class Supervised:
     def _event(self, job: Job) -> Message | Ended:
         if self._leaving:
             raise _not_now("the service is ending")
-        try:
-            run = processes.run(job)
-        except InternalError as error:
-            raise _no_start(error) from error
+        run = _begun(processes.run, job)
         with self._lock:
             self._runs.add(run)
-            if self._leaving:
+            if self._leaving:  # meanwhile
                 run.cancel()
         try:
             return next(run)
@@ -88,12 +80,7 @@ class Supervised:
 
 
 async def value_on(
-    runner: Runner,
-    function: Callable[[Any], Iterable[object]],
-    argument: object,
-    *,
-    seconds: float,
-    memory_bytes: int,
+    runner: Runner, function: Callable[[Any], Iterable[object]], argument: object, *, seconds: float, memory_bytes: int
 ) -> object:
     """Return the first value of a function that is run by `runner`, as `Supervised.value_of` does on this machine."""
     job = Job(function=function, argument=argument, limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes))
@@ -107,12 +94,16 @@ async def value_on(
 
 
 def _event_in(reservation: Reservation, job: Job) -> Message | Ended:
-    try:
-        run = reservation.run(job)
-    except InternalError as error:
-        raise _no_start(error) from error
-    with closing(run):
+    with closing(_begun(reservation.run, job)) as run:
         return next(run)
+
+
+def _begun(run: Callable[[Job], processes.JobRun], job: Job) -> processes.JobRun:
+    try:
+        return run(job)
+    except InternalError as error:
+        log.error("a process can't be started", extra={"reason": str(error)})
+        raise _not_now("no process can be started; the log says why") from error
 
 
 def _value_in(event: Message | Ended) -> object:
@@ -126,44 +117,27 @@ def _value_in(event: Message | Ended) -> object:
     raise _not_now("the process for it was ended")
 
 
-def _no_start(error: InternalError) -> HttpProblem:
-    log.error("a process can't be started", extra={"reason": str(error)})
-    return _not_now("no process can be started; the log says why")
-
-
 def _not_now(said: str) -> HttpProblem:
     return HttpProblem("not-ready", said, headers={"Retry-After": str(_RETRY_S)})
 
 
 @dataclass(slots=True, kw_only=True)
 class RequestProcesses:
-    """Processes that work for one request each, so many at a time: keys have turns, and are charged for what they use.
-
-    Parameters
-    ----------
-    seconds, memory_bytes
-        The limits of each process.
-    charge
-        Is given the owner and the seconds that a process took.
-    """
+    """Processes that work for one request each, so many at a time: keys have turns, and are charged for their use."""
 
     supervised: Supervised
     slots: Slots
-    seconds: float
+    seconds: float  # limit of each process, as `memory_bytes`
     memory_bytes: int
-    charge: Callable[[str, float], None]
+    charge: Callable[[str, float], None]  # gets the owner and the seconds that a process took
 
     async def value_of(
         self, owner: str, function: Callable[[Any], Iterable[object]], argument: object, wait_s: float | None = None
     ) -> object:
         """Return the first value of `function`, run in a process as soon as it is the owner's turn.
 
-        Raises
-        ------
-        TooMany
-            If there was no turn within `wait_s`, or the owner waits for as many turns as there are slots already.
-        HttpProblem
-            If there is no value within the limits.
+        Raises TooMany if there was no turn within `wait_s`, or the owner waits for as many turns as there are slots
+        already; HttpProblem if there is no value within the limits.
         """
         slots = self.slots
         said = f"at most {slots.count} at a time, and as many of one key that wait"

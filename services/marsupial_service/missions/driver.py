@@ -1,35 +1,34 @@
-"""When simulated robots report: at the pace their mission was asked for, or at once.
+"""When simulated robots report: at the speed that their mission asks for, or at once.
 
-What they report next comes with each batch of the mission's process. The supervisor has a driver wait until it is due;
-so there is one driver as there is one supervisor, and with a new one the robots go on from what is stored.
+Each batch of the mission's process brings the next report. The driver of the supervisor waits until it is due. There is
+one driver as there is one supervisor, and with a new one the robots go on from what is stored.
 """
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence
-from contextlib import suppress
 from time import monotonic
 
+from marsupial_service.entries.background import pause
 from marsupial_service.entries.capacity import StoreFull
 from marsupial_service.entries.records import TooMany
 from marsupial_service.missions.values import MissionBatch, StoredReport
 
+# how far the clock may be ahead of robots that then hurry; after a longer planning they go on from where they are
 CATCH_UP_S = 0.5
-"""How far the clock may be ahead of robots that then hurry; after a longer planning they go on from where they are."""
-
 _RETRY_S = 1.0
 
 
 class MissionClock:
-    """Which moment on the clock a moment of mission time is, at `speed` seconds of mission time a second."""
+    """Maps mission time to the clock, at `speed` seconds of mission time a second."""
 
     def __init__(self, speed: float | None) -> None:
         self._ms_per_s = None if speed is None else 1000 * speed
         self._since = (0.0, 0)
 
     def due_s(self, t_ms: int, now_s: float) -> float:
-        """Return when on the clock, which shows `now_s`, mission time is to be `t_ms`."""
+        """Return the moment on the clock for mission time `t_ms`; the clock shows `now_s`."""
         if self._ms_per_s is None:
             return now_s
         since_s, since_ms = self._since
@@ -49,27 +48,23 @@ class Driver:
         self._next: StoredReport | None = None
 
     def hear(self, batches: Sequence[MissionBatch]) -> None:
-        """Note what is to be reported after these batches."""
+        """Note the report that is due after these batches."""
         for batch in batches:
             self._next = batch.next or self._next
 
     async def wait(self, news: asyncio.Event) -> None:
-        """Wait until there is news, or the next report is due; then store it.
-
-        One that was stored before, by a supervisor that is no more, is found to be and changes nothing.
-        """
+        """Wait until there is news, or the next report is due; then store it."""
         if self._next is None:
             await news.wait()
             return
         now_s = monotonic()
-        left_s = self._pace.due_s(self._next.report.t_ms, now_s) - now_s
+        left_s = self._pace.due_s(self._next[0].t_ms, now_s) - now_s
         if left_s > 0:
-            with suppress(TimeoutError):
-                async with asyncio.timeout(left_s):
-                    await news.wait()
+            await pause(news, left_s)
             if news.is_set():
                 return
         try:
+            # storing a report twice changes nothing: an earlier supervisor may have stored this one
             await self._take(self._next)
             self._next = None
         except (StoreFull, TooMany):

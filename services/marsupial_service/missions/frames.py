@@ -1,7 +1,7 @@
 """The frame of a mission's map, which grows to hold every frame that is reported.
 
-A frame is told by cells of the lattice that the mission was created with: whole numbers only, so that what was
-reported in one frame is found in any other. An origin off that lattice is taken to the nearest cell.
+A frame is described by cells of the lattice that the mission was created with: whole numbers only, so that cells of one
+frame are found in any other. An origin off that lattice is moved to the nearest cell.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy.typing as npt
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 
+# radians by which the yaw of a frame may differ from the mission's: poses are no more exact
 _SAME_YAW = 1e-6
-"""Radians by which the yaw of a frame may differ from the mission's: poses are no more exact."""
 
 
 @dataclass(frozen=True, slots=True)
 class MissionFrame:
-    """A frame: its lower left cell by columns and rows from the one that the mission was created with, and its size."""
+    """A frame: its size, and columns and rows to its lower left cell from that of the first frame."""
 
     x: int
     y: int
@@ -32,11 +32,6 @@ class MissionFrame:
     def of(cls, grid: Grid) -> MissionFrame:
         """Return the frame that a mission is created with."""
         return cls(0, 0, grid.width, grid.height)
-
-    @property
-    def numbers(self) -> tuple[int, int, int, int]:
-        """What it is made of, to be stored."""
-        return self.x, self.y, self.width, self.height
 
     @property
     def size(self) -> int:
@@ -50,7 +45,7 @@ class MissionFrame:
         return MissionFrame(x, y, right - x, max(self.y + self.height, other.y + other.height) - y)
 
     def shift_to(self, larger: MissionFrame) -> FrameShift:
-        """Return what becomes of its cells in a frame that holds it."""
+        """Return the shift of its cells into a larger frame."""
         return FrameShift(Cell(self.x - larger.x, self.y - larger.y), self.width, larger.width, larger.height)
 
     def grid(self, grid: Grid, cells: CellArray) -> Grid:
@@ -64,10 +59,9 @@ def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, 
     """Return the frame of that size with its lowest corner at a pose, None if it is turned against the mission's."""
     if origin_m is None:
         return MissionFrame(0, 0, width, height)
-    turned = math.remainder(origin_m[2] - grid.origin_m[2], math.tau)
-    if abs(turned) > _SAME_YAW:
+    if abs(math.remainder(origin_m[2] - grid.origin_m[2], math.tau)) > _SAME_YAW:
         return None
-    # the corner plus half a cell lies in the cell whose corner is the nearest
+    # the corner plus half a cell lies in the cell with the nearest corner
     cos, sin = math.cos(grid.origin_m[2]), math.sin(grid.origin_m[2])
     half = 0.5 * grid.resolution_m
     x, y = origin_m[0] + half * (cos - sin), origin_m[1] + half * (sin + cos)
@@ -76,10 +70,10 @@ def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, 
 
 
 def laid_out(cells: CellArray, before: MissionFrame, now: MissionFrame) -> CellArray:
-    """Return the cells (height, width) of a frame in one that holds it, where the rest is unknown."""
+    """Return the cells (height, width) of a frame within a larger one, unknown around them."""
     return cells if before == now else before.shift_to(now).laid_out(cells, UNKNOWN)
 
 
 def placed(indices: npt.NDArray[np.int64], of: MissionFrame, now: MissionFrame) -> npt.NDArray[np.int64]:
-    """Return row-major indices of one frame as they are in one that holds it."""
+    """Return the row-major indices of cells of one frame within a larger one."""
     return indices if of == now else of.shift_to(now).indices(indices)

@@ -14,8 +14,8 @@ the same brief to the last bit. Therefore each of them, also the first, begins w
 
 from __future__ import annotations
 
-import hashlib
 import json
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
@@ -29,17 +29,10 @@ from marsupial.model.runs import drawn, known_runs
 from marsupial.model.scenario import MissionLimits, PlanningTime
 from marsupial_service.entries.documents import line
 from marsupial_service.missions.frames import MissionFrame
-from marsupial_service.missions.values import (
-    Control,
-    Input,
-    MissionBrief,
-    MissionReport,
-    RobotSimulation,
-    RobotUpdate,
-)
+from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
 
+# fields of a report that are stored as they are, if they say anything
 _SAID_IF_ANY = ("revealed", "finished", "failed", "lost", "robot")
-"""Fields of a report that are stored as they are, if they say anything."""
 
 
 def brief_text(brief: MissionBrief) -> bytes:
@@ -91,9 +84,7 @@ def brief_in(text: bytes) -> MissionBrief:
         reachable=None if more["area"] is None else drawn(more["area"], shape) != UNKNOWN,
         simulation=simulation
         and RobotSimulation(
-            truth=drawn(simulation["truth"], shape),
-            speed=simulation["speed"],
-            warnings=tuple(simulation["warnings"]),
+            truth=drawn(simulation["truth"], shape), speed=simulation["speed"], warnings=tuple(simulation["warnings"])
         ),
     )
 
@@ -107,15 +98,10 @@ def input_text(data: Input) -> bytes:
     if data.robots:
         fields["robots"] = [(one.name, one.cell, one.free_at_ms, one.distance_m, one.driving_ms) for one in data.robots]
     if data.frame is not None:
-        fields["frame"] = data.frame.numbers
+        fields["frame"] = astuple(data.frame)
     if data.map is not None:
         fields["map"] = (data.map.shape, known_runs(data.map))
     return to_json(fields)
-
-
-def input_digest(report: MissionReport) -> bytes:
-    """Return what tells a report apart that no client has sent."""
-    return hashlib.sha256(input_text(report)).digest()
 
 
 def input_in(text: bytes) -> Input:

@@ -20,24 +20,18 @@ _EVENTS = "SELECT seq, part, data FROM mission_events WHERE mission = ?"
 _IN_ORDER = "ORDER BY seq, part"
 
 
-def _packed(data: bytes) -> tuple[bytes, int]:
-    """Return what is stored for `data`, and what that adds to the bytes of a mission."""
-    found = packing.pack(data)
-    return found, len(found) + ROW_BYTES
-
-
 def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes | None, now_ms: int) -> None:
     """Store an input of the mission with that number; reports have a digest."""
-    stored, more = _packed(input_text(data))
-    sql = "UPDATE missions SET inputs = ?, bytes = bytes + ? WHERE number = ?"
-    tx.execute(sql, (seq, more + len(digest or b""), number))
+    stored = packing.pack(input_text(data))
+    more = len(stored) + ROW_BYTES + len(digest or b"")
+    tx.execute("UPDATE missions SET inputs = ?, bytes = bytes + ? WHERE number = ?", (seq, more, number))
     head: dict[str, Any] = {"mission": number, "seq": seq, "at_ms": now_ms}
     for part, piece in packing.pieces(stored):
         tx.insert("mission_inputs", **head, part=part, digest=None if part else digest, data=piece)
 
 
 def inputs_from(reader: StoreReader, number: int, seq: int, most: int) -> tuple[bytes, ...]:
-    """Return what is kept of the inputs of the mission with that number from `seq` on, as far as they have come."""
+    """Return the stored texts of at most `most` inputs of a mission, from number `seq` on."""
     rows = reader.execute(f"{_INPUTS} AND seq >= ? AND seq < ? {_IN_ORDER}", (number, seq, seq + most))
     return tuple(data for _, data in packing.whole(rows))
 
@@ -49,14 +43,14 @@ def inputs_after(reader: StoreReader, number: int, seq: int) -> Iterator[tuple[I
 
 
 def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[StoredEvent]], now_ms: int) -> None:
-    """Store the next events of a mission by the batches that they are of; followers are told once that is committed."""
+    """Store the next events of a mission, by their batches; followers are notified after the commit."""
     texts = {batch: "\n".join(f"{one.type} {one.data}" for one in events) for batch, events in batches.items()}
-    stored = {batch: _packed(text.encode()) for batch, text in texts.items()}
+    stored = {batch: packing.pack(text.encode()) for batch, text in texts.items()}
     sql = "UPDATE missions SET events = events + ?, bytes = bytes + ? WHERE number = ? RETURNING id, events"
-    count, more = sum(map(len, batches.values())), sum(more for _, more in stored.values())
+    count, more = sum(map(len, batches.values())), sum(len(data) + ROW_BYTES for data in stored.values())
     row = tx.execute(sql, (count, more, number)).fetchone()
     last = row["events"] - count
-    for batch, (data, _) in stored.items():
+    for batch, data in stored.items():
         last += len(batches[batch])
         for part, piece in packing.pieces(data):
             head = {"mission": number, "seq": last, "part": part, "turn": batch}
@@ -73,7 +67,7 @@ def events_of_batch(reader: StoreReader, number: int, batch: int) -> tuple[Store
 def events_after(
     reader: StoreReader, number: int, seq: int = 0, batches: int | None = None
 ) -> Iterator[tuple[int, StoredEvent]]:
-    """Yield the events after number `seq`, with their numbers; those of about so many batches."""
+    """Yield the events after number `seq`, with their numbers, of about so many batches."""
     if batches is None:
         rows = reader.execute(f"{_EVENTS} AND seq > ? {_IN_ORDER}", (number, seq))
     else:
@@ -85,7 +79,7 @@ def events_after(
 
 
 def remove(tx: Transaction, number: int, most: int) -> int:
-    """Remove at most about so many rows of a mission, the oldest first; return how many it were."""
+    """Remove about `most` rows of a mission at most, the oldest first; return how many."""
     removed = 0
     for table in ("mission_inputs", "mission_events"):
         oldest = f"SELECT seq FROM {table} WHERE mission = ? ORDER BY seq LIMIT ?"

@@ -6,47 +6,51 @@ decisions of its predecessor with the inputs, and so comes to the same batches a
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections import deque
-from dataclasses import replace
-from typing import Literal
+from dataclasses import asdict, replace
+from typing import Any, Literal
 
 from marsupial.formats.loglines import LogEncoder
 from marsupial.library.first_use import try_mission
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer
-from marsupial.model.mission import (
-    ActionStarted,
-    FrameGrown,
-    MissionEnded,
-    MissionEvent,
-    Planned,
-)
+from marsupial.model.grid import Grid
+from marsupial.model.mission import ActionStarted, FrameGrown, MissionEnded, MissionEvent, Planned
+from marsupial.model.plan import ActionName
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
-from marsupial_service.entries.documents import line, text_of
-from marsupial_service.missions import documents
-from marsupial_service.missions.kept import input_digest, input_in
+from marsupial_service.entries.documents import line, plan_of, rounded, text_of
+from marsupial_service.missions.kept import input_in, input_text
 from marsupial_service.missions.reported import RobotCommand
-from marsupial_service.missions.simulated import simulated_team
+from marsupial_service.missions.simulated import planning_of, simulated_team
 from marsupial_service.missions.values import (
     Control,
-    HasPlanned,
     Input,
-    MayPlan,
     MissionBatch,
-    MissionBatches,
     MissionBrief,
-    MissionReport,
     PendingInput,
-    PendingInputs,
+    PlanningTurn,
     StoredEvent,
     StoredReport,
-    WantsToPlan,
 )
 from marsupial_service.missions.world import RemoteWorld
+from marsupial_service.schemas.answers import ActionAnswer
 from marsupial_service.schemas.base import Answer
-from marsupial_service.schemas.events import Command, CommandsData, FrameData, MissionEndData, MissionStateData
+from marsupial_service.schemas.events import (
+    Command,
+    CommandsData,
+    DecisionData,
+    DockCommand,
+    DriveCommand,
+    FrameData,
+    MissionEndData,
+    MissionStateData,
+    StopCommand,
+    UndockCommand,
+)
 from marsupial_service.schemas.words import EventType
 
 
@@ -119,30 +123,30 @@ class MissionProcess(Observer):
     def decide(self, briefing: Briefing) -> Decision:
         """Return the decision that was made before, if there is one, or make one."""
         if self._decisions:
-            text = self._decisions.popleft()
             # of a predecessor: planning again could lead to another plan, which clients have not seen
-            decision = documents.decision_of(text)
+            text = self._decisions.popleft()
+            fields = json.loads(text)
+            decision = Decision(plan=plan_of(fields["actions"]), report=planning_of(fields))
         else:
             self._send_batches()
-            self._channel.send(WantsToPlan())
-            assert isinstance(self._channel.receive(), MayPlan)
-            decision = self._renamed(self._inner.decide(briefing))
-            self._channel.send(HasPlanned())
-            text = text_of(documents.decision(decision))
+            self._channel.send(PlanningTurn.WANTED)
+            assert self._channel.receive() is PlanningTurn.ALLOWED
+            decision = self._inner.decide(briefing)
+            say, report = self._brief.without_command, decision.report
+            report = replace(report, planner=say(report.planner), detail=say(report.detail))
+            decision = replace(decision, report=report)
+            self._channel.send(PlanningTurn.DONE)
+            actions = [ActionAnswer.of(action) for action in decision.plan.actions]
+            text = text_of(DecisionData(**asdict(report), actions=actions))
         self._tell(EventType.DECISION, text)
         return decision
-
-    def _renamed(self, decision: Decision) -> Decision:
-        """Return a decision that names the planner as the client does."""
-        say, report = self._brief.without_command, decision.report
-        return replace(decision, report=replace(report, planner=say(report.planner), detail=say(report.detail)))
 
     def order(self, order: RobotCommand, *, stop: bool = False) -> None:
         """Put a command among those to be sent next."""
         revision, place = self._revision, None
         if self._action is not None and not stop:
             revision, place = self._action.revision, self._action.action.place
-        self._commands.append(documents.command(order, revision, place, self._grid, stop=stop))
+        self._commands.append(_command(order, revision, place, self._grid, stop=stop))
 
     def exchange(self, until_ms: int) -> Input:
         """Send everything there is, to be answered by `until_ms`, and return the next input once it has come."""
@@ -153,19 +157,16 @@ class MissionProcess(Observer):
         taken: Input = input_in(answer.input) if isinstance(answer.input, bytes) else answer.input
         self._decisions = deque(answer.decisions)
         if not isinstance(taken, Control):
-            self._count(taken)
+            self._t_ms = max(self._t_ms, taken.t_ms)
+            if taken.robot is None:
+                self._n = taken.n
+            else:
+                self._counts[taken.robot] = taken.n
         elif taken is not Control.CANCEL:
             if self._robots is not None:
                 self._robots.paused = taken is Control.PAUSE
             self._tell_state("paused" if taken is Control.PAUSE else "running")
         return taken
-
-    def _count(self, report: MissionReport) -> None:
-        self._t_ms = max(self._t_ms, report.t_ms)
-        if report.robot is None:
-            self._n = report.n
-        else:
-            self._counts[report.robot] = report.n
 
     def end(self, t_ms: int) -> None:
         """Send the last batch."""
@@ -198,17 +199,16 @@ class MissionProcess(Observer):
         self._tell(EventType.COMMANDS, line(data))
         if self._robots is not None and (report := self._robots.report(data)) is not None:
             # the same for each process of the mission, so a report that was stored before is found to be
-            self._next = StoredReport(report, input_digest(report))
+            self._next = report, hashlib.sha256(input_text(report)).digest()
 
     def _end_batch(self, *, over: bool) -> None:
-        self._batches.append(
-            MissionBatch(events=tuple(self._events), over=over, revision=self._revision, next=self._next)
-        )
+        events = tuple(self._events)
+        self._batches.append(MissionBatch(events=events, over=over, revision=self._revision, next=self._next))
         self._events, self._next = [], None
 
     def _send_batches(self) -> None:
         if self._batches:
-            self._channel.send(MissionBatches(tuple(self._batches)))
+            self._channel.send(tuple(self._batches))
             self._batches = []
 
     def _next_input(self) -> PendingInput:
@@ -216,6 +216,22 @@ class MissionProcess(Observer):
         if not self._pending:
             self._send_batches()
             told = self._channel.receive()
-            assert isinstance(told, PendingInputs)
-            self._pending.extend(told.inputs)
+            assert isinstance(told, tuple)
+            self._pending.extend(told)
         return self._pending.popleft()
+
+
+def _command(order: RobotCommand, revision: int, place: str | None, grid: Grid, *, stop: bool) -> Command:
+    """Return a command as it is sent; positions are given as cells and in metres of the map frame."""
+    said: dict[str, Any] = {"id": order.id, "robot": order.robot, "revision": revision}
+    if stop:
+        return StopCommand(name="stop", **said)
+    said["place"] = place
+    if order.carrier is None:
+        centres = [rounded(grid.centre_m(cell)) for cell in order.route]
+        return DriveCommand(name="drive", route=list(map(list, order.route)), route_m=centres, **said)
+    said["carrier"] = order.carrier
+    if order.name == ActionName.DOCK:
+        return DockCommand(name="dock", **said)
+    assert order.cell is not None
+    return UndockCommand(name="undock", cell=list(order.cell), point_m=rounded(grid.centre_m(order.cell)), **said)

@@ -12,43 +12,23 @@ from marsupial_service.missions.values import Control
 from marsupial_service.schemas.answers import SimulationAnswer
 from marsupial_service.schemas.words import MissionPhase
 
+# the states that may follow each state
 MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
     MissionPhase.RUNNING: frozenset({MissionPhase.PAUSED, MissionPhase.CANCELLING, MissionPhase.ENDED}),
     MissionPhase.PAUSED: frozenset({MissionPhase.RUNNING, MissionPhase.CANCELLING, MissionPhase.ENDED}),
     MissionPhase.CANCELLING: frozenset({MissionPhase.ENDED}),
     MissionPhase.ENDED: frozenset(),
 }
-"""The states that may follow each state."""
-
 STATE_AFTER: Mapping[Control, MissionPhase] = {
     Control.PAUSE: MissionPhase.PAUSED,
     Control.RESUME: MissionPhase.RUNNING,
     Control.CANCEL: MissionPhase.CANCELLING,
 }
-"""The state that each control leads to."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionRecord(StoredEntry):
-    """A mission as it is stored; it has a `status` if and only if it has ended.
-
-    Parameters
-    ----------
-    n, t_ms
-        Number and time of the last report.
-    revision
-        Of the plan that was made last.
-    inputs, batches
-        How much went in, and how many answers came out: an answer to the brief and then one to each input.
-    events
-        How many there are in those answers.
-    frame
-        That of the map after the last report; None: the one it was created with.
-    term
-        Counts the servers that have held it, see `marsupial_service.store.tables`.
-    simulation
-        How its robots are simulated; None: they are others'.
-    """
+    """A mission as it is stored; it has a `status` if and only if it has ended."""
 
     state: MissionPhase
     name: str
@@ -56,15 +36,15 @@ class MissionRecord(StoredEntry):
     planner: str
     status: str | None
     reason: str
-    n: int
+    n: int  # of the last report, as its time
     t_ms: int
-    revision: int
+    revision: int  # of the plan that was made last
     inputs: int
-    batches: int
-    events: int
-    frame: MissionFrame | None
-    term: int
-    simulation: SimulationAnswer | None
+    batches: int  # the answers: one to the brief and then one to each input
+    events: int  # in those answers
+    frame: MissionFrame | None  # of the map after the last report; None: the one it was created with
+    term: int  # counts the servers that have held it, see `marsupial_service.store.tables`
+    simulation: SimulationAnswer | None  # of its robots; None: they are others'
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,15 +58,7 @@ class MissionCounts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSettings(EntrySettings):
-    """The limits that hold for missions, and who is asked and told.
-
-    Parameters
-    ----------
-    may_go_on
-        Whether an owner still may have missions.
-    lag
-        Receives how long each input has waited for its answer, in s.
-    """
+    """The limits that hold for missions, and callbacks: may an owner still have missions; how long an input waited."""
 
     may_go_on: Callable[[str], bool] = lambda owner: True
     lag: Callable[[float], None] = lambda seconds: None

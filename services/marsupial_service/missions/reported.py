@@ -1,12 +1,11 @@
 """What reports say of the map and the team of a mission, applied.
 
-The server applies every report when it judges the next one (`state`), the process of the mission when it replans
-(`world`). Both use these classes, so that they can't come to believe different things of the same reports.
+The server applies every report before it checks the next one (`state`), the process of the mission before it replans
+(`world`). Both use these classes, so that they can't draw different conclusions from the same reports.
 """
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
@@ -25,7 +24,7 @@ from marsupial_service.missions.values import MissionReport
 
 
 class MapChange(NamedTuple):
-    """Cells (row-major indices) with their codes before and now; `robot` has seen them, None: whoever reports."""
+    """Cells (row-major indices) with their codes before and now; `robot` has seen them (None: the reporter)."""
 
     robot: str | None
     indices: npt.NDArray[np.int64]
@@ -34,25 +33,11 @@ class MapChange(NamedTuple):
 
 
 class ReportedMap:
-    """The known map.
-
-    Attributes
-    ----------
-    first_frame, frame
-        That of the mission at its creation, and now: it grows to hold the frame of every report.
-    cells
-        Shape (height, width), of `frame`.
-    """
+    """The known map: its cells, shape (height, width), in a frame that grows to hold that of every report."""
 
     def __init__(self, cells: CellArray, frame: MissionFrame) -> None:
         self.first_frame = self.frame = frame
         self.cells = cells
-
-    def copy(self) -> ReportedMap:
-        """Return a map to try reports on."""
-        other = copy.copy(self)
-        other.cells = self.cells.copy()
-        return other
 
     def frame_with(self, report: MissionReport) -> MissionFrame:
         """Return the frame after a report."""
@@ -92,27 +77,17 @@ class ReportedMap:
 
 @dataclass(slots=True, kw_only=True)
 class RobotCommand:
-    """A command that was given and has not ended.
-
-    Parameters
-    ----------
-    route, passed
-        Of a drive: its cells, and the index of the one the robot is at or next at.
-    cell
-        Where the rover docks, or where it is put by an undocking.
-    stopped, halted
-        Whether it was stopped, and whether that was because of a pause.
-    """
+    """A command that was given and has not ended."""
 
     id: int
     name: str
     robot: str
     carrier: str | None = None
-    route: tuple[Cell, ...] = ()
-    cell: Cell | None = None
-    passed: int = 0
+    route: tuple[Cell, ...] = ()  # of a drive
+    cell: Cell | None = None  # where the rover docks, or an undocking puts it
+    passed: int = 0  # index in the route of the cell the robot is at or next at
     stopped: bool = False
-    halted: bool = False
+    halted: bool = False  # stopped because of a pause
 
     @property
     def robots(self) -> tuple[str, ...]:
@@ -141,24 +116,15 @@ class ReportedTeam(Generic[R]):
         self.robots = dict(robots)
         self.commands: dict[int, RobotCommand] = {}
 
-    def copy(self) -> ReportedTeam[R]:
-        """Return a team to try reports on."""
-        other = ReportedTeam({name: copy.copy(robot) for name, robot in self.robots.items()})
-        other.commands = dict(self.commands)
-        return other
-
     def begin(self, command: RobotCommand, at: object) -> None:
-        """Enter a command that was given; a docking or undocking is `at` a place."""
+        """Add a command; a docking or undocking is `at` a place."""
         self.commands[command.id] = command
         if command.carrier is not None:
             rover = self.robots[command.robot]
             rover.where = rover.where.begun(ActionName(command.name), at, command.carrier)
 
     def end(self, number: int, end: ActionEnd | None) -> RobotCommand | None:
-        """Enter the end of a command and return it; None if it has ended before.
-
-        Without an `end` its rover stays where it was when the command began.
-        """
+        """End a command and return it; None if it has ended before. Without an `end` its rover stays in place."""
         command = self.commands.pop(number, None)
         if command is not None and command.carrier is not None and end is not None:
             rover, name = self.robots[command.robot], ActionName(command.name)
@@ -169,7 +135,7 @@ class ReportedTeam(Generic[R]):
         return command
 
     def lose(self, name: str) -> tuple[str, ...]:
-        """Enter that a robot is lost, with the rovers aboard; return those that were not before, itself first."""
+        """Mark a robot as lost, with the rovers aboard; return those that are newly lost, itself first."""
         riders = (rover for rover, robot in self.robots.items() if robot.where.aboard == name)
         newly = tuple(one for one in (name, *riders) if not self.robots[one].lost)
         for one in newly:

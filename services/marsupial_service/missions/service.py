@@ -22,14 +22,13 @@ from marsupial_service.missions import table
 from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.kept import brief_in, brief_text
 from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings
-from marsupial_service.missions.state import MissionState, ReportConflict
-from marsupial_service.missions.states import MissionStates, brief
+from marsupial_service.missions.state import MissionState, MissionStates, ReportConflict, brief
 from marsupial_service.missions.supervisor import MissionSupervisor
 from marsupial_service.missions.table import MISSIONS
-from marsupial_service.missions.values import Control, MissionBrief, MissionReport, StoredReport
+from marsupial_service.missions.values import Control, MissionBrief, StoredReport
 from marsupial_service.moments import wall_clock_ms
 from marsupial_service.schemas.answers import LastReportsAnswer
-from marsupial_service.store import Store, StoreError, packing
+from marsupial_service.store import Store, StoreError, Transaction, packing
 from marsupial_service.store.engine import Connection
 
 # in a transaction, so that several servers share what a dead one has left
@@ -56,10 +55,8 @@ class Missions(Entries[MissionRecord]):
         self._supervisors: dict[str, MissionSupervisor] = {}
         self._creating: set[str] = set()
         self._states = MissionStates()
-        self._shown, self._showing = (
-            MissionStates(),
-            threading.Lock(),
-        )  # of what is committed, for the threads that read
+        # of what is committed, for the threads that read
+        self._shown, self._showing = MissionStates(), threading.Lock()
 
     async def start(self) -> None:
         """Begin to take up missions that are left open by others, or an earlier run."""
@@ -94,16 +91,15 @@ class Missions(Entries[MissionRecord]):
         known = self._states.brief(record.id)
         return await self.read(lambda reader: brief(reader, record)) if known is None else known
 
-    async def reports(self, record: MissionRecord, sent: Sequence[tuple[MissionReport, bytes]]) -> MissionRecord:
+    async def reports(self, record: MissionRecord, sent: Sequence[StoredReport]) -> MissionRecord:
         """Store reports with their digests, all or none; what is returned is committed.
 
         Those that were taken before change nothing. Raises ReportConflict (also where the mission is over), which says
         whose fault it is, TooMany, StoreFull, StoreError.
         """
         if record.simulation is not None:
-            raise ReportConflict(
-                Problem("", "the robots of this mission are simulated by the service: it takes no reports")
-            )
+            said = "the robots of this mission are simulated by the service: it takes no reports"
+            raise ReportConflict(Problem("", said))
         states, limits, capacity = self._states, self._limits, self._capacity
         return await asyncio.shield(
             self.write(lambda tx: table.add_reports(tx, states, record.id, sent, limits, self.now_ms(), capacity))
@@ -118,12 +114,10 @@ class Missions(Entries[MissionRecord]):
 
     async def log(self, record: MissionRecord) -> str:
         """Return the mission log so far."""
-        lines = await self.read(lambda reader: table.log(reader, record))
-        return "".join(f"{line}\n" for line in lines)
+        return await self.read(lambda reader: table.log(reader, record))
 
     async def known(self, record: MissionRecord) -> Grid:
         """Return the map after the last report."""
-
         frame, cells = await self._look(record, lambda state: (state.frame, state.cells.copy()))
         return frame.grid((await self.brief(record)).grid, cells)
 
@@ -179,27 +173,28 @@ class Missions(Entries[MissionRecord]):
             await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))
 
     def _open(self, record: MissionRecord, brief: MissionBrief) -> None:
-        driver = None
+        supervisor = MissionSupervisor(record, brief, self, self._slots, self._threads, self._runner, self._settings)
         if record.simulation is not None:
-            driver = Driver(record.simulation.speed, partial(self._simulated, record))
-        supervisor = MissionSupervisor(
-            record, brief, self, self._slots, self._threads, self._runner, self._settings, driver
-        )
+            supervisor.driver = Driver(record.simulation.speed, partial(self._simulated, record))
         self._supervisors[record.id] = supervisor
         # not started again: a mission that nobody keeps is taken up by `_take_up`
         self._start("supervisor", partial(self._keep, supervisor), restart=False)
 
     async def _simulated(self, record: MissionRecord, told: StoredReport) -> None:
         """Store a report of simulated robots, unless the mission is over or another server's."""
-        states, limits, capacity = self._states, self._limits, self._capacity
-        await self.write(lambda tx: table.add_simulated(tx, states, record, told, limits, self.now_ms(), capacity))
+
+        def add(tx: Transaction) -> None:
+            if table.held(tx, record.id, record.term) is not None:
+                table.add_reports(tx, self._states, record.id, [told], self._limits, self.now_ms(), self._capacity)
+
+        await self.write(add)
 
     async def _keep(self, supervisor: MissionSupervisor) -> None:
         try:
             await supervisor.keep()
         finally:
-            if not self.stopping and self._supervisors.get(supervisor.id) is supervisor:
-                del self._supervisors[supervisor.id]
+            if not self.stopping and self._supervisors.get(supervisor.record.id) is supervisor:
+                del self._supervisors[supervisor.record.id]
 
 
 def _as_kept(brief: MissionBrief) -> tuple[MissionBrief, bytes]:

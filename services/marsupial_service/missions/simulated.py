@@ -10,10 +10,11 @@ from marsupial.formats.scenario.write import terrain_fields, type_fields
 from marsupial.mission.runs import runs_of
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
-from marsupial.model.planning import Budget
+from marsupial.model.planning import Budget, Outcome
 from marsupial.model.robots import RobotType
 from marsupial.model.runs import known_runs
 from marsupial.model.scenario import Scenario
+from marsupial.model.strategy import PlanningReport
 from marsupial.model.world import RobotReport
 from marsupial.sim.world import SimulatedWorld
 from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
@@ -40,7 +41,16 @@ class SimulatedTeam:
     def answer(self, batch: Mapping[str, Any]) -> dict[str, Any] | None:
         """Carry out commands as `report` does, and return the report as JSON."""
         report = self.report(batch)
-        return None if report is None else _document(report)
+        if report is None:
+            return None
+        return {
+            "n": report.n,
+            "t_ms": report.t_ms,
+            "revealed": [{"robot": name, "runs": list(runs)} for name, runs in report.revealed],
+            "robots": [update_document(update) for update in report.robots],
+            "finished": list(report.finished),
+            "lost": [{"robot": name, "reason": reason} for name, reason in report.lost],
+        }
 
     def report(self, batch: Mapping[str, Any]) -> MissionReport | None:
         """Carry out a batch of commands until something happens, and return the report of it.
@@ -104,15 +114,10 @@ def update_document(update: RobotUpdate) -> dict[str, Any]:
     return {**asdict(update), "cell": list(update.cell or ())}
 
 
-def _document(report: MissionReport) -> dict[str, Any]:
-    return {
-        "n": report.n,
-        "t_ms": report.t_ms,
-        "revealed": [{"robot": name, "runs": list(runs)} for name, runs in report.revealed],
-        "robots": [update_document(update) for update in report.robots],
-        "finished": list(report.finished),
-        "lost": [{"robot": name, "reason": reason} for name, reason in report.lost],
-    }
+def planning_of(document: Mapping[str, Any]) -> PlanningReport:
+    """Return how a decision was found, from its document."""
+    report = {key: value for key, value in document.items() if key != "actions"}
+    return PlanningReport(**{**report, "outcome": Outcome(document["outcome"])})
 
 
 def simulated_team(brief: MissionBrief) -> SimulatedTeam | None:

@@ -1,17 +1,19 @@
-"""What the service knows of a mission while its process thinks: enough to judge a report the moment it comes.
+"""What the service knows of a mission while its process plans: enough to check a report the moment it comes.
 
 A report is judged by what its client knew: every command that was published and has not ended may end, whatever else
 has happened to its robots; a robot is lost once the client has said so. A state is made again from what is stored,
-commands before reports.
+commands before reports. Reports of one mission may come through any server: so a report is judged within the
+transaction that stores it, when all that other servers have stored was applied to the state.
 """
 
 from __future__ import annotations
 
-import copy
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -21,13 +23,20 @@ from marsupial.model.grid import CellArray
 from marsupial.model.mission import ActionEnd
 from marsupial.model.runs import cells_in
 from marsupial.model.team import Whereabouts
+from marsupial_service.missions import packed
 from marsupial_service.missions.frames import MissionFrame
+from marsupial_service.missions.kept import brief_in
+from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.reported import ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
-from marsupial_service.missions.values import MissionBrief, MissionReport, StoredEvent
+from marsupial_service.missions.values import MissionBrief, MissionReport, StoredEvent, StoredReport
 from marsupial_service.schemas.words import EventType
+from marsupial_service.store import packing
+from marsupial_service.store.transaction import StoreReader
 
+# bytes of all maps that are held
+_MOST_CELLS = 200_000_000
+# where a robot is that is not aboard: its client knows the cell
 _GROUND = "ground"
-"""Where a robot is that is not aboard: its client knows the cell."""
 
 
 class ReportConflict(Exception):
@@ -42,9 +51,7 @@ class MissionState:
     """The state of one mission as its client sees it."""
 
     def __init__(self, brief: MissionBrief) -> None:
-        self.n = 0
-        self.t_ms = 0
-        self.revision = 0
+        self.n = self.t_ms = self.revision = 0
         self.map = ReportedMap(brief.grid.cells.copy(), MissionFrame.of(brief.grid))
         self._told_ms: dict[str, int] = {}
         self._team = ReportedTeam(
@@ -69,13 +76,6 @@ class MissionState:
     def counts(self) -> dict[str, int]:
         """The last report of each robot that has reported by its own count."""
         return {robot: len(digests) for robot, digests in self._digests.items() if robot is not None}
-
-    def copy(self) -> MissionState:
-        """Return a copy to try reports on."""
-        other = copy.copy(self)
-        other.map, other._team, other._told_ms = self.map.copy(), self._team.copy(), dict(self._told_ms)
-        other._digests = {robot: list(digests) for robot, digests in self._digests.items()}
-        return other
 
     def is_repeat(self, n: int, digest: bytes, robot: str | None = None) -> bool:
         """Return whether a report (of the team, or a robot's own) was taken before.
@@ -104,7 +104,7 @@ class MissionState:
             raise ReportConflict(*problems)
 
     def take(self, report: MissionReport, digest: bytes) -> None:
-        """Enter a report that was checked."""
+        """Apply a report that was checked."""
         self._digests.setdefault(report.robot, []).append(digest)
         self.t_ms = max(self.t_ms, report.t_ms)
         if report.robot is None:
@@ -121,17 +121,14 @@ class MissionState:
             self._team.lose(name)
 
     def publish(self, event: StoredEvent) -> None:
-        """Enter what the mission has told."""
+        """Apply an event of the mission."""
         if event.type is EventType.COMMANDS:
             batch = json.loads(event.data)
             self.revision = batch["revision"]
             for command in batch["commands"]:
-                self._order(command)
-
-    def _order(self, command: Mapping[str, Any]) -> None:
-        if command["name"] != "stop":  # which ends nothing by itself
-            own = {key: command[key] for key in ("id", "name", "robot")}
-            self._team.begin(RobotCommand(**own, carrier=command.get("carrier")), _GROUND)
+                if command["name"] != "stop":  # which ends nothing by itself
+                    own = {key: command[key] for key in ("id", "name", "robot")}
+                    self._team.begin(RobotCommand(**own, carrier=command.get("carrier")), _GROUND)
 
     def _is_lost(self, name: str) -> bool:
         return self._team.robots[name].lost
@@ -154,37 +151,28 @@ class MissionState:
             if lost:
                 yield Problem(f"finished[{i}]", f"{lost[0]} is lost and finishes nothing")
         for i, note in enumerate(report.robots):
-            yield from self._robot_faults(f"robots[{i}]", note.name, note.cell is not None)
+            if self._is_lost(note.name):
+                yield Problem(f"robots[{i}].name", f"{note.name} is lost")
+            elif note.cell is not None and (carrier := self._team.robots[note.name].where.aboard) is not None:
+                yield Problem(f"robots[{i}]", f"{note.name} is aboard {carrier}")
         for i, (name, _) in enumerate(report.revealed):
             if self._is_lost(name):
                 yield Problem(f"revealed[{i}].robot", f"{name} is lost and sees nothing")
-        yield from self._map_faults(report)
-
-    def _robot_faults(self, path: str, name: str, placed: bool) -> Iterator[Problem]:
-        if self._is_lost(name):
-            yield Problem(f"{path}.name", f"{name} is lost")
-        elif placed and (carrier := self._team.robots[name].where.aboard) is not None:
-            yield Problem(path, f"{name} is aboard {carrier}")
-
-    def _map_faults(self, report: MissionReport) -> Iterator[Problem]:
-        if not report.revealed:
-            return
-        indices, codes = cells_in(report.runs)
-        order = np.argsort(indices, kind="stable")
-        indices, codes = indices[order], codes[order]
-        if np.any((indices[1:] == indices[:-1]) & (codes[1:] != codes[:-1])):
-            yield Problem("revealed", "two robots see one cell differently")
+        if report.revealed:
+            indices, codes = cells_in(tuple(chain.from_iterable(runs for _, runs in report.revealed)))
+            order = np.argsort(indices, kind="stable")
+            indices, codes = indices[order], codes[order]
+            if np.any((indices[1:] == indices[:-1]) & (codes[1:] != codes[:-1])):
+                yield Problem("revealed", "two robots see one cell differently")
 
 
-def new_reports(
-    state: MissionState, sent: Sequence[tuple[MissionReport, bytes]], most_cells: float
-) -> list[tuple[MissionReport, bytes]]:
+def new_reports(state: MissionState, sent: Sequence[StoredReport], most_cells: float) -> list[StoredReport]:
     """Return the reports of a request, with their digests, that were not taken before.
 
-    Several are entered in the state one after the other, as each is judged by those before it: let it be a copy. A
-    single one is not. Raises ReportConflict, which in a batch says whose fault it is.
+    Several are entered in the state one after the other, as each is judged by those before it: give a copy. A single
+    one is not. Raises ReportConflict, which in a batch says whose fault it is.
     """
-    new: list[tuple[MissionReport, bytes]] = []
+    new: list[StoredReport] = []
     for i, (report, digest) in enumerate(sent):
         try:
             if state.is_repeat(report.n, digest, report.robot):
@@ -201,3 +189,62 @@ def new_reports(
             state.take(report, digest)
         new.append((report, digest))
     return new
+
+
+@dataclass(slots=True)
+class _Known:
+    """A state, and how many of the mission's inputs and events were applied to it."""
+
+    brief: MissionBrief
+    state: MissionState
+    inputs: int = 0
+    events: int = 0
+
+
+class MissionStates:
+    """The states that were asked for last. Used by one thread, but for `brief`."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[str, _Known] = OrderedDict()
+
+    def brief(self, mission: str) -> MissionBrief | None:
+        """Return what a mission was created with, if it is known here; for any thread."""
+        known = self._known.get(mission)
+        return None if known is None else known.brief
+
+    def of(self, reader: StoreReader, record: MissionRecord) -> MissionState:
+        """Return the state of a mission with all that is stored of it, commands before reports."""
+        known = self._known.get(record.id)
+        if known is None:
+            found = brief(reader, record)
+            known = self._known[record.id] = _Known(found, MissionState(found))
+        self._known.move_to_end(record.id)
+        if record.events > known.events:
+            for _, event in packed.events_after(reader, record.number, known.events):
+                known.state.publish(event)
+            known.events = record.events
+        if record.inputs > known.inputs:
+            for report, digest in packed.inputs_after(reader, record.number, known.inputs):
+                if digest is not None:
+                    assert isinstance(report, MissionReport)
+                    known.state.take(report, digest)
+            known.inputs = record.inputs
+        # the latest one stays, however large it is
+        while len(self._known) > 1 and sum(one.state.cells.size for one in self._known.values()) > _MOST_CELLS:
+            self._known.popitem(last=False)
+        return known.state
+
+    def replace(self, record: MissionRecord, state: MissionState) -> None:
+        """Replace a state by `state`, to which all inputs of `record` were applied."""
+        known = self._known[record.id]
+        known.state, known.inputs = state, record.inputs
+
+    def drop(self, mission: str) -> None:
+        """Forget a state."""
+        self._known.pop(mission, None)
+
+
+def brief(reader: StoreReader, record: MissionRecord) -> MissionBrief:
+    """Return what a mission was created with."""
+    row = reader.execute("SELECT brief FROM mission_briefs WHERE mission = ?", (record.number,)).fetchone()
+    return brief_in(packing.unpack(row["brief"]))

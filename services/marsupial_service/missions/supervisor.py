@@ -19,11 +19,11 @@ comes back can do no harm, therefore, and two supervisors of a mission can't bot
 
 The talk with the process, always in this order:
 
-    supervisor   PendingInputs   ---->   process       up to 32 inputs at a time
-                 WantsToPlan     <----                 it has no stored decision, and waits
-                 MayPlan         ---->                 once the owner's quota and a slot allow it
-                 HasPlanned      <----                 the slot is free again
-                 MissionBatches  <----                 one batch for each input
+    supervisor   inputs                ---->   process     up to 32 at a time
+                 PlanningTurn.WANTED   <----               it has no stored decision, and waits
+                 PlanningTurn.ALLOWED  ---->               once the owner's quota and a slot allow it
+                 PlanningTurn.DONE     <----               the slot is free again
+                 batches               <----               one for each input, in one piece or several
 
 Only a process that crashes by itself, again and again with nothing new in between, fails its mission. If it was killed,
 or none can be started, the mission has no part in that and is started again, with growing pauses.
@@ -37,6 +37,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 from contextlib import suppress
+from dataclasses import dataclass, field
 
 from marsupial.errors import InternalError
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
@@ -49,40 +50,24 @@ from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.state import ReportConflict
-from marsupial_service.missions.values import (
-    HasPlanned,
-    MayPlan,
-    MissionBatch,
-    MissionBatches,
-    MissionBrief,
-    PendingInput,
-    PendingInputs,
-    StoredEvent,
-    WantsToPlan,
-)
+from marsupial_service.missions.values import MissionBatch, MissionBrief, PendingInput, PlanningTurn, StoredEvent
 from marsupial_service.schemas.events import QuotaData
 from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.store import StoreError
 from marsupial_service.store.engine import Connection
 
+# a mission whose process crashes so often by itself, and makes nothing new in between, has failed
 _MOST_CRASHES = 3
-"""A mission whose process crashes so often by itself, and makes nothing new in between, has failed."""
-
+# processors that a mission is counted as, where they are counted: it plans now and then, and waits in between
 _CPUS = 0.1
-"""Processors that a mission is counted as, where they are counted: it plans now and then, and waits in between."""
-
+# inputs that a process is given at a time, where so many wait: their batches are stored together
 _AT_A_TIME = 32
-"""Inputs that a process is given at a time, where so many wait: their batches are stored together."""
-
+# how much work of a mission is charged at once: each charge is a transaction
 _CHARGED_S = 0.5
-"""How much work of a mission is charged at once: each charge is a transaction."""
-
+# how often a mission that waits for its owner's quota looks: jobs that end may give some back
 _LOOK_S = 1.0
-"""How often a mission that waits for its owner's quota looks: jobs that end may give some back."""
-
+# how long a mission rests before its process is started again: twice as long each time, up to the second
 _PAUSE_S, _LONGEST_PAUSE_S = 0.1, 10.0
-"""How long a mission rests before its process is started again: twice as long each time, up to the second."""
-
 # missions end by their own limit of time; this one ends what is stuck
 _WALL_S = 7 * 86400.0
 # between the end of the talk and that of the process, whichever comes first
@@ -99,49 +84,35 @@ class Dismissed(Exception):
     """The mission has ended, or another server has taken it over."""
 
 
+@dataclass(eq=False, slots=True)
 class MissionSupervisor:
     """Keeps one open mission that this server holds; `driver` makes its robots report if they are simulated."""
 
-    def __init__(
-        self,
-        record: MissionRecord,
-        brief: MissionBrief,
-        missions: Entries[MissionRecord],
-        slots: Slots,
-        threads: Executor,
-        runner: Runner,
-        settings: MissionSettings,
-        driver: Driver | None = None,
-    ) -> None:
-        self.id = record.id
-        self._batches = record.batches
-        self._number = record.number
-        self._term = record.term
-        self._brief = brief
-        self._owner = record.owner
-        self._missions = missions
-        self._slots = slots
-        self._threads = threads
-        self._runner = runner
-        self._settings = settings
-        self._driver = driver
-        self._worked_s = 0.0
+    record: MissionRecord
+    brief: MissionBrief
+    missions: Entries[MissionRecord]
+    slots: Slots
+    threads: Executor
+    runner: Runner
+    settings: MissionSettings
+    driver: Driver | None = None
+    _batches: int = field(init=False)  # stored so far
+    _worked_s: float = field(default=0.0, init=False)  # not charged yet
+
+    def __post_init__(self) -> None:
+        self._batches = self.record.batches
 
     async def keep(self) -> None:
         """Keep the mission going until it has ended or is another server's."""
         failure = await self._resume()
         if failure is not None:
-            missions = self._missions
+            missions = self.missions
             await missions.write_until_stored(
-                lambda tx: table.fail(tx, self.id, self._term, failure, missions.now_ms())
+                lambda tx: table.fail(tx, self.record.id, self.record.term, failure, missions.now_ms())
             )
 
     async def _resume(self) -> str | None:
-        """Follow one process after the other; return why that leads nowhere, None if there is no more to do.
-
-        Only crashes of its own end a mission. Where the process, what watches it or what starts it was killed or can't
-        be started, the mission has no part in that: it is started again for as long as it takes.
-        """
+        """Follow one process after the other; return why that leads nowhere, None if there is no more to do."""
         crashes = losses = 0
         while True:
             before = self._batches
@@ -156,17 +127,17 @@ class MissionSupervisor:
             except InternalError as error:  # nothing can be started at the moment
                 ended = Ended(ending=Ending.KILLED, detail=str(error))
             except (ReportConflict, Diverged) as error:
-                log.exception("a mission failed", extra={"mission": self.id})
+                log.exception("a mission failed", extra={"mission": self.record.id})
                 return str(error)
             except Exception as error:
-                self._missions.background.report("mission process", error)
-                said = f"internal error ({type(error).__name__})"
-                ended = Ended(ending=Ending.CRASHED, detail=said)
+                self.missions.background.report("mission process", error)
+                ended = Ended(ending=Ending.CRASHED, detail=f"internal error ({type(error).__name__})")
             if ended is None:
                 return None
-            log.warning("the process of a mission ended", extra={"mission": self.id, "reason": ended.detail})
+            log.warning("the process of a mission ended", extra={"mission": self.record.id, "reason": ended.detail})
             if self._batches > before:
                 crashes = losses = 0
+            # only crashes of its own end a mission: it has no part in what was killed or can't be started
             losses += 1
             crashes += ended.ending is not Ending.KILLED
             if crashes >= _MOST_CRASHES:
@@ -174,27 +145,25 @@ class MissionSupervisor:
             await asyncio.sleep(min(_PAUSE_S * 2 ** min(losses - 1, 10), _LONGEST_PAUSE_S))
 
     async def _is_still_ours(self) -> bool:
-        """Wait until the store can be read again, and say whether the mission is still open and this server's.
-
-        What could not be stored may be there all the same: the database may have broken off right after the commit.
-        """
+        """Wait until the store can be read again; return whether the mission is still open and this server's."""
         while True:
             await asyncio.sleep(RETRY_S)
             with suppress(StoreError):
-                record = await self._missions.read(lambda reader: table.of_term(reader, self.id, self._term))
+                record = await self.missions.read(
+                    lambda reader: table.of_term(reader, self.record.id, self.record.term)
+                )
+                # what could not be stored may be there: the database may have broken off right after the commit
                 if record is not None:
                     self._batches = record.batches
                 return record is not None
 
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
-        limits = JobLimits(wall_s=_WALL_S, memory_bytes=self._settings.limits.memory_bytes)
-        run = await self._started(Job(function=run_mission, argument=self._brief, limits=limits, talks=True))
-        if run is None:
-            raise Dismissed
+        limits = JobLimits(wall_s=_WALL_S, memory_bytes=self.settings.limits.memory_bytes)
+        run = await self._started(Job(function=run_mission, argument=self.brief, limits=limits, talks=True))
         loop, told = asyncio.get_running_loop(), asyncio.Queue[object]()
         ended = loop.run_in_executor(
-            self._threads, run.follow, lambda value: loop.call_soon_threadsafe(told.put_nowait, value)
+            self.threads, run.follow, lambda value: loop.call_soon_threadsafe(told.put_nowait, value)
         )
         talk = asyncio.create_task(self._talk(run, told))
         try:
@@ -204,45 +173,43 @@ class MissionSupervisor:
             talk.cancel()
             run.cancel()
             await asyncio.wait((ended, talk))
+            self._charge(0.0)
         if talk.cancelled():
             return await ended
         await talk
         return None
 
-    async def _started(self, job: Job) -> JobRun | None:
+    async def _started(self, job: Job) -> JobRun:
         """Start a process where there is room; if that is cancelled, it is ended as soon as it is there."""
-        reservation = self._runner.reserve(_CPUS)
-        starting = self._threads.submit(lambda: reservation.run(job) if reservation.wait() else None)
+        reservation = self.runner.reserve(_CPUS)
+        starting = self.threads.submit(lambda: reservation.run(job) if reservation.wait() else None)
         try:
-            return await asyncio.wrap_future(starting)
+            run = await asyncio.wrap_future(starting)
         except asyncio.CancelledError:
             reservation.close()
             starting.add_done_callback(_close)
             raise
+        if run is None:
+            raise Dismissed
+        return run
 
     async def _talk(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         """Hand out inputs and take batches, until the last one."""
-        try:
-            await self._exchange(run, told)
-        finally:
-            self._charge(0.0)
-
-    async def _exchange(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         number = asked = 0
-        with self._missions.subscriptions.subscribe(table.inputs_of(self.id)) as news:
+        with self.missions.subscriptions.subscribe(table.inputs_of(self.record.id)) as news:
             news.set()
             while True:
                 if number == asked:
                     asked += await self._ask(run, number, news)
                 match await self._next(told, is_new=number >= self._batches):
-                    case MissionBatches(batches):
+                    case tuple(batches):
                         await self._take(number, batches)
-                        if self._driver is not None:
-                            self._driver.hear(batches)
+                        if self.driver is not None:
+                            self.driver.hear(batches)
                         number += len(batches)
                         if batches[-1].over:
                             return
-                    case WantsToPlan():
+                    case PlanningTurn.WANTED:
                         await self._plan(run, told)
                     case other:
                         raise AssertionError(other)
@@ -261,65 +228,64 @@ class MissionSupervisor:
         """Charge the owner for a planning, and for what the process has done since the last charge."""
         used_s, self._worked_s = self._worked_s + planned_s, 0.0
         if used_s:
-            self._missions.charge(self._owner, used_s)
+            self.missions.charge(self.record.owner, used_s)
 
     async def _plan(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         """Grant a planning once the quota and a slot allow it; it is charged however it ends."""
         await self._wait_for_quota()
-        with self._slots.taken(await self._slots.for_owner(self._owner)):
+        with self.slots.taken(await self.slots.for_owner(self.record.owner)):
             begun_s = time.monotonic()
             try:
-                await self._send(run, MayPlan())
-                assert isinstance(await told.get(), HasPlanned)
+                await self._send(run, PlanningTurn.ALLOWED)
+                assert await told.get() is PlanningTurn.DONE
             finally:
                 self._charge(time.monotonic() - begun_s)
 
     async def _wait_for_quota(self) -> None:
-        """Wait until the owner may plan again, and tell of it."""
-        missions = self._missions
+        """Wait until the owner may plan again, with an event at the beginning and the end."""
+        missions = self.missions
         if not missions.quota.is_bounded:
             return
-        waited = await missions.read(self._is_told_to_wait)
+        # another server may have sent the event before this one took the mission over
+        last = await missions.read(lambda reader: packed.events_of_batch(reader, self.record.number, self._batches))
+        told = [QuotaData.model_validate_json(event.data) for event in last if event.type is EventType.QUOTA]
+        waited = bool(told) and told[-1].state == "waiting"
         while wait_s := await missions.read(self._quota_wait_s):
             if not waited:
                 waited = True
-                await self._tell_quota(missions.quota.told(table.asked_s(self._brief), wait_s), wait_s)
+                await self._tell_quota(missions.quota.told(table.asked_s(self.brief), wait_s), wait_s)
             await asyncio.sleep(min(wait_s, _LOOK_S))
         if waited:
             await self._tell_quota("", 0.0)
 
-    def _is_told_to_wait(self, reader: Connection) -> bool:
-        """Return whether the last quota event says that the mission waits; another server may have sent it."""
-        told = [e for e in packed.events_of_batch(reader, self._number, self._batches) if e.type is EventType.QUOTA]
-        return bool(told) and QuotaData.model_validate_json(told[-1].data).state == "waiting"
-
     def _quota_wait_s(self, reader: Connection) -> float:
         """Return how long the owner may not plan; a mission that is to be cancelled does not wait. Raises Dismissed."""
-        record = table.of_term(reader, self.id, self._term)
+        if self._still(reader).state is MissionPhase.CANCELLING:
+            return 0.0
+        missions = self.missions
+        return missions.quota.wait_s(reader, self.record.owner, table.asked_s(self.brief), missions.now_ms())
+
+    def _still(self, reader: Connection) -> MissionRecord:
+        """Return the mission as it is now. Raises Dismissed."""
+        record = table.of_term(reader, self.record.id, self.record.term)
         if record is None:
             raise Dismissed
-        if record.state is MissionPhase.CANCELLING:
-            return 0.0
-        missions = self._missions
-        return missions.quota.wait_s(reader, self._owner, table.asked_s(self._brief), missions.now_ms())
+        return record
 
     async def _tell_quota(self, reason: str, wait_s: float) -> None:
-        id, term, now_ms = self.id, self._term, self._missions.now_ms()
-        await self._missions.write(lambda tx: table.tell_quota(tx, id, term, reason, wait_s, now_ms))
+        id, term, now_ms = self.record.id, self.record.term, self.missions.now_ms()
+        await self.missions.write(lambda tx: table.tell_quota(tx, id, term, reason, wait_s, now_ms))
 
     async def _ask(self, run: JobRun, number: int, news: asyncio.Event) -> int:
         """Send what is due from input `number` on, as soon as something is, and return how many inputs that are."""
-        pending = (
-            (PendingInput(input=None, decisions=await self._decisions(0)),)
-            if number == 0
-            else await self._pending_inputs(number, news)
-        )
-        await self._send(run, PendingInputs(pending))
+        inputs = [None] if number == 0 else await self._inputs(number, news)
+        pending = [PendingInput(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(inputs)]
+        await self._send(run, tuple(pending))
         return len(pending)
 
-    async def _send(self, run: JobRun, value: PendingInputs | MayPlan) -> None:
+    async def _send(self, run: JobRun, value: tuple[PendingInput, ...] | PlanningTurn) -> None:
         if run.put(value):
-            await asyncio.get_running_loop().run_in_executor(self._threads, run.drain)
+            await asyncio.get_running_loop().run_in_executor(self.threads, run.drain)
 
     async def _take(self, number: int, batches: Sequence[MissionBatch]) -> None:
         for batch in batches[: self._batches - number]:
@@ -328,44 +294,39 @@ class MissionSupervisor:
             number, batches = number + 1, batches[1:]
         if not batches:
             return
-        now_ms = self._missions.now_ms()
-        lags_ms = await self._missions.write(
-            lambda tx: table.add_batches(tx, self.id, self._term, number, batches, now_ms)
+        now_ms = self.missions.now_ms()
+        lags_ms = await self.missions.write(
+            lambda tx: table.add_batches(tx, self.record.id, self.record.term, number, batches, now_ms)
         )
         if lags_ms is None:
             raise Dismissed
         for lag_ms in lags_ms:
-            self._settings.lag(lag_ms / 1000)
+            self.settings.lag(lag_ms / 1000)
         self._batches = number + len(batches)
 
-    async def _pending_inputs(self, number: int, news: asyncio.Event) -> tuple[PendingInput, ...]:
-        """Return what is due from input `number` on; `news` is set if something has come since it was looked."""
+    async def _inputs(self, number: int, news: asyncio.Event) -> Sequence[bytes]:
+        """Wait for input `number`; return what is kept from it on. `news` is set if there may be more."""
+
+        def come(reader: Connection) -> tuple[bytes, ...]:
+            return packed.inputs_from(reader, self._still(reader).number, number, _AT_A_TIME)
+
         found: tuple[bytes, ...] = ()
         while not found:
             if not news.is_set():
-                await (news.wait() if self._driver is None else self._driver.wait(news))
+                await (news.wait() if self.driver is None else self.driver.wait(news))
             news.clear()
-            found = await self._missions.read(lambda reader: self._inputs(reader, number))
-        if len(found) == _AT_A_TIME:  # there may be more
+            found = await self.missions.read(come)
+        if len(found) == _AT_A_TIME:
             news.set()
-        return tuple(
-            [PendingInput(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)]
-        )
-
-    def _inputs(self, reader: Connection, number: int) -> tuple[bytes, ...]:
-        """Return what is kept of the inputs that have come from `number` on. Raises Dismissed."""
-        if table.of_term(reader, self.id, self._term) is None:
-            raise Dismissed
-        return packed.inputs_from(reader, self._number, number, _AT_A_TIME)
+        return found
 
     async def _decisions(self, number: int) -> tuple[str, ...]:
-        if number >= self._batches:
-            return ()
-        return tuple(event.data for event in await self._stored(number) if event.type is EventType.DECISION)
+        stored = await self._stored(number) if number < self._batches else ()
+        return tuple(event.data for event in stored if event.type is EventType.DECISION)
 
     async def _stored(self, number: int) -> tuple[StoredEvent, ...]:
         """Return what followed from an input, and was stored."""
-        events = await self._missions.read(lambda source: packed.events_of_batch(source, self._number, number))
+        events = await self.missions.read(lambda source: packed.events_of_batch(source, self.record.number, number))
         return tuple(event for event in events if event.type is not EventType.QUOTA)
 
 

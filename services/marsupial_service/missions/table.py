@@ -3,35 +3,37 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from copy import deepcopy
+from dataclasses import astuple, dataclass
 from enum import StrEnum
 from itertools import islice
 from typing import Any
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
+from marsupial.model.robots import Role
 from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
 from marsupial_service.entries.documents import line, text_of
 from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.table import EntryTable, made_of
-from marsupial_service.missions import documents, packed
+from marsupial_service.missions import packed
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import MOVES, STATE_AFTER, MissionCounts, MissionRecord
-from marsupial_service.missions.state import ReportConflict, new_reports
-from marsupial_service.missions.states import MissionStates
+from marsupial_service.missions.state import MissionStates, ReportConflict, new_reports
 from marsupial_service.missions.values import (
     Control,
-    Input,
     MissionBatch,
     MissionBrief,
-    MissionReport,
+    RobotSimulation,
     StoredEvent,
     StoredReport,
 )
+from marsupial_service.moments import timestamp
 from marsupial_service.schemas.answers import SimulationAnswer
-from marsupial_service.schemas.events import MissionEndData
+from marsupial_service.schemas.events import MissionEndData, QuotaData
 from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction
@@ -39,23 +41,16 @@ from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 from marsupial_service.store.transaction import StoreReader
 
+# when to ask again where too many are simulated: such a mission takes a minute or more
 _SIMULATED_S = 10
-"""When to ask again where too many are simulated: such a mission takes a minute or more."""
-
 _LEAST_PLANNING_S = 0.1
 
 
 def _record(row: StoreRow) -> MissionRecord:
     frame = None if row["frame"] is None else MissionFrame(*json.loads(row["frame"]))
     simulation = row["simulation"] and SimulationAnswer.model_validate_json(row["simulation"])
-    return made_of(
-        MissionRecord,
-        row,
-        state=MissionPhase(row["state"]),
-        batches=row["turns"],
-        frame=frame,
-        simulation=simulation,
-    )
+    own = {"state": MissionPhase(row["state"]), "batches": row["turns"], "frame": frame, "simulation": simulation}
+    return made_of(MissionRecord, row, **own)
 
 
 class MissionTable(EntryTable[MissionRecord]):
@@ -65,9 +60,7 @@ class MissionTable(EntryTable[MissionRecord]):
         """Add the next event of a mission, of the batch `batch`."""
         packed.add_events(tx, number, {more["batch"]: [StoredEvent(EventType(kind), data)]}, now_ms)
 
-    def _stored_events(
-        self, reader: StoreReader, number: int, after: int, limit: int
-    ) -> Iterator[tuple[int, str, str]]:
+    def _events(self, reader: StoreReader, number: int, after: int, limit: int) -> Iterator[tuple[int, str, str]]:
         for seq, event in islice(packed.events_after(reader, number, after, limit), limit):
             yield seq, event.type, event.data
 
@@ -84,7 +77,6 @@ MISSIONS = MissionTable(
     event_type=EventType,
     moves=MOVES,
 )
-"""The table of missions."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,18 +117,28 @@ def insert(
             if own and count >= limits.simulations:  # who has none goes first: others' may go on for hours
                 raise TooMany(f"{count} missions are simulated, more are not allowed at a time", _SIMULATED_S)
         quota.check(tx, new.owner, asked_s(brief), now_ms)
-        described = {
-            "name": brief.name,
-            "strategy": brief.strategy,
-            "planner": brief.planner,
-            "simulation": None if brief.simulation is None else text_of(documents.simulation(brief, brief.simulation)),
-        }
-        size = ENTRY_BYTES + ROW_BYTES + len(new.packed)
-        number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described, bytes=size)
+        number = MISSIONS.add(
+            tx,
+            new,
+            MissionPhase.RUNNING,
+            now_ms,
+            name=brief.name,
+            strategy=brief.strategy,
+            planner=brief.planner,
+            simulation=None if brief.simulation is None else _simulation_text(brief, brief.simulation),
+            bytes=ENTRY_BYTES + ROW_BYTES + len(new.packed),
+        )
         tx.insert("mission_briefs", mission=number, brief=new.packed)
         MISSIONS.take_over(tx, number)
 
     return MISSIONS.create(tx, new, add)
+
+
+def _simulation_text(brief: MissionBrief, simulation: RobotSimulation) -> str:
+    roles = {kind.name: kind.role for kind in brief.kinds}
+    count = Counter(roles[robot.type] for robot in brief.robots)
+    carriers, rovers = count[Role.CARRIER], count[Role.ROVER]
+    return text_of(SimulationAnswer.of(simulation, seed=brief.seed, carriers=carriers, rovers=rovers))
 
 
 def asked_s(brief: MissionBrief) -> float:
@@ -145,29 +147,32 @@ def asked_s(brief: MissionBrief) -> float:
 
 
 def tell_quota(tx: Transaction, mission: str, term: int, reason: str, wait_s: float, now_ms: int) -> None:
-    """Tell that a mission waits until its owner may plan again, or (without `reason`) that it goes on."""
-    record = _held(tx, mission, term)
+    """Add the event that a mission waits until its owner may plan again, or (without `reason`) that it goes on."""
+    record = held(tx, mission, term)
     if record is not None:
-        data = text_of(documents.quota(reason, now_ms + round(1000 * wait_s), record.t_ms))
-        MISSIONS.tell(tx, record.number, EventType.QUOTA, data, now_ms, batch=record.batches)
+        data = QuotaData(state="running", t_ms=record.t_ms)
+        if reason:
+            room_at = timestamp(now_ms + round(1000 * wait_s))
+            data = QuotaData(state="waiting", reason=reason, room_at=room_at, t_ms=record.t_ms)
+        MISSIONS.tell(tx, record.number, EventType.QUOTA, text_of(data), now_ms, batch=record.batches)
 
 
 def add_reports(
     tx: Transaction,
     states: MissionStates,
     mission: str,
-    sent: Sequence[tuple[MissionReport, bytes]],
+    sent: Sequence[StoredReport],
     limits: ServiceLimits,
     now_ms: int,
     capacity: StoreCapacity = UNBOUNDED,
 ) -> MissionRecord:
-    """Judge reports and store them with their digests, all or none; those that were taken before change nothing.
+    """Check reports and store them with their digests, all or none; those stored before change nothing.
 
     Raises ReportConflict (also where the mission has ended), StoreFull, TooMany if too many wait, UnknownEntry.
     """
     record = MISSIONS.held(tx, mission)
     state = states.of(tx, record)
-    tried = state if len(sent) == 1 else state.copy()
+    tried = state if len(sent) == 1 else deepcopy(state)
     new = new_reports(tried, sent, limits.cells)
     if not new:
         return record
@@ -176,44 +181,26 @@ def add_reports(
     if record.inputs - record.batches >= limits.backlog:
         raise TooMany(f"{limits.backlog} reports wait for the planner")
     capacity.check(tx, record.owner, of_reports=True)
-    for report, digest in new:
-        _add_input(tx, record, report, digest, now_ms)
-        record = replace(
-            record,
-            inputs=record.inputs + 1,
-            n=record.n if report.robot is not None else report.n,
-            t_ms=max(record.t_ms, report.t_ms),
-        )
+    for seq, (report, digest) in enumerate(new, start=record.inputs + 1):
+        packed.add_input(tx, record.number, seq, report, digest, now_ms)
+    tx.news.add(inputs_of(mission))
+    # before the state changes, as any statement may fail
+    tx.undone.append(lambda: states.drop(mission))
     if len(sent) == 1:
         tried.take(*new[0])
-    frame = None if tried.frame == tried.map.first_frame else line(tried.frame.numbers)
-    MISSIONS.change(tx, record.number, n=record.n, t_ms=record.t_ms, frame=frame)
-    tx.undone.append(states.replace(record, tried))
-    return MISSIONS.existing(tx, mission)
-
-
-def add_simulated(
-    tx: Transaction,
-    states: MissionStates,
-    record: MissionRecord,
-    told: StoredReport,
-    limits: ServiceLimits,
-    now_ms: int,
-    capacity: StoreCapacity = UNBOUNDED,
-) -> None:
-    """Store what the robots of a simulated mission report, if the term of `record` still runs.
-
-    Raises StoreFull, TooMany; ReportConflict if the simulation is wrong.
-    """
-    if _held(tx, record.id, record.term) is not None:
-        add_reports(tx, states, record.id, [told], limits, now_ms, capacity)
+    frame = None if tried.frame == tried.map.first_frame else line(astuple(tried.frame))
+    MISSIONS.change(tx, record.number, n=tried.n, t_ms=tried.t_ms, frame=frame)
+    record = MISSIONS.existing(tx, mission)
+    states.replace(record, tried)
+    return record
 
 
 def add_control(tx: Transaction, mission: str, control: Control, now_ms: int) -> MissionRecord:
     """Store a control that changes something. Raises ReportConflict if it comes too late, UnknownEntry."""
     record = MISSIONS.held(tx, mission)
     if MISSIONS.move(tx, record.number, STATE_AFTER[control], now_ms):
-        _add_input(tx, record, control, None, now_ms)
+        packed.add_input(tx, record.number, record.inputs + 1, control, None, now_ms)
+        tx.news.add(inputs_of(mission))
     elif control is not Control.CANCEL and record.state is not STATE_AFTER[control]:
         raise ReportConflict(over(record))
     return MISSIONS.existing(tx, mission)
@@ -226,7 +213,7 @@ def add_batches(
 
     None if these batches were not due: the mission has ended, or another server has taken it over since `term` began.
     """
-    record = _held(tx, mission, term)
+    record = held(tx, mission, term)
     if record is None or record.batches != number:
         return None
     sql = "SELECT at_ms FROM mission_inputs WHERE mission = ? AND seq BETWEEN ? AND ? AND part = 0 ORDER BY seq"
@@ -241,7 +228,7 @@ def add_batches(
 
 def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> None:
     """End a mission that can't go on, unless it has ended or is another server's by now."""
-    record = _held(tx, mission, term)
+    record = held(tx, mission, term)
     if record is not None:
         _end(tx, record, Status.FAILED, reason, now_ms)
 
@@ -284,7 +271,7 @@ def of_term(reader: StoreReader, mission: str, term: int) -> MissionRecord | Non
     return None if record is None or record.term != term or record.state is MissionPhase.ENDED else record
 
 
-def _held(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
+def held(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
     """Return the same, kept from other servers until the end of the transaction."""
     MISSIONS.hold(tx, mission)
     return of_term(tx, mission, term)
@@ -314,24 +301,19 @@ def leave(tx: Transaction) -> None:
 
 
 def inputs_of(mission: str) -> str:
-    """Return the topic on which whoever carries a mission out hears of its inputs."""
+    """Return the topic on which the supervisor of a mission hears of its inputs."""
     return f"{mission}/inputs"
 
 
-def log(reader: StoreReader, record: MissionRecord) -> tuple[str, ...]:
-    """Return the lines of the mission's log; where an earlier version began it anew, since then."""
+def log(reader: StoreReader, record: MissionRecord) -> str:
+    """Return the mission's log; where an earlier version began it anew, since then."""
     events = packed.events_after(reader, record.number)
     lines = [event.data for _, event in events if event.type is EventType.LOG]
     starts = [i for i, text in enumerate(lines) if text.startswith('{"event":"mission"')]
-    return tuple(lines[starts[-1] :]) if starts else ()
-
-
-def _add_input(tx: Transaction, record: MissionRecord, data: Input, digest: bytes | None, now_ms: int) -> None:
-    packed.add_input(tx, record.number, record.inputs + 1, data, digest, now_ms)
-    tx.news.add(inputs_of(record.id))
+    return "".join(f"{text}\n" for text in lines[starts[-1] :]) if starts else ""
 
 
 def over(record: MissionRecord) -> Problem:
-    """Return why nothing more is taken."""
+    """Return why a mission accepts nothing more."""
     end = "is being cancelled" if record.status is None else f"has ended ({record.status}: {record.reason})"
     return Problem("", f"the mission {end}")

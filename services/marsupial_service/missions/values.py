@@ -1,11 +1,9 @@
-"""What a mission of the service is made of: its brief, and all that is ever put into it."""
+"""What a mission of the service consists of: its brief and its inputs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
-from itertools import chain
-from typing import NamedTuple
+from enum import Enum, StrEnum, auto
 
 from marsupial.model.grid import Cell, CellArray, Grid, Mask
 from marsupial.model.mission import MissionStarted, PlacedRobot
@@ -19,53 +17,31 @@ from marsupial_service.schemas.words import EventType
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RobotSimulation:
-    """How the service simulates the robots of a mission.
+    """How the service simulates the robots of a mission."""
 
-    Parameters
-    ----------
-    truth
-        The cells of the real map, shape (height, width).
-    speed
-        Seconds of mission time to a second on the clock; None: as fast as planning allows.
-    warnings
-        What is odd about the map.
-    """
-
-    truth: CellArray
-    speed: float | None = None
-    warnings: tuple[str, ...] = ()
+    truth: CellArray  # the real map, shape (height, width)
+    speed: float | None = None  # seconds of mission time to a second on the clock; None: as fast as planning allows
+    warnings: tuple[str, ...] = ()  # what is odd about the map
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissionBrief:
-    """All that is fixed when a mission is created.
-
-    Parameters
-    ----------
-    planner, engine
-        What the client calls it, and the library.
-    grid
-        What is known of the map at first.
-    reachable
-        The cells that count as the area to explore, if the client knows.
-    simulation
-        None if the robots are the client's.
-    """
+    """All that is fixed when a mission is created."""
 
     name: str
     strategy: str
-    planner: str
-    engine: str
+    planner: str  # the client's name of it
+    engine: str  # the library's name of it
     budget: Budget
     seed: int
-    grid: Grid
+    grid: Grid  # what is known of the map at first
     kinds: tuple[RobotType, ...]
     robots: tuple[PlacedRobot, ...]
     goal: Goal
     limits: MissionLimits
     planning_time: PlanningTime
-    reachable: Mask | None = None
-    simulation: RobotSimulation | None = None
+    reachable: Mask | None = None  # the cells that count as the area to explore, if the client knows
+    simulation: RobotSimulation | None = None  # None if the robots are the client's
 
     @property
     def started(self) -> MissionStarted:
@@ -88,60 +64,33 @@ class MissionBrief:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotUpdate:
-    """What a report says of a robot; None where it says nothing.
-
-    Parameters
-    ----------
-    cell
-        Where it is; of one that drives, where it would be if it were told to stop.
-    free_at_ms
-        When it would be there.
-    distance_m, driving_ms
-        How far and how long it has driven in all.
-    """
+    """What a report says of a robot; None where it says nothing."""
 
     name: str
-    cell: Cell | None = None
-    free_at_ms: int | None = None
-    distance_m: float | None = None
+    cell: Cell | None = None  # where it is; while it drives, where it would stop if commanded now
+    free_at_ms: int | None = None  # when it would be there
+    distance_m: float | None = None  # that it has driven in all, as `driving_ms`
     driving_ms: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissionReport:
-    """What a client reports of one moment.
+    """What a client reports of one moment."""
 
-    Parameters
-    ----------
-    n
-        Counts the reports of a mission, or those of `robot`, from 1.
-    revealed
-        (robot, cells it has seen); code 255 for those that are not known any more.
-    map
-        A whole new map, shape (height, width), instead.
-    finished, failed
-        Commands by their ids; with the reason.
-    robot
-        Who reports by its own count; None if the team does.
-    frame
-        The frame that all cells of the report are of; None for the one that the mission was created with.
-    """
-
-    n: int
+    n: int  # counts the reports of a mission, or those of `robot`, from 1
     t_ms: int
+    # (robot, cells it has seen); code 255 for those that are not known any more
     revealed: tuple[tuple[str, Runs], ...] = ()
-    map: CellArray | None = None
+    map: CellArray | None = None  # a whole new map instead, shape (height, width)
     robots: tuple[RobotUpdate, ...] = ()
-    finished: tuple[int, ...] = ()
-    failed: tuple[tuple[int, str], ...] = ()
-    lost: tuple[tuple[str, str], ...] = ()
-    robot: str | None = None
-    frame: MissionFrame | None = None
+    finished: tuple[int, ...] = ()  # commands by their ids
+    failed: tuple[tuple[int, str], ...] = ()  # the same, with the reason
+    lost: tuple[tuple[str, str], ...] = ()  # (robot, reason)
+    robot: str | None = None  # who reports by its own count; None if the team does
+    frame: MissionFrame | None = None  # of all cells of the report; None: the first frame of the mission
 
-    @property
-    def runs(self) -> Runs:
-        """The cells that were revealed, by whatever robots: of each in ascending order."""
-        return tuple(chain.from_iterable(runs for _, runs in self.revealed))
+
+StoredReport = tuple[MissionReport, bytes]  # with the digest of what was sent
 
 
 class Control(StrEnum):
@@ -163,61 +112,27 @@ class StoredEvent:
     data: str
 
 
-class StoredReport(NamedTuple):
-    """A report as it is stored: with the digest of what was sent."""
-
-    report: MissionReport
-    digest: bytes
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionBatch:
-    """What a mission makes of one input (the first one: of its brief); `over` if that was its end.
-
-    Parameters
-    ----------
-    revision
-        Of the plan that robots follow then.
-    next
-        What robots that are simulated report then, if they are not to report anything else before.
-    """
+    """What a mission makes of one input (the first one: of its brief); `over` if that was its end."""
 
     events: tuple[StoredEvent, ...]
     over: bool
-    revision: int
-    next: StoredReport | None = None
+    revision: int  # of the plan that robots follow then
+    next: StoredReport | None = None  # what simulated robots report then, if nothing else is due before
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PendingInput:
-    """An input (None: the brief), or what the store keeps of it, and the decisions made when it had come.
-
-    There are such decisions only if the input was answered before, by a process that is no more.
-    """
+    """An input (None: the brief), or what the store keeps of it."""
 
     input: Input | bytes | None
-    decisions: tuple[str, ...] = ()
+    decisions: tuple[str, ...] = ()  # that an earlier process has made when the input came
 
 
-class PendingInputs(NamedTuple):
-    """What the process of a mission gets to answer, in this order."""
+class PlanningTurn(Enum):
+    """What a mission's process and its supervisor tell each other besides inputs and batches."""
 
-    inputs: tuple[PendingInput, ...]
-
-
-class MissionBatches(NamedTuple):
-    """What it makes of them: a batch for each, in one piece or several."""
-
-    batches: tuple[MissionBatch, ...]
-
-
-class WantsToPlan(NamedTuple):
-    """The process of a mission wants to plan, and waits until it may."""
-
-
-class MayPlan(NamedTuple):
-    """It may."""
-
-
-class HasPlanned(NamedTuple):
-    """It has planned."""
+    WANTED = auto()  # the process waits until it may plan
+    ALLOWED = auto()
+    DONE = auto()

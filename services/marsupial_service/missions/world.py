@@ -1,7 +1,7 @@
 """The world of a mission as its client reports it: commands go out, reports of their ends come in.
 
-Mission time is the client's: it advances with each report. What a report does not say of a robot is as it was foreseen
-when its command was given.
+Mission time is the client's: it advances with each report. What a report omits about a robot is as predicted when its
+command was given.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from marsupial.errors import InternalError
 from marsupial.mission.goals import homes_of
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
-from marsupial.model.mission import ActionEnd, PlacedRobot
+from marsupial.model.mission import ActionEnd
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.team import Whereabouts
@@ -28,26 +28,21 @@ from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.reported import MapChange, ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotUpdate
 
+# a robot that fails so often, one command after the other, counts as lost
 MOST_FAILURES = 3
-"""A robot that fails so often, one command after the other, counts as lost."""
-
 PAUSED = "paused"
-
-
+# how far ahead, at least, the next report is asked for during a pause: nothing is to be looked at until it ends
 PAUSE_MS = 60_000
-"""How far ahead, at least, the next report is asked for during a pause: nothing is to be looked at till it is over."""
 
 
 class Exchange(Protocol):
     """Where commands go out and reports come in."""
 
     def order(self, order: RobotCommand, *, stop: bool = False) -> None:
-        """Put a command among those to be sent next, or that it is to stop."""
-        ...
+        """Add a command, or the one to stop it, to those sent next."""
 
     def exchange(self, until_ms: int) -> Input:
         """Send everything there is, to be answered by `until_ms`, and wait for the next input."""
-        ...
 
 
 @dataclass(slots=True, kw_only=True)
@@ -67,11 +62,6 @@ class CommandedRobot(ReportedRobot[Cell]):
     def cell(self) -> Cell | None:
         """Where it stands or drives; None while it is aboard."""
         return None if self.where.carrier is not None else self.where.at
-
-    @property
-    def carrier(self) -> str | None:
-        """The carrier that it has a place on."""
-        return self.where.carrier
 
     def passes(self, cell: Cell) -> None:
         """Count the turns of the route up to a cell of it; off the route nobody knows which way the robot faces."""
@@ -100,11 +90,10 @@ class RemoteWorld:
         self._robots = self._team.robots
         self._map = ReportedMap(np.full_like(brief.grid.cells, UNKNOWN), MissionFrame.of(brief.grid))
         self._grid = replace(brief.grid, cells=self._map.cells)
-        self._count = 0
-        self._now_ms = 0
+        self._count = self._now_ms = 0
         self._paused = self._begun = False
         self._gathered = PendingNews()
-        self._see(self._map.redraw(brief.grid.cells), None)
+        self._gathered.see(next(iter(self._robots)), self._map.redraw(brief.grid.cells))
         self.cancelled = False
         self.homes = homes_of(self.robots(), kinds)
 
@@ -122,17 +111,13 @@ class RemoteWorld:
                 name=name,
                 type=robot.kind.name,
                 cell=robot.cell,
-                carrier=robot.carrier,
+                carrier=robot.where.carrier,
                 free_at_ms=max(robot.free_at_ms, self._now_ms),
                 lost=robot.lost,
                 heading=robot.odometer.heading,
             )
             for name, robot in self._robots.items()
         )
-
-    def placed(self) -> tuple[PlacedRobot, ...]:
-        """Return where the robots are, for the first line of a log."""
-        return tuple(PlacedRobot(name=r.name, type=r.type, cell=r.cell, carrier=r.carrier) for r in self.robots())
 
     def distance_m(self, robot: str) -> float:
         return self._robots[robot].distance_m
@@ -141,7 +126,7 @@ class RemoteWorld:
         return self._robots[robot].driving_ms
 
     def manoeuvres(self, robot: str) -> Manoeuvres:
-        """Return how often a robot has stopped and turned, as far as it kept to its routes."""
+        # of what it did off its routes nobody knows
         return self._robots[robot].odometer.manoeuvres
 
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
@@ -167,11 +152,9 @@ class RemoteWorld:
         self._together(ActionName.UNDOCK, rover, carrier, cell)
 
     def advance(self, until_ms: int) -> News:
-        """Wait for the next report and say what is new; while paused, for all until that ends.
-
-        A mission begins with a report, even if it was paused and resumed before.
-        """
+        """Wait for the next report and return what is new; while paused, for all until that ends."""
         self._next(until_ms)
+        # a mission begins with a report, even if it was paused and resumed before
         while not self.cancelled and (self._paused or not self._begun):
             self._next(max(self._limit_ms, self._now_ms + PAUSE_MS) if self._paused else until_ms)
         news, self._gathered = self._gathered.at(self._now_ms, self._map.cells.reshape(-1)), PendingNews()
@@ -193,7 +176,7 @@ class RemoteWorld:
     def _together(self, name: ActionName, rover: str, carrier: str, cell: Cell | None) -> None:
         guest, host = self._free(rover), self._free(carrier)
         if cell is None:
-            raise InternalError(f"{rover} is aboard {guest.carrier}")
+            raise InternalError(f"{rover} is aboard {guest.where.carrier}")
         if name is ActionName.DOCK:
             guest.odometer.lift()
         took_ms = guest.kind.dock_ms if name is ActionName.DOCK else guest.kind.undock_ms
@@ -228,7 +211,7 @@ class RemoteWorld:
         if (shift := self._map.grow(report)) is not None:
             self._grow(shift)
         for change in self._map.draw(report):
-            self._see(change, report.robot)
+            self._gathered.see(change.robot or report.robot or next(iter(self._robots)), change)
         of = report.frame or self._map.first_frame
         shift = None if of == self._map.frame else of.shift_to(self._map.frame)
         for note in report.robots:
@@ -252,10 +235,6 @@ class RemoteWorld:
         for order in self._team.commands.values():
             order.route = tuple(map(shift.cell, order.route))
             order.cell = None if order.cell is None else shift.cell(order.cell)
-
-    def _see(self, change: MapChange, reporter: str | None) -> None:
-        name = change.robot or reporter or next(iter(self._robots))
-        self._gathered.see(name, change.indices, change.before, change.codes)
 
     def _note(self, robot: CommandedRobot, note: RobotUpdate, cell: Cell | None, since_ms: int) -> None:
         drives = robot.order is not None and robot.order.name == "drive"
@@ -315,13 +294,12 @@ class RemoteWorld:
             self._gathered.lost.append((one, reason if one == name else f"aboard {name}, which is lost"))
 
 
-Seen = tuple[str, npt.NDArray[np.int64]]
-"""A robot and cells, by row-major indices."""
+Seen = tuple[str, npt.NDArray[np.int64]]  # a robot and cells, by row-major indices
 
 
 @dataclass(slots=True)
 class PendingNews:
-    """What reports say, gathered until it is news to the mission: at once, or at the end of a pause."""
+    """What reports say, gathered until the mission gets it: at once, or at the end of a pause."""
 
     revealed: list[Seen] = field(default_factory=list)
     changed: list[Seen] = field(default_factory=list)
@@ -331,20 +309,14 @@ class PendingNews:
     failed: list[tuple[str, str]] = field(default_factory=list)
     lost: list[tuple[str, str]] = field(default_factory=list)
 
-    def see(
-        self, name: str, indices: npt.NDArray[np.int64], before: npt.NDArray[np.uint8], codes: npt.NDArray[np.uint8]
-    ) -> None:
-        """Take in cells and their codes before and now.
-
-        Revealed are those that were unknown at the last news, changed those that were known then.
-        """
+    def see(self, name: str, change: MapChange) -> None:
+        """Add cells: revealed are those that were unknown at the last news, changed those that were known then."""
+        _, indices, before, codes = change
         new, other = (before == UNKNOWN) & (codes != UNKNOWN), (before != UNKNOWN) & (before != codes)
         if other.any():
-            cells = _without(indices[other], self.revealed)
-            self.changed += [(name, cells)] if len(cells) else []
+            _add(name, indices[other], to=self.changed, unless_in=self.revealed)
         if new.any():
-            cells = _without(indices[new], self.changed)
-            self.revealed += [(name, cells)] if len(cells) else []
+            _add(name, indices[new], to=self.revealed, unless_in=self.changed)
 
     def move(self, shift: FrameShift) -> None:
         """Re-index all cells after the frame grew."""
@@ -367,6 +339,8 @@ class PendingNews:
         )
 
 
-def _without(cells: npt.NDArray[np.int64], told: Sequence[Seen]) -> npt.NDArray[np.int64]:
-    """Return the cells that are not among those of `told`."""
-    return cells[~np.isin(cells, np.concatenate([seen for _, seen in told]))] if told else cells
+def _add(name: str, cells: npt.NDArray[np.int64], *, to: list[Seen], unless_in: Sequence[Seen]) -> None:
+    if unless_in:
+        cells = cells[~np.isin(cells, np.concatenate([seen for _, seen in unless_in]))]
+    if len(cells):
+        to.append((name, cells))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import uuid
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 
+# a row of a result: columns by their place or name
 StoreRow = Any
-"""A row of a result: columns by their place or name."""
 
 
 class StoreRows(Protocol):
@@ -16,19 +17,15 @@ class StoreRows(Protocol):
     @property
     def rowcount(self) -> int:
         """How many rows were changed."""
-        ...
 
     def fetchone(self) -> Any:
         """Return the next row, None after the last one."""
-        ...
 
     def fetchall(self) -> Sequence[Any]:
         """Return the rows that are left."""
-        ...
 
     def __iter__(self) -> Iterator[Any]:
         """Yield the rows that are left."""
-        ...
 
 
 class Connection(Protocol):
@@ -36,11 +33,9 @@ class Connection(Protocol):
 
     def execute(self, sql: str, values: Sequence[object] = ..., /) -> StoreRows:
         """Run one statement."""
-        ...
 
     def close(self) -> None:
         """Close it."""
-        ...
 
 
 class StoreError(Exception):
@@ -58,54 +53,55 @@ class StoreInUse(StoreError):
     """Another server uses the folder."""
 
 
+def said(error: Exception) -> str:
+    """Return the message of an error in one line."""
+    return str(error).strip().replace("\n", " ") or type(error).__name__
+
+
 class StoreBackend(ABC):
-    """A database that holds the tables, for one server. What only a shared database needs does nothing by default.
+    """A database that holds the tables, for one server. What only a shared database needs does nothing by default."""
 
-    Attributes
-    ----------
-    place
-        Its name in messages.
-    server
-        The name of this server among others: a new one at each start.
-    begin, begin_reading
-        Begin a transaction that writes, and one that only reads and sees one moment.
-    row_lock
-        Makes a SELECT keep its rows from other servers until the end of the transaction.
-    skip_locked
-        The same, leaving out rows that others keep.
-    live
-        Selects the names of the servers that are alive.
-    errors, refusals
-        What its library raises; which of them concern one write and not the database.
-    interferences
-        What it raises where another server was in the way, or this one too slow: nothing was committed, and the
-        transaction may be tried again.
-    breaks
-        What it raises where the connection was lost.
-    """
-
-    place: str
-    server: str
-    begin: str
-    begin_reading: str
-    row_lock = skip_locked = ""
-    live: str
-    errors: tuple[type[Exception], ...]
-    refusals: tuple[type[Exception], ...]
+    place: str  # its name in messages
+    begin: str  # begins a transaction that writes
+    begin_reading: str  # begins one that only reads, and sees one moment
+    row_lock = ""  # makes a SELECT keep its rows from other servers until the end of the transaction
+    skip_locked = ""  # the same, leaving out rows that others keep
+    live: str  # selects the names of the servers that are alive
+    errors: tuple[type[Exception], ...]  # what its library raises
+    refusals: tuple[type[Exception], ...]  # those of them that concern one write and not the database
+    # another server was in the way, or this one too slow: nothing was committed, and it may be tried again
     interferences: tuple[type[Exception], ...] = ()
-    breaks: tuple[type[Exception], ...] = ()
+    breaks: tuple[type[Exception], ...] = ()  # the connection was lost
 
-    @abstractmethod
+    def __init__(self) -> None:
+        self.server = uuid.uuid4().hex  # a new one at each start: what the last one held is nobody's
+
     def writer(self) -> Connection:
         """Connect to write, and make the tables if there are none. Raises StoreError, also for another version."""
+        try:
+            connection = self._connect()
+            try:
+                self._prepare(connection)
+            except BaseException:
+                connection.close()
+                raise
+        except self.errors as error:
+            raise StoreError(f"{self.place}: {said(error)}") from error
+        return connection
 
     @abstractmethod
     def reader(self) -> Connection:
         """Connect to read. Raises one of `errors`."""
 
-    @abstractmethod
     def maintainer(self) -> Connection:
-        """Connect for maintenance; nothing is made. Raises StoreError if nothing is there."""
+        """Connect for maintenance; nothing is made. Raises StoreError if nothing is there, or one of `errors`."""
+        return self._connect()
+
+    @abstractmethod
+    def _connect(self) -> Connection: ...
+
+    @abstractmethod
+    def _prepare(self, connection: Any) -> None: ...
 
     @abstractmethod
     def disk_bytes(self, connection: Connection) -> int:
@@ -133,10 +129,7 @@ class StoreBackend(ABC):
         return False
 
     def settle(self) -> bool:
-        """Give back what commits have left behind, outside of any transaction. Raises one of `errors`.
-
-        Returns False if somebody is in the way.
-        """
+        """Give back what commits left behind, outside of transactions; no if others hinder. Raises one of `errors`."""
         return True
 
     def free_bytes(self, connection: Connection) -> int:

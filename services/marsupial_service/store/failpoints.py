@@ -6,29 +6,27 @@ process is killed as by ``kill -9``; at every passing of the second one writing 
 
 from __future__ import annotations
 
-import os
 import signal
 import sqlite3
 from collections import Counter
 from collections.abc import Callable, Mapping
+from functools import partial
 
 VARIABLE = "MARSUPIAL_FAILPOINTS"
 BEFORE_COMMIT, AFTER_COMMIT = "before_commit", "after_commit"
-
-
-def _kill() -> None:
-    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def _disk_full() -> None:
     raise sqlite3.OperationalError("database or disk is full")
 
 
+_KILL = partial(signal.raise_signal, signal.SIGKILL)
+
+# when a group of writes is done but not committed, and when it is committed but not reported
 POINTS: Mapping[str, Mapping[str, Callable[[], None]]] = {
-    BEFORE_COMMIT: {"kill": _kill, "disk_full": _disk_full},
-    AFTER_COMMIT: {"kill": _kill},
+    BEFORE_COMMIT: {"kill": _KILL, "disk_full": _disk_full},
+    AFTER_COMMIT: {"kill": _KILL},
 }
-"""What can happen when a group of writes is done but not committed, and when it is committed but not reported."""
 
 
 class Failpoints:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from marsupial_service.store.engine import Connection, StoreBackend, StoreError
+from marsupial_service.store.engine import Connection, StoreBackend, StoreError, said
 from marsupial_service.store.sqlite import Sqlite
 from marsupial_service.store.store import Store
 from marsupial_service.store.tables import missing
@@ -27,7 +27,7 @@ def open_store(place: str | Path) -> Store:
 
 
 def engine_of(place: str | Path, *, maintains: bool = False) -> StoreBackend:
-    """Return the database of a place, for a server, or for whoever `maintains` it. Raises StoreError."""
+    """Return the database of a place, for a server or (`maintains`) for maintenance. Raises StoreError."""
     if not is_shared(place):
         return Sqlite(Path(place), maintains=maintains)
     try:
@@ -38,7 +38,7 @@ def engine_of(place: str | Path, *, maintains: bool = False) -> StoreBackend:
 
 
 def is_shared(place: str | Path) -> bool:
-    """Return whether a place is a database that servers share, and no folder."""
+    """Return whether a place is a database that servers share, not a folder."""
     return str(place).startswith(SCHEMES)
 
 
@@ -71,10 +71,7 @@ def maintained(place: str | Path) -> Iterator[MaintenanceConnection]:
     """Give the store of a folder or database that is there. Raises StoreError."""
     engine = engine_of(place, maintains=True)
     try:
-        connection = engine.maintainer()
-        try:
+        with closing(engine.maintainer()) as connection:
             yield MaintenanceConnection(engine, connection)
-        finally:
-            connection.close()
     except engine.errors as error:
-        raise StoreError(f"{engine.place}: {error}") from error
+        raise StoreError(f"{engine.place}: {said(error)}") from error

@@ -27,7 +27,8 @@ class Outage:
 
     def over(self) -> bool:
         """Enter that it works; return whether it did not until now."""
-        if self._since_s is None:  # nearly always
+        # without the lock at first: after each commit nearly nothing is wrong
+        if self._since_s is None:
             return False
         with self._lock:
             if self._since_s is None:

@@ -9,14 +9,14 @@ import zlib
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+# rows that hold more bytes would not fit beside others on a page of 4096 (SQLite moves them to pages of their own)
 PIECE = 900
-"""Rows that hold more bytes would not fit beside others on a page of 4096 (SQLite moves them to pages of their own)."""
-
 _LEVEL = 6
 _WINDOW = -13  # bits: 8 kB; negative for no header and no checksum
 _MEMORY = 6  # of 9: a packer is copied for each value, and few are long
 
 _DICTIONARY_1 = (
+    # what is stored was packed with these very bytes: what would do better is a dictionary with another number
     b'log {"event":"mission","format":"marsupial-log","version":2,"t_ms":0,"scenario":"mission","strategy":"temporal",'
     b'"planner":"auto","seed":0,"terrains":[{"code":0,"name":"obstacle","blocks_sight":true},{"code":1,"name":"floor",'
     b'"blocks_sight":false},{"code":2,"name":"rough"}],"types":[{"role":"carrier","speed_mps":1.0,"sensor_range_'
@@ -54,10 +54,7 @@ _DICTIONARY_1 = (
     b'["rover1_1",[0,1,1]]],"robots":[["rover1_1",[0,0],0,0.0,0],["carrier1",[1,2],1000,1.25,250],'
     b'["rover2_1",[100,100],null,null,null],["carrier2",[10,20],null,null,null]]}'
 )
-"""What is stored was packed with these very bytes: what would do better is a dictionary with another number."""
-
 _NUMBER = b"\x01"
-
 _PACKER = zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, _MEMORY, zlib.Z_DEFAULT_STRATEGY, _DICTIONARY_1)
 
 

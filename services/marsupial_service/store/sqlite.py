@@ -9,7 +9,7 @@ from __future__ import annotations
 import fcntl
 import os
 import sqlite3
-import uuid
+from contextlib import closing
 from pathlib import Path
 
 from marsupial_service.store import tables
@@ -20,11 +20,10 @@ FILE = "marsupial.sqlite"
 # only maintenance writes besides the server: readers hold nobody up with a write-ahead log
 _BUSY_MS = 10_000
 _LONGEST_LOG = 64 << 20  # bytes, to which the write-ahead log is cut after a checkpoint
+# given back in one transaction, in some 10 ms
 _FREED_PAGES = 500
-"""So many are given back in one transaction, in some 10 ms."""
-
+# one page in so many may be free: it would be taken again soon, and freeing it means moving another
 _SLACK = 50
-"""One page in so many may be free: it would be taken again soon, and freeing it means moving another."""
 
 
 class Sqlite(StoreBackend):
@@ -40,9 +39,9 @@ class Sqlite(StoreBackend):
     refusals = (sqlite3.IntegrityError, sqlite3.ProgrammingError)
 
     def __init__(self, folder: Path, *, maintains: bool = False) -> None:
+        super().__init__()
         self.path = folder / FILE
         self.place = str(self.path)
-        self.server = uuid.uuid4().hex
         self._lock: int | None = None
         if maintains:
             return
@@ -52,28 +51,19 @@ class Sqlite(StoreBackend):
             raise StoreError(f"{folder}: {error.strerror}") from error
         self._lock = lock_folder(folder / "lock")
 
-    def writer(self) -> sqlite3.Connection:
-        try:
-            self._keep_private()
-            connection = self._open()
-            try:
-                self._prepare(connection)
-            except BaseException:
-                connection.close()
-                raise
-        except sqlite3.Error as error:
-            raise StoreError(f"{self.path}: {error}") from error
-        return connection
+    def writer(self) -> Connection:
+        self._keep_private()
+        return super().writer()
 
     def reader(self) -> sqlite3.Connection:
-        connection = self._open()
+        connection = self._connect()
         connection.execute("PRAGMA query_only = ON")
         return connection
 
-    def maintainer(self) -> sqlite3.Connection:
+    def maintainer(self) -> Connection:
         if not self.path.exists():
             raise StoreError(f"{self.path.parent}: there is no store in it")
-        return self._open()
+        return super().maintainer()
 
     def shrink(self, connection: Connection) -> bool:
         (pages,) = connection.execute("PRAGMA page_count").fetchone()
@@ -85,13 +75,10 @@ class Sqlite(StoreBackend):
 
     def settle(self) -> bool:
         # puts the write-ahead log into the file, which is cut to its length then, and empties it
-        connection = self._open()
-        try:
+        with closing(self._connect()) as connection:
             connection.execute("PRAGMA busy_timeout = 0")  # it can't be emptied while somebody reads
             (busy, _, _) = connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
             return not busy
-        finally:
-            connection.close()
 
     def disk_bytes(self, connection: Connection) -> int:
         files = (self.path, self.path.with_name(f"{FILE}-wal"))
@@ -102,8 +89,7 @@ class Sqlite(StoreBackend):
         return int(free * page)
 
     def version(self, connection: Connection) -> int:
-        version: int = connection.execute("PRAGMA user_version").fetchone()[0]
-        return version
+        return int(connection.execute("PRAGMA user_version").fetchone()[0])
 
     def close(self) -> None:
         if self._lock is not None:
@@ -119,7 +105,7 @@ class Sqlite(StoreBackend):
         except OSError as error:
             raise StoreError(f"{self.path}: {error.strerror}") from error
 
-    def _open(self) -> sqlite3.Connection:
+    def _connect(self) -> sqlite3.Connection:
         connection = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False)
         connection.row_factory = sqlite3.Row
         connection.execute(f"PRAGMA busy_timeout = {_BUSY_MS}")
@@ -129,6 +115,7 @@ class Sqlite(StoreBackend):
 
     def _prepare(self, connection: sqlite3.Connection) -> None:
         script = tables.missing(self.version(connection), self.place)
+        # before the tables: a database that has some would have to be rewritten
         connection.execute("PRAGMA auto_vacuum = INCREMENTAL")
         (mode,) = connection.execute("PRAGMA journal_mode = WAL").fetchone()
         if mode != "wal":

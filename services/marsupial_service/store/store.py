@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -10,7 +9,6 @@ from contextlib import suppress
 from typing import Any, TypeVar
 
 from marsupial_service.store.engine import Connection, StoreBackend, StoreError
-from marsupial_service.store.failpoints import failpoints
 from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 from marsupial_service.store.writer import Writer
@@ -20,8 +18,8 @@ _READERS = 2
 
 T = TypeVar("T")
 
+# receives the topics with news; None where there may be news on any
 Listener = Callable[[frozenset[str] | None], None]
-"""Receives the topics with news; None where there may be news on any."""
 
 
 class Store:
@@ -29,10 +27,9 @@ class Store:
 
     def __init__(self, engine: StoreBackend) -> None:
         self._engine = engine
-        points = failpoints(os.environ)
         self._listeners: list[Listener] = []
         try:
-            self._writer = Writer(engine, points, self._tell)
+            self._writer = Writer(engine, self._tell)
         except BaseException:
             engine.close()
             raise

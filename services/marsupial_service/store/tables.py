@@ -14,11 +14,9 @@ from __future__ import annotations
 
 from marsupial_service.store.engine import StoreError
 
+# what a row takes besides its contents, in what is counted as `bytes` of an entry; and an entry with its indexes
 ROW_BYTES = 40
-"""What a row takes besides its contents, in what is counted as `bytes` of an entry."""
-
 ENTRY_BYTES = 500
-"""The same of an entry with its indexes."""
 
 
 def _entries(name: str, own: str) -> str:
@@ -79,7 +77,7 @@ _MISSIONS = _entries(
     simulation TEXT,""",
 )
 
-_OF_JOBS = """
+SCHEMA = f"""{_JOBS}{_MISSIONS}
 CREATE INDEX jobs_open ON jobs (state, number) WHERE finished_ms IS NULL;
 CREATE TABLE events (
     job INTEGER NOT NULL REFERENCES jobs (number) ON DELETE CASCADE,
@@ -106,9 +104,6 @@ CREATE TABLE plans (
     ipc TEXT NOT NULL,
     PRIMARY KEY (job, revision)
 ) STRICT, WITHOUT ROWID;
-"""
-
-_OF_MISSIONS = """
 CREATE INDEX missions_open ON missions (number) WHERE finished_ms IS NULL;
 CREATE TABLE mission_briefs (
     mission INTEGER PRIMARY KEY REFERENCES missions (number) ON DELETE CASCADE,
@@ -133,9 +128,6 @@ CREATE TABLE mission_events (
     PRIMARY KEY (mission, seq, part)
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX mission_events_of_turn ON mission_events (mission, turn);
-"""
-
-_SHARED = """
 CREATE TABLE servers (
     id TEXT PRIMARY KEY,
     beat_s REAL NOT NULL
@@ -150,10 +142,8 @@ CREATE TABLE documents (
 ) STRICT;
 """
 
-SCHEMA = "".join((_JOBS, _OF_JOBS, _MISSIONS, _OF_MISSIONS, _SHARED))
-
+# 0 is a database without tables
 VERSION = 1
-"""Of the tables; 0 is a database without any."""
 
 
 def missing(version: int, place: str) -> str:

@@ -1,4 +1,4 @@
-"""A transaction: begun, committed and taken back in one place, whoever writes."""
+"""A transaction: begun, committed and rolled back in one place."""
 
 from __future__ import annotations
 
@@ -10,21 +10,7 @@ from marsupial_service.store.engine import Connection, StoreBackend, StoreRows
 
 
 class Transaction:
-    """What a write works with.
-
-    Attributes
-    ----------
-    news
-        The topics whose subscribers are notified after the commit.
-    undone
-        Called if nothing of the transaction is stored.
-    server
-        The name of the server whose write it is.
-    is_broken
-        Whether it could not even be taken back: its connection is of no more use.
-    is_lost
-        Whether that was so before its commit was asked for, so that nothing of it is stored.
-    """
+    """What a write works with."""
 
     def __init__(self, engine: StoreBackend, connection: Connection) -> None:
         self._engine = engine
@@ -33,8 +19,9 @@ class Transaction:
         self.row_lock = engine.row_lock
         self.skip_locked = engine.skip_locked
         self.live = engine.live
-        self.news: set[str] = set()
-        self.undone: list[Callable[[], None]] = []
+        self.news: set[str] = set()  # topics whose subscribers are notified after the commit
+        self.undone: list[Callable[[], None]] = []  # called if nothing of the transaction is stored
+        # the rollback failed as well, so the connection is useless; and it did before the commit was sent
         self.is_broken = self.is_lost = False
 
     @contextmanager
@@ -81,4 +68,3 @@ class Transaction:
 
 
 StoreReader = Connection | Transaction
-"""What reads: a connection, or a transaction under way."""

@@ -28,6 +28,7 @@ may have changed, as what seemed to fail may be stored.
 from __future__ import annotations
 
 import logging
+import os
 import queue
 import threading
 import time
@@ -42,11 +43,11 @@ from marsupial_service.store.engine import Connection, StoreBackend, StoreError
 from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 
-# if a commit fails, all of its group fails
+# a commit that fails is the failure of all of its group
 _LARGEST_GROUP = 256
+# limits for retrying a write that other servers block: after that a client wants an answer
 _MOST_TRIES = 20
 _TRYING_S = 8.0
-"""How long a write that others are in the way of is tried again: by then a client wants to be told."""
 
 log = logging.getLogger("marsupial.store")
 
@@ -82,17 +83,15 @@ class WriteRequest:
 
 
 class Writer:
-    """The thread; `tell` is called in it after every commit, with the topics that have news. Raises StoreError.
+    """The thread; `tell` is called in it after every commit, with the topics that have news (None: any).
 
-    None stands for any topic.
+    Raises StoreError.
     """
 
-    def __init__(
-        self, engine: StoreBackend, points: failpoints.Failpoints, tell: Callable[[frozenset[str] | None], None]
-    ) -> None:
+    def __init__(self, engine: StoreBackend, tell: Callable[[frozenset[str] | None], None]) -> None:
         self._engine = engine
+        self._points = failpoints.failpoints(os.environ)
         self._connection: Connection | None = engine.writer()
-        self._points = points
         self._tell = tell
         self._waiting: queue.SimpleQueue[WriteRequest | None] = queue.SimpleQueue()
         self._outage = Outage("the store can't be written")
@@ -102,7 +101,7 @@ class Writer:
         self._thread.start()
 
     def write(self, write: Callable[[Transaction], Any]) -> Future[Any]:
-        """Queue `write`; its result comes after its commit. Raises StoreError as `Store.write` says."""
+        """Queue `write` as `Store.write` says."""
         request = WriteRequest(write)
         with self._lock:
             if self._closed:
@@ -138,7 +137,7 @@ class Writer:
                 return
 
     def _done(self, group: list[WriteRequest], last_try: bool = False) -> bool:
-        """Do a group of writes and tell how that ended; say no if it is to be tried again."""
+        """Do a group of writes and resolve their futures; return whether that is all (no: try again)."""
         transaction, is_new = None, self._connection is None
         try:
             connection = self._connection = self._connection or self._engine.writer()

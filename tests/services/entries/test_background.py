@@ -82,6 +82,5 @@ async def test_a_mission_that_meets_something_unforeseen_goes_on(tmp_path: Path)
     async with open_missions(tmp_path, FailingRunner(2), failed=failed.append) as missions:  # type: ignore[arg-type]
         record = await started(missions)
         assert await Driver(team()).drive(missions, record)
-        log = await missions.log(await missions.of("me", record.id))
-    assert log == undisturbed("lobby")
+        assert await missions.log(await missions.of("me", record.id)) == undisturbed("lobby")
     assert failed == ["mission process"] * 2

@@ -11,18 +11,15 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from mission_house import body
+from mission_house import body, brief_from
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.maps.footprint import fits
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray
 from marsupial.model.runs import Runs, known_runs
-from marsupial_service.intake.missions import brief_of
 from marsupial_service.missions.frames import MissionFrame, laid_out
 from marsupial_service.missions.state import MissionState
 from marsupial_service.missions.values import MissionBatch, MissionBrief, MissionReport, RobotUpdate
-from marsupial_service.schemas.missions import MissionBody
-from marsupial_service.settings import ServiceLimits
 
 SIGHT = 6
 """Cells that a robot sees on each side."""
@@ -40,7 +37,7 @@ def brief_of_a_part(margin: int = 8) -> tuple[MissionBrief, CellArray, Cell]:
         if "cell" in robot:
             robot["cell"] = [robot["cell"][0] - corner.x, robot["cell"][1] - corner.y]
     del asked["area"]
-    return brief_of(MissionBody.model_validate(asked), ServiceLimits(), {}), truth, corner
+    return brief_from(asked), truth, corner
 
 
 @dataclass

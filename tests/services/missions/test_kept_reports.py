@@ -11,7 +11,7 @@ from marsupial.model.grid import Cell
 from marsupial.model.robots import EnergyModel
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.kept import brief_in, brief_text, input_in, input_text
-from marsupial_service.missions.values import Control, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
+from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
 
 
 def plain(value: Any) -> Any:
@@ -42,21 +42,17 @@ REPORT = MissionReport(
 )
 
 
-def test_a_report_is_stored_as_json_whatever_its_classes_are_called() -> None:
-    assert input_text(REPORT) == STORED
-    assert plain(input_in(STORED)) == plain(REPORT)
-
-
-def test_a_report_that_says_nothing_takes_nothing() -> None:
-    report = MissionReport(n=3, t_ms=7)
-    assert input_text(report) == b'{"n":3,"t_ms":7}'
-    assert plain(input_in(b'{"n":3,"t_ms":7}')) == plain(report)
-
-
-@pytest.mark.parametrize("control", Control)
-def test_a_control_is_stored_as_json(control: Control) -> None:
-    assert input_text(control) == f'{{"control":"{control}"}}'.encode()
-    assert input_in(input_text(control)) is control
+@pytest.mark.parametrize(
+    ("given", "stored"),
+    [
+        (REPORT, STORED),
+        (MissionReport(n=3, t_ms=7), b'{"n":3,"t_ms":7}'),
+        *((control, f'{{"control":"{control}"}}'.encode()) for control in Control),
+    ],
+)
+def test_an_input_is_stored_as_json_whatever_its_classes_are_called(given: Input, stored: bytes) -> None:
+    assert input_text(given) == stored
+    assert plain(input_in(stored)) == plain(given)
 
 
 def test_a_map_comes_out_of_the_store_as_it_went_in_and_takes_little_of_it() -> None:

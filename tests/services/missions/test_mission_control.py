@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import json
 import random
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -21,12 +20,6 @@ from marsupial_service.missions.values import Control
 from marsupial_service.schemas.words import MissionPhase
 
 
-def commands_of(driver: Driver) -> Iterator[dict[str, Any]]:
-    for _, kind, data in driver.events:
-        if kind == "commands":
-            yield json.loads(data)
-
-
 def ended(log: str) -> MissionEnded:
     end = parse_log(log.encode()).ended
     assert end is not None
@@ -40,9 +33,7 @@ async def test_a_mission_that_is_paused_and_resumed_at_any_moment_gets_there(pla
     async with open_missions(place) as missions:
         record = await started(missions)
         driver = Driver(team())
-        with contextlib.suppress(
-            ReportConflict
-        ):  # a wish that came after the last report: it is over, as is seen below
+        with contextlib.suppress(ReportConflict):  # a control that comes after the end, which is seen below
             while not await driver.drive(missions, record, len(driver.reports) + draw.randint(1, 9)):
                 paused = await missions.control(record, Control.PAUSE)
                 assert paused.state is MissionPhase.PAUSED
@@ -158,5 +149,5 @@ async def test_a_mission_goes_on_when_the_map_changes_and_its_log_too(place: str
         assert [type(event) for event in log.events].count(MissionStarted) == 1
         assert [event.runs for event in log.events if isinstance(event, Changed)] == [(y * cells.shape[1] + x, 1, 0)]
         assert log.ended.status is Status.COMPLETE
-        revisions = [batch["revision"] for batch in commands_of(driver)]
+        revisions = [json.loads(data)["revision"] for _, kind, data in driver.events if kind == "commands"]
         assert revisions == sorted(revisions)

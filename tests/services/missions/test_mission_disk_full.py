@@ -111,8 +111,7 @@ async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_missi
         record = await found(service, mission)
         assert record.n == 9
         assert await driver.drive(service.missions, record)
-        log = await service.missions.log(record)
-    assert log == undisturbed("lobby")
+        assert await service.missions.log(record) == undisturbed("lobby")
 
 
 @pytest.mark.parametrize("commit", range(1, 5))
@@ -126,8 +125,7 @@ async def test_whichever_commit_fails_the_mission_comes_out_as_if_nothing_had_ha
         service.fail(f"disk_full@{commit}")
         assert await driver.drive(service.missions, record)
         assert service.store._writer._points._passed[failpoints.BEFORE_COMMIT] > commit
-        log = await service.missions.log(record)
-    assert log == undisturbed("lobby")
+        assert await service.missions.log(record) == undisturbed("lobby")
 
 
 async def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(

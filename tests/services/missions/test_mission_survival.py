@@ -1,14 +1,12 @@
 """The process of a mission is killed, the service is stopped: the mission comes out as if nothing had happened."""
 
 import asyncio
-import contextlib
 import random
 
-import psutil
 import pytest
 from entry_house import followed
 from launcher_tree import below_launcher, nothing_runs
-from mission_house import Driver, open_missions, run, started, team
+from mission_house import Driver, kill_now_and_then, open_missions, run, started, team
 from undisturbed import undisturbed
 
 from marsupial.errors import InternalError
@@ -16,21 +14,7 @@ from marsupial.processes.jobs import Job
 from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import LocalRunner, Reservation
 from marsupial_service.missions import supervisor
-from marsupial_service.missions.service import Missions
 from marsupial_service.schemas.words import MissionPhase
-from marsupial_service.store import open_store
-from marsupial_service.store.packing import pack
-
-
-async def kill_now_and_then(seed: int, times: int) -> None:
-    """Kill one of the processes that run, `times` times."""
-    draw = random.Random(seed)
-    for _ in range(times):
-        await asyncio.sleep(draw.uniform(0.05, 0.4))
-        processes = await asyncio.to_thread(below_launcher)
-        if processes:
-            with contextlib.suppress(psutil.NoSuchProcess):
-                draw.choice(processes).kill()
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 9))])
@@ -38,18 +22,12 @@ async def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_ha
     async with open_missions(place) as missions:
         record = await started(missions)
         driver = Driver(team())
-        killing = asyncio.create_task(kill_now_and_then(seed, 6))
+        killing = asyncio.create_task(kill_now_and_then(below_launcher, seed, 6))
         assert await driver.drive(missions, record)
         await killing
-        assert [event async for event in stream(missions, record.id)] == driver.events
-        log, driver = await missions.log(record), driver
-    assert log == undisturbed("lobby")
+        assert [(one.seq, one.type, one.data) async for one in followed(missions, record.id)] == driver.events
+        assert await missions.log(record) == undisturbed("lobby")
     assert [seq for seq, _, _ in driver.events] == list(range(1, len(driver.events) + 1))
-
-
-async def stream(missions: Missions, mission: str):  # type: ignore[no-untyped-def]
-    async for event in followed(missions, mission):
-        yield event.seq, event.type, event.data
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 5))])
@@ -100,8 +78,7 @@ async def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(
     async with open_missions(place, runner) as missions:
         record = await started(missions)
         assert await Driver(team()).drive(missions, record)
-        log = await missions.log(record)
-    assert log == undisturbed("lobby")
+        assert await missions.log(record) == undisturbed("lobby")
     assert runner.times < 0
 
 
@@ -113,23 +90,6 @@ async def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(p
         assert (ended.state, ended.status) == (MissionPhase.ENDED, "failed")
         assert "1 MiB are allowed" in ended.reason
         assert events[-1].type == "end"
-
-
-async def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: str) -> None:
-    async with open_missions(place) as missions:
-        record = await started(missions)
-        assert not await Driver(team()).drive(missions, record, 5)
-        mission = record.id
-    with contextlib.closing(open_store(place)) as store:
-        store.write(
-            lambda tx: tx.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (pack(b"log {}"),))
-        ).result()
-    async with open_missions(place) as missions:
-        async for event in followed(missions, mission):
-            last = event
-        record = await missions.get(mission, "me")
-        assert (record.status, last.type) == ("failed", "end")
-        assert "comes out different" in record.reason
 
 
 async def test_no_process_is_left_when_missions_are_stopped(place: str) -> None:

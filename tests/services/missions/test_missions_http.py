@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -26,12 +25,6 @@ from marsupial.library.metrics import Summary
 from marsupial.model.mission import Status
 from marsupial_client import Client
 from marsupial_service.simulation import simulate_by
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(tmp_path_factory.mktemp("service")) as running:
-        yield running
 
 
 def explore(url: str, lines: LogLines, cancelled: Any = lambda: False, patience_s: float = 60.0) -> Summary:

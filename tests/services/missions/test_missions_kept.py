@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from entry_house import followed
 from lost_answers import LostAnswers
-from mission_house import Driver, body, brief, open_missions, send, started, team
+from mission_house import Driver, body, brief, brief_from, open_missions, send, started, team
 from patience import HANG_S
 from undisturbed import undisturbed
 
@@ -17,9 +17,6 @@ from marsupial.model.runs import known_runs
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Job
 from marsupial_service.entries.records import TooMany
-from marsupial_service.intake.missions import brief_of
-from marsupial_service.schemas.missions import MissionBody
-from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import StoreError
 
 
@@ -40,8 +37,7 @@ async def test_a_mission_by_reports_is_the_mission_in_process(
     async with open_missions(place) as missions:
         record = await started(missions, scenario, planner=planner, strategy=strategy)
         assert await Driver(team(scenario)).drive(missions, record)
-        log = await missions.log(record)
-    assert log == undisturbed(scenario, planner, strategy)
+        assert await missions.log(record) == undisturbed(scenario, planner, strategy)
 
 
 @pytest.mark.slow
@@ -83,9 +79,7 @@ async def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: 
         asked = body()
         truth = builtin_scenario("lobby").grid.solid().cells
         asked["frame"]["known"] = list(known_runs(truth))
-        record, _ = await missions.create(
-            brief_of(MissionBody.model_validate(asked), ServiceLimits(), {}), b"", owner="me"
-        )
+        record, _ = await missions.create(brief_from(asked), b"", owner="me")
         assert np.array_equal((await missions.known(record)).cells, truth)
         await send(missions, record, {"n": 1, "t_ms": 0})
         async for _event in followed(missions, record.id):
@@ -129,5 +123,4 @@ async def test_a_mission_of_which_a_server_has_stored_more_than_it_was_told_goes
                 break
         assert await Driver(team()).drive(missions, record)
         assert not answers.left or lost == "INSERT INTO missions"
-        log = await missions.log(record)
-    assert log == undisturbed("lobby")
+        assert await missions.log(record) == undisturbed("lobby")

@@ -55,15 +55,7 @@ async def over(missions: Missions, mission: str) -> MissionRecord:
     return record
 
 
-async def test_the_log_is_that_of_a_mission_in_one_process(place: str) -> None:
-    async with open_missions(place) as missions:
-        record = await begun(missions, LOBBY)
-        assert (await over(missions, record.id)).status == "complete"
-        log = await missions.log(record)
-    assert log == undisturbed("lobby")
-
-
-async def test_it_is_the_same_where_processes_are_killed(place: str) -> None:
+async def test_the_log_is_that_of_a_mission_in_one_process_also_where_processes_are_killed(place: str) -> None:
     async with open_missions(place) as missions:
         record = await begun(missions, LOBBY)
         for n in (3, 9, 20, 31):
@@ -71,9 +63,8 @@ async def test_it_is_the_same_where_processes_are_killed(place: str) -> None:
             for process in await asyncio.to_thread(below_launcher):
                 with contextlib.suppress(psutil.NoSuchProcess):
                     process.kill()
-        await over(missions, record.id)
-        log = await missions.log(record)
-    assert log == undisturbed("lobby")
+        assert (await over(missions, record.id)).status == "complete"
+        assert await missions.log(record) == undisturbed("lobby")
 
 
 async def test_it_is_the_same_where_the_service_is_stopped_and_started_again(place: str) -> None:
@@ -82,8 +73,7 @@ async def test_it_is_the_same_where_the_service_is_stopped_and_started_again(pla
         await reported(missions, record.id, 7)
         mission = record.id
     async with open_missions(place) as missions:
-        log = await missions.log(await over(missions, mission))
-    assert log == undisturbed("lobby")
+        assert await missions.log(await over(missions, mission)) == undisturbed("lobby")
 
 
 async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: PostgresServer) -> None:
@@ -94,8 +84,7 @@ async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: 
             await reported(second, record.id, 7)
         ended = await over(second, record.id)
         assert ended.term == 2
-        log = await second.log(ended)
-    assert log == undisturbed("lobby")
+        assert await second.log(ended) == undisturbed("lobby")
 
 
 async def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None:
@@ -166,7 +155,4 @@ def test_a_pace_is_kept_and_what_is_lost_is_not_made_up_for() -> None:
     late = 100.6 + CATCH_UP_S
     assert pace.due_s(6000, late + 1) == late + 1, "after a long planning it goes on from there"
     assert pace.due_s(7000, late + 1) == pytest.approx(late + 1.1)
-
-
-def test_without_a_pace_everything_is_due_at_once() -> None:
-    assert MissionClock(None).due_s(10**9, 5.0) == 5.0
+    assert MissionClock(None).due_s(10**9, 5.0) == 5.0, "without a pace everything is due at once"

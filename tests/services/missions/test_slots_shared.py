@@ -4,7 +4,7 @@ import asyncio
 import threading
 from pathlib import Path
 
-from entry_house import settings_of
+from entry_house import opened, settings_of
 from mission_house import Driver, started, team
 from patience import HANG_S
 from situations import job_source, many_rooms
@@ -21,12 +21,8 @@ from marsupial_service.missions.service import Missions
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import open_store
 
-WANTED = PackedRequest.of(
-    planner="anytime",
-    budget=Budget(seconds=3.0),
-    digest=b"",
-    source=job_source(many_rooms(2, 1, 6, 3)),
-)
+SOURCE = job_source(many_rooms(2, 1, 6, 3))
+WANTED = PackedRequest.of(planner="anytime", budget=Budget(seconds=3.0), digest=b"", source=SOURCE)
 
 
 class NoRoom:
@@ -79,10 +75,8 @@ async def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_j
 
 
 async def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_again_after(tmp_path: Path) -> None:
-    slots, store, runner = Slots(1), open_store(tmp_path), FullRunner()
-    jobs = Jobs(store, settings_of(JobSettings, slots=1), runner=runner, slots=slots)
-    try:
-        await jobs.start()
+    slots, runner, settings = Slots(1), FullRunner(), settings_of(JobSettings, slots=1)
+    async with opened(tmp_path, lambda store: Jobs(store, settings, runner=runner, slots=slots)) as jobs:
         await jobs.submit(WANTED, owner="me")
         while not slots.in_use:
             await asyncio.sleep(0.02)
@@ -93,6 +87,3 @@ async def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_a
                 await asyncio.sleep(0.02)
         (record,) = await jobs.list("me")
         assert (record.state.value, record.attempts) == ("queued", 0)
-    finally:
-        await jobs.stop()
-        store.close()

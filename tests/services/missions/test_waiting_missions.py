@@ -4,17 +4,15 @@ import json
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
-from mission_house import Hosted, body, brief
+from mission_house import Hosted, body, brief, brief_from
 
 from marsupial.errors import ScenarioError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import OBSTACLE, UNKNOWN
-from marsupial_service.intake.missions import brief_of
 from marsupial_service.missions.values import Control, MissionBatch, MissionReport, PendingInput
-from marsupial_service.schemas.missions import MissionBody
 from marsupial_service.schemas.words import EventType
-from marsupial_service.settings import ServiceLimits
 
 TRUTH = builtin_scenario("lobby").grid.solid().cells
 
@@ -31,25 +29,34 @@ def until(turn: MissionBatch) -> int:
 def around_the_team(margin: int = 12) -> Any:
     """Return what is seen of the lobby around the first robot."""
     cell = next(robot.cell for robot in brief("lobby").robots if robot.cell is not None)
-    cells = TRUTH.copy()
-    seen = cells[max(0, cell.y - margin) : cell.y + margin, max(0, cell.x - margin) : cell.x + margin].copy()
-    cells[:] = UNKNOWN
-    cells[max(0, cell.y - margin) : cell.y + margin, max(0, cell.x - margin) : cell.x + margin] = seen
+    cells = np.full_like(TRUTH, UNKNOWN)
+    window = slice(max(0, cell.y - margin), cell.y + margin), slice(max(0, cell.x - margin), cell.x + margin)
+    cells[window] = TRUTH[window]
     return cells
+
+
+def walled() -> Any:
+    cells = around_the_team()
+    cells[cells != UNKNOWN] = OBSTACLE
+    return cells
+
+
+def reported(hosted: Hosted, n: int, t_ms: int, **told: Any) -> MissionBatch:
+    return hosted.batch(PendingInput(input=MissionReport(n=n, t_ms=t_ms, **told)))
 
 
 def test_a_mission_with_nothing_revealed_waits_for_its_first_map_and_begins_with_it() -> None:
     with Hosted(brief("lobby")) as hosted:
         hosted.batch(PendingInput(input=None))
-        turn = hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0)))
+        turn = reported(hosted, 1, 0)
         (state,) = told(turn, EventType.STATE)
         assert state["state"] == "waiting"
         assert "the cell is unknown" in state["reason"]
         for n in range(2, 8):
             assert not turn.over
             assert until(turn) > 0
-            turn = hosted.batch(PendingInput(input=MissionReport(n=n, t_ms=100_000 * n)))
-        turn = hosted.batch(PendingInput(input=MissionReport(n=8, t_ms=800_000, map=around_the_team())))
+            turn = reported(hosted, n, 100_000 * n)
+        turn = reported(hosted, 8, 800_000, map=around_the_team())
         assert [state["state"] for state in told(turn, EventType.STATE)] == ["running"]
         plans = [line for line in told(turn, EventType.LOG) if line["event"] == "plan"]
         assert plans[0]["trigger"] == "start"
@@ -57,30 +64,26 @@ def test_a_mission_with_nothing_revealed_waits_for_its_first_map_and_begins_with
 
 
 def test_robots_that_the_map_shows_inside_obstacles_do_not_complete_a_mission() -> None:
-    walled = around_the_team()
-    walled[walled != UNKNOWN] = OBSTACLE
     with Hosted(brief("lobby")) as hosted:
         hosted.batch(PendingInput(input=None))
-        turn = hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0, map=walled)))
+        turn = reported(hosted, 1, 0, map=walled())
         assert not turn.over
         assert "the cell is obstacle" in told(turn, EventType.STATE)[0]["reason"]
-        turn = hosted.batch(PendingInput(input=MissionReport(n=2, t_ms=10, map=around_the_team())))
+        turn = reported(hosted, 2, 10, map=around_the_team())
         assert told(turn, EventType.COMMANDS)[0]["commands"]
-        turn = hosted.batch(PendingInput(input=MissionReport(n=3, t_ms=20, map=walled)))
+        turn = reported(hosted, 3, 20, map=walled())
         assert not turn.over
 
 
 def test_a_mission_that_has_begun_waits_a_minute_for_a_map_on_which_its_robots_can_stand_and_is_then_stalled() -> None:
-    walled = around_the_team()
-    walled[walled != UNKNOWN] = OBSTACLE
     with Hosted(brief("lobby")) as hosted:
         hosted.batch(PendingInput(input=None))
-        turn = hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0, map=around_the_team())))
+        turn = reported(hosted, 1, 0, map=around_the_team())
         given = [command["id"] for command in told(turn, EventType.COMMANDS)[0]["commands"]]
-        turn = hosted.batch(PendingInput(input=MissionReport(n=2, t_ms=10, map=walled, finished=tuple(given))))
+        turn = reported(hosted, 2, 10, map=walled(), finished=tuple(given))
         assert not turn.over
         assert until(turn) == 60_010
-        turn = hosted.batch(PendingInput(input=MissionReport(n=3, t_ms=60_010)))
+        turn = reported(hosted, 3, 60_010)
         (end,) = told(turn, EventType.END)
         assert end["status"] == "stalled"
         assert "can't stand" in end["reason"]
@@ -90,11 +93,11 @@ def test_during_a_pause_the_next_report_is_asked_for_ahead() -> None:
     asked = replace(brief("lobby"), limits=replace(brief("lobby").limits, time_ms=5000))
     with Hosted(asked) as hosted:
         hosted.batch(PendingInput(input=None))
-        hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0, map=around_the_team())))
+        reported(hosted, 1, 0, map=around_the_team())
         turn = hosted.batch(PendingInput(input=Control.PAUSE))
         for n, t_ms in ((2, 900), (3, 3000), (4, 9000)):
             assert until(turn) > t_ms - 900
-            turn = hosted.batch(PendingInput(input=MissionReport(n=n, t_ms=t_ms)))
+            turn = reported(hosted, n, t_ms)
             assert until(turn) > t_ms
 
 
@@ -103,5 +106,5 @@ def test_a_robot_on_what_is_known_to_be_an_obstacle_is_refused_at_once() -> None
     cell = asked["team"][0]["cell"]
     asked["frame"]["known"] = [cell[1] * asked["frame"]["width"] + cell[0], 1, 0]
     with pytest.raises(ScenarioError, match="the cell is obstacle") as caught:
-        brief_of(MissionBody.model_validate(asked), ServiceLimits(), {})
+        brief_from(asked)
     assert caught.value.problems[0].path == "team[0].cell"

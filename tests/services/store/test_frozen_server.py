@@ -91,7 +91,7 @@ def test_a_server_that_froze_amid_a_statement_or_its_rows_is_ended_when_another_
     def halfway(tx: Transaction) -> None:
         tx.lock("shared")
         if not freeze.reached.is_set():
-            wire: Any = tx._connection._connection.pgconn  # type: ignore[attr-defined]
+            wire: Any = tx._connection.pgconn  # type: ignore[attr-defined]
             wire.nonblocking = 1
             wire.send_query_params(sql, values)
             wire.flush()  # as much as fits between the two; the rest is not sent, nor the answer read

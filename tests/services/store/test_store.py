@@ -60,15 +60,6 @@ class Held:
         self.done.result(HANG_S)
 
 
-def test_what_was_written_is_there_when_the_folder_is_opened_again(tmp_path: Path) -> None:
-    first = open_store(tmp_path)
-    first.write(adding("a")).result()
-    first.close()
-    again = open_store(tmp_path)
-    assert names(again) == ["a"]
-    again.close()
-
-
 def test_writes_that_come_while_one_is_committed_share_one_commit(store: Store) -> None:
     commits: list[frozenset[str]] = []
     store.listen(commits.append)
@@ -161,7 +152,9 @@ def test_a_closed_store_says_so(tmp_path: Path) -> None:
         store.read(lambda connection: None)
 
 
-def test_writes_that_wait_when_the_store_is_closed_are_done(tmp_path: Path) -> None:
+def test_writes_that_wait_when_the_store_is_closed_are_done_and_there_when_it_is_opened_again(
+    tmp_path: Path,
+) -> None:
     store = open_store(tmp_path)
     held = Held(store)
     write = store.write(adding("late"))
@@ -183,13 +176,10 @@ def test_a_second_server_is_refused_as_long_as_the_first_one_has_the_folder(tmp_
     open_store(tmp_path).close()
 
 
-def test_a_folder_that_can_not_be_made_is_an_error(tmp_path: Path) -> None:
+def test_what_is_no_folder_and_no_database_is_an_error_and_the_folder_is_let_go(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(StoreError, match="file"):
         open_store(tmp_path / "file" / "data")
-
-
-def test_a_file_that_is_no_database_is_an_error_and_the_folder_is_let_go(tmp_path: Path) -> None:
     (tmp_path / "marsupial.sqlite").write_bytes(b"something else entirely" * 100)
     for _ in range(2):
         with pytest.raises(StoreError, match="not a database"):
@@ -265,10 +255,7 @@ LINE = b'log {"event":"reveal","t_ms":68934,"looks":[["carrier1",0,"ACxCoKBuBBCw
 @pytest.mark.parametrize("data", [b"x", LINE, os.urandom(5000), LINE * 2000, "\u00e9\u2028".encode()])
 def test_what_was_packed_is_unpacked(data: bytes) -> None:
     assert unpack(pack(data)) == data
-
-
-def test_a_line_of_a_log_takes_half_of_its_length() -> None:
-    assert len(pack(LINE)) < len(LINE) / 2
+    assert data != LINE or len(pack(data)) < len(data) / 2
 
 
 def test_the_dictionary_is_the_one_that_stored_rows_were_packed_with() -> None:
