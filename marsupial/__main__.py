@@ -1,7 +1,5 @@
 """The command line: `python -m marsupial`."""
 
-from __future__ import annotations
-
 import sys
 
 from marsupial.cli.main import main

@@ -1,7 +1,5 @@
 """Names for types of arrays by their content; docstrings give shapes and units where an array is used."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

@@ -35,8 +35,6 @@ pyproject.toml bounds numba, and ``tests/test_numba_internals.py`` names what ha
 A cache never fails a call: whatever goes wrong here, code is compiled. One line is logged if it can't be kept.
 """
 
-from __future__ import annotations
-
 import atexit
 import hashlib
 import logging

@@ -17,8 +17,6 @@
 An engine that finds no plan returns a result (`marsupial.model.planning.Outcome`); it raises nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -9,8 +9,6 @@ An extension is imported only when it is used. One that can't be used gives the 
 extension can't replace a strategy or engine of marsupial's own.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Container
 from dataclasses import dataclass

@@ -20,8 +20,6 @@ time to compile planners. `_PartCompiler` gives parts a library that skips both 
 `JITCodeLibrary`; pyproject.toml bounds numba, and ``tests/test_numba_internals.py`` names what has changed.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable
 from contextlib import AbstractContextManager

@@ -1,7 +1,5 @@
 """Texts for people: times, numbers of things, suggestions for unknown names."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Collection, Iterable
 

@@ -8,8 +8,6 @@
 Tests compare them with what is kept.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import tempfile

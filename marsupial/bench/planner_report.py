@@ -1,7 +1,5 @@
 """The report of the planner bench: a row per run, as text by instance and in a summary, or as JSON values."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby

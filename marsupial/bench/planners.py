@@ -4,8 +4,6 @@ The bench uses its own clock. It counts a plan only if it arrives by the deadlin
 after the run, so that checking takes no time from the engine. Ratios are to the best known plan, including this run's.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable
 from contextlib import closing

@@ -9,8 +9,6 @@ Commands import what they need when they run, so that `marsupial --help` is quic
 problem on stderr and an exit code (`marsupial.cli.process.exit_codes`); bad input never shows a traceback.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import sys

@@ -5,8 +5,6 @@ another one. It is asked as a fork server is: over a socket, with a channel for 
 reserve processors (a placement group), on a node that has a node agent; then it relays the channel.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import json

@@ -4,8 +4,6 @@ Rows of different versions must not stand in one file unnoticed, nor may another
 to a process of a cluster come with terms, and a process that can't meet them refuses.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import platform

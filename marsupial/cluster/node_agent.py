@@ -4,8 +4,6 @@ It ends with the gateway: Ray ends it when its owner is gone, and it ends itself
 long that its server counts as dead to others. What it has launched ends with it, in whatever way.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import os

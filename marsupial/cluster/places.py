@@ -4,8 +4,6 @@ Ray looks again for room about once a second where there was none. So what a run
 gateway, if one waits for as much or comes at once, and only then back to Ray.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections import deque
 from collections.abc import Callable, Collection, Coroutine

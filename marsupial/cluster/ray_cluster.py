@@ -6,8 +6,6 @@ by this package and the comparisons' `ray_pool`, and only once a cluster is aske
 variables that it reads when it is imported.
 """
 
-from __future__ import annotations
-
 import ipaddress
 import os
 import secrets

@@ -1,7 +1,5 @@
 """One end of a channel in an event loop: nothing here waits."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable
 

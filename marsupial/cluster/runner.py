@@ -1,7 +1,5 @@
 """A runner whose jobs run on a cluster: it keeps a gateway, and hands out room that this one finds."""
 
-from __future__ import annotations
-
 import json
 import pickle
 import threading

@@ -15,8 +15,6 @@ each of hundreds of frames. So the artists that change with time are *animated*:
 draw. `frame` restores the pixels of one full draw, lets `show` update the animated artists, and draws only those.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -4,8 +4,6 @@ Axes count metres of the map frame, so that a point read off them can stand in a
 its frame, the frame's metres do not run along the map's edges: then axes count from the map's corner, and say so.
 """
 
-from __future__ import annotations
-
 import io
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """A mission as a film, GIF or MP4: one frame of the drawing per moment, then its end for some seconds."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterator, Sequence
 from itertools import chain

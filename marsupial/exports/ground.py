@@ -1,7 +1,5 @@
 """The ground of a map as pixels: blocks of cells as one, so that walls stay closed, and the frontier in its colour."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

@@ -1,7 +1,5 @@
 """How a map is interpreted, cell by cell: who can stand where, islands that are cut off, leaks at the border."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple

@@ -14,8 +14,6 @@ Names are placed one by one, each at the place of least cost (`best_place`), and
 an optimal layout would look no better.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import product

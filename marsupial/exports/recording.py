@@ -21,8 +21,6 @@ References: MCAP format specification, https://mcap.dev/spec; Foxglove message s
 https://docs.foxglove.dev/docs/sdk/schemas
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Sequence
 from functools import cached_property

@@ -4,8 +4,6 @@ All coordinates are metres in the frame ``map``, in which the map's origin is gi
 with the robot's name.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from math import cos, pi, sin
 

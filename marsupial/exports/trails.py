@@ -1,7 +1,5 @@
 """What robots do in a mission: their drives, where rovers were set down and picked up, who is busy with what when."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from dataclasses import dataclass
 from enum import StrEnum

@@ -3,8 +3,6 @@
 Each writer is imported when it is used: matplotlib takes long to import, and others need optional packages.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

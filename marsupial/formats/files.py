@@ -4,8 +4,6 @@ A path from outside may be missing, a directory, a pipe that never ends, or a fi
 it is opened, and never more than the limit is read.
 """
 
-from __future__ import annotations
-
 import errno
 import io
 import os

@@ -1,7 +1,5 @@
 """Read JSON from outside as plain values: one exception for whatever `json` raises, and finite numbers only."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any, NoReturn

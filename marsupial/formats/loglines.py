@@ -20,8 +20,6 @@ A log is written during the mission, before it is known whether the map will cha
 lines about a map that changes or grows say version 3. The format for other programs: ``docs/mission-log.md``.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass

@@ -6,8 +6,6 @@ can't cope with, so that callers of `read_log` need not check again. The content
 the format for other programs: ``docs/mission-log.md``.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass

@@ -18,8 +18,6 @@ Times are integer milliseconds, at most 10^12; areas are square metres. Numbers 
 ``robots[1].type: ...``.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict

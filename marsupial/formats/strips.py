@@ -16,8 +16,6 @@ The text is a list of whole numbers in digits of base 64; ``docs/mission-log.md`
 thousands of texts, so compiled code writes them; plain Python reads them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from math import isqrt
 

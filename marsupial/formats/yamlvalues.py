@@ -10,8 +10,6 @@ Plain values have no line numbers. Only if there are problems, `with_lines` pars
 that have them.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Hashable, Iterable
 from dataclasses import replace

@@ -3,8 +3,6 @@
 `GENERATORS` is the registry that scenario files and built-in scenarios choose from.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 

@@ -8,8 +8,6 @@ Carriers are twice as fast as rovers and see twice as far, as in the paper's sec
 References: Wurm et al. 2010, section IV-C (see `marsupial.papers.wurm2010`).
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

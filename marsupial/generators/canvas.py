@@ -5,8 +5,6 @@ that fits by the metre fits on the grid. A generator starts from solid obstacle 
 outermost cells, so every generated map is closed.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -9,8 +9,6 @@ Every kind has one size and is drawn by a seed. Rooms have a wide door (`canvas.
     cavern      a cave
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ some loops, many in the centre, which becomes open ground with inner walls. The 
 the places to set rovers down and pick them up.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from itertools import product
 

@@ -12,8 +12,6 @@ References: Johnson, Yannakakis, Togelius, Cellular automata for real-time gener
 2010).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

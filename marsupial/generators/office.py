@@ -24,8 +24,6 @@ A lobby has one corridor, its hall, between two bands.
 References: Wurm et al. 2010, section IV-C (see `marsupial.papers.wurm2010`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

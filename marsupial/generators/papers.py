@@ -8,8 +8,6 @@ References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA
 Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots, section II.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np

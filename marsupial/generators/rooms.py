@@ -5,8 +5,6 @@ its leaves get narrow doors (`NARROW_DOOR_M`), which a rover passes and a carrie
 Everything is floor: the footprint, not the terrain, keeps carriers out.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.generators.canvas import NARROW_DOOR_M, WALL_M, Box, CanvasSize, carve, cells_of, door_cells

@@ -1,7 +1,5 @@
 """Checks of arguments that may be objects of the caller's own: strategies, planners, sensors."""
 
-from __future__ import annotations
-
 from marsupial.errors import UsageError
 from marsupial.model import Decider, Engine, EngineInfo
 from marsupial.model.arguments import refuse, text

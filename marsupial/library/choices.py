@@ -3,8 +3,6 @@
 This module imports no compiled code, so that a wrong option is refused at once.
 """
 
-from __future__ import annotations
-
 from marsupial.model.planning import NO_PLANNER, Budget, Engine
 from marsupial.model.strategy import Decider
 from marsupial.strategies.clairvoyant import CLAIRVOYANT

@@ -21,8 +21,6 @@ Where code is kept and how it comes with the package: `marsupial.codecache`; wha
 `marsupial.library.precompiling`. What compiling costs, and how that was brought down: docs/benchmarks.md.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress

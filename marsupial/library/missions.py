@@ -3,8 +3,6 @@
 `marsupial.explore`, ``marsupial run`` and all comparisons call `simulate`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from time import perf_counter
 

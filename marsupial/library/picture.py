@@ -3,8 +3,6 @@
 Each carrier has a colour; the rovers that start aboard it have shades of that colour.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """`marsupial.plan`: run an engine and iterate over its improving plans that the checker accepts."""
 
-from __future__ import annotations
-
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass

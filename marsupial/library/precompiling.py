@@ -5,8 +5,6 @@ numba (`marsupial.codecache`). New processes compile it, for a processor that ne
 which one from the environment when it is imported.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

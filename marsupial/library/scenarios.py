@@ -1,7 +1,5 @@
 """Load a scenario by its built-in name, or from a scenario file or a map file, which gets the default team."""
 
-from __future__ import annotations
-
 import difflib
 import warnings
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Read situations from values or files, and write them as files that PDDL planners take."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from os import PathLike

@@ -7,8 +7,6 @@ A problem becomes PDDL text, which our own reader turns into a situation with al
 the problem again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import closing
 from fractions import Fraction

@@ -5,8 +5,6 @@ and outside, millimetres taken for metres. The description holds the share of ev
 the border, the reach of each robot type, and warnings as sentences.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

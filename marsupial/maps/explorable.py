@@ -6,8 +6,6 @@ knows the ground beside it. Such ground counts where a robot that looks for it s
 most maps rovers can be set down where carriers drive, and nothing has to be looked for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

@@ -10,8 +10,6 @@ Revealing a cell updates the disc around it only, so the cost goes with the new 
 is updated row by row, which the compiler vectorises.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -4,8 +4,6 @@ Known cells never change, so areas only grow, from newly passable cells, and an 
 resets everything. When a rover goes aboard, the area that only it could reach is given up.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The growing map of a mission as replanning policies watch it: when to survey it, and whether anything is left."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -16,8 +16,6 @@ References
 Wurm et al. 2010, section III-B ("meeting points ... situated between those parts").
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A diagonal step needs both shared orthogonal neighbours, so the areas connected 
 of the cells it may stand on.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.arrays import Ints, Ints32

@@ -12,8 +12,6 @@ An opaque cell closes its part of an interval, and may split it in two:
     row k + 1    [----]   [------]      two intervals are left
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

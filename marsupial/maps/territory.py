@@ -4,8 +4,6 @@ Carriers reach what is connected to their positions. Rovers reach what is connec
 carrier can set them down: close enough to the carrier's reach to dock.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 A place is a name with a cell per robot type that can use it. Types with the same routes share a search.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ A square counts as unseen while at least half of it is unknown. The map ends whe
 ever, such as the inside of rock, can't be distinguished from what is not seen yet.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

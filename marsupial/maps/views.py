@@ -4,8 +4,6 @@ Views pass through unknown cells, so a view can change only if one of its cells 
 again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Meanwhile robots have moved and targets have shifted or gone. `same_targets` mat
 `carried_over` schedules the actions that are still possible anew. The checker decides whether the result is valid.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ robots and none of them is busy. So a valid plan can't deadlock, and robots that
 the queues: drives to the same place go on, other drives stop at the next cell, and docking is never interrupted.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, pairwise

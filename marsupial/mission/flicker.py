@@ -12,8 +12,6 @@ turn. As news, that would trigger replannings for ever. So `Flicker` counts the 
 All other cells have the value that is reported, and a reported obstacle is always one.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.arrays import Bytes, Flags, Ints

@@ -1,7 +1,5 @@
 """The mission's goal besides exploring: rovers aboard, carriers at home; what of it is met, in words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Set
 
 from marsupial.model import Cell, Goal, RobotReport, RobotType, Role, SituationGoal

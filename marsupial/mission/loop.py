@@ -41,8 +41,6 @@ The loop can't run for ever: time is limited, and replannings that follow each o
 (`Rounds`). It prints and writes nothing: all that happens goes to the observer as events (`marsupial.model.mission`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ The mission loop itself prints and writes nothing. Logs, progress displays and s
 the methods that they need. `Observers` passes everything on to several of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 

@@ -5,8 +5,6 @@ the mission is not complete: `Patience` makes it wait. `Rounds` counts replannin
 explains why a mission makes no progress.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from marsupial.formats.scenario.team import standing_fault

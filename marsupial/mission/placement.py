@@ -5,8 +5,6 @@ connected reach, the others as near to it as there is room ("the robots actually
 Wurm et al. 2010, section III).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 import numpy as np

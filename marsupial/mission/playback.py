@@ -3,8 +3,6 @@
 Films, figures and the replay page ask a `Playback`. The state at a moment includes all events of that moment.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ at which a plan was made, the result is the state just before that plan, so its 
 was made for. For any other moment it is the state after all events of that moment.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass

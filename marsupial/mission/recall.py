@@ -8,8 +8,6 @@ does, so the first half of the mission needs no estimate. And driving on for 1 s
 passed, the way back is 1 s longer) plus a share for the reserve, so the next estimate waits for a third of the slack.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from marsupial.maps.lookout import Lookout, setbacks_in

@@ -4,8 +4,6 @@ The mission loop shows its policy all news (`update`) and asks whether it needs 
 `OnNews`, replans when targets appear or disappear, a robot fails, or a robot runs out of work while targets are left.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol
 

@@ -1,7 +1,5 @@
 """Run-length encoding of cells, for the events that report newly seen cells."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.arrays import Bytes, Ints

@@ -5,8 +5,6 @@ the next one. Positions are in cells: (x, y) is the centre of cell (x, y). A dri
 route, as the passing times of `DriveStarted` say.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

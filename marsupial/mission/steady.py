@@ -4,8 +4,6 @@ The mission loop plans with this map and logs the other one. In the simulator kn
 created with the first change: until then, both maps are the same.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ Each function returns the checked value. Numpy numbers are accepted and returned
 written as JSON. A boolean does not count as a number, and numbers must be finite.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import reprlib

@@ -4,8 +4,6 @@ Readers of scenarios and situations check against it. The service's request mode
 OpenAPI document.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

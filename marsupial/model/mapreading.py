@@ -4,8 +4,6 @@ Maps are misread more often than they are broken: a grey that meant unknown beco
 it began. So readers also return the meaning that they gave to every symbol, and warnings about doubtful ones.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from marsupial.model.grid import Grid

@@ -5,8 +5,6 @@ the one that drives less. *Priced arrival* is for missions in which most of the 
 prices, above all for how late each target is reached.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum

@@ -4,8 +4,6 @@ A planner is an object with the `Engine` protocol. Its `solve` yields every impr
 If there is no plan, the `Outcome` says so; it is never an exception.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

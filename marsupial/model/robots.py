@@ -4,8 +4,6 @@ A `RobotType` has metres and seconds, as scenario files do. Planning works with 
 (`marsupial.model.situation`).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from enum import StrEnum

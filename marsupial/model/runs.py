@@ -9,8 +9,6 @@ may go on in the next row:
     row 0   . . . ~        (0, 3, 1,   3, 3, 2,   6, 2, 0)
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence, Set
 
 import numpy as np

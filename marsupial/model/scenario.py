@@ -4,8 +4,6 @@ Scenario files, built-in scenarios and bare maps are all read into a `Scenario` 
 with a strategy, a planner, a seed and a budget it determines a mission.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from enum import StrEnum
 

@@ -5,8 +5,6 @@ that accepts a map and robot types calls `ground_faults` before it computes anyt
 since at most all cells of the map are visited.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ The loop asks for a decision at each replanning and follows its plan once the ch
 serve every target: the loop asks again later. `Strategy` is the base class; its optional methods have defaults.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol

@@ -1,7 +1,5 @@
 """Descriptions of strategies, apart from `marsupial.model.strategy` so that listing them needs no numpy."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -4,8 +4,6 @@
 A driving robot can be stopped; it then stands at the next cell of its route. Other commands need a free robot.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol

@@ -20,8 +20,6 @@ plain matrix would take one from each. Cells without a connection need no search
 that its whole connected part can't be (`_enter`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

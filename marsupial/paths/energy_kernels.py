@@ -9,8 +9,6 @@ be settled in any order. Buckets form a ring, and a cell waits in the bucket of 
 per bucket. A cell due beyond the ring waits in the last bucket, and is queued again from there.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

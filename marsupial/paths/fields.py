@@ -12,8 +12,6 @@ A flood is needed where every cell gets a distance, and is faster on ragged grou
 Floats are in cells; inf means that there is no path.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Grids with a frame of closed cells, as the flood searches work on them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import TypeVar
 

@@ -1,7 +1,5 @@
 """The compiled inner loops of jump point search; `marsupial.paths.jumps` explains how they work together."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -41,8 +41,6 @@ Harabor and Grastien, Online Graph Pruning for Pathfinding on Grid Maps, AAAI 20
 2014, section 3 (rows in blocks of bits).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -14,8 +14,6 @@ For numba's sake indices are unsigned, arrays are never rebound in a loop, and t
 returns counters: each of these would cost a multiple.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ cell whose distance falls, or that gets a source of lower index at the same dist
 nothing changes.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

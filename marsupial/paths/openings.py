@@ -11,8 +11,6 @@ representative.
     . . . #   . . e o            + what a diagonal step beside an opened cell saves
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ Planning and driving use the same search, so planned lengths hold for the routes
 a place it has not reached yet is unknown to planning, which then takes its first step without a turn.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Protocol
 

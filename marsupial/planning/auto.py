@@ -3,8 +3,6 @@
 Why Aries is no part of it, and how much is proven within the limits: docs/planners.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 from marsupial.model import MAKESPAN, Budget, Engine, Finished, Improved, Objective, Plan, Role, Situation

@@ -9,8 +9,6 @@ The checker is the referee: it applies effects by itself, on purpose, and shares
 (`marsupial.model.team`), so that a mistake there can't hide here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum

@@ -3,8 +3,6 @@
 Listing them imports neither numba nor scipy: the code of an engine is imported when it is first asked for a plan.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pkgutil import resolve_name

@@ -1,7 +1,5 @@
 """Engines of installed packages, found by the entry points `marsupial.engines`."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Generator, Iterable, Iterator
 from dataclasses import replace
 from typing import Any, NoReturn

@@ -1,7 +1,5 @@
 """The incumbent: the best plan so far that the checker accepts."""
 
-from __future__ import annotations
-
 from marsupial.model import MAKESPAN, Objective, Plan, Situation, Value
 from marsupial.planning.checker import Violation, check
 

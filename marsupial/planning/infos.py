@@ -1,7 +1,5 @@
 """Descriptions of marsupial's own engines, apart from their code, which takes a second to import."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from marsupial.model.objective import ObjectiveName

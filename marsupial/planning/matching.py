@@ -9,8 +9,6 @@ D. F. Crouse, "On implementing 2D rectangular assignment algorithms", IEEE Trans
 Systems 52(4), 2016, section III.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.arrays import Floats, Ints

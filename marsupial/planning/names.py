@@ -1,7 +1,5 @@
 """The names of the engines, so that listing and completing names imports no engine."""
 
-from __future__ import annotations
-
 from marsupial import extensions
 
 OWN = ("anytime", "aries", "auto", "exact", "greedy", "tamer")  # as in `engines.ENGINES`

@@ -6,8 +6,6 @@ events where they have one, and by its clock, which then leaps ahead: an engine 
 next looks at the clock.
 """
 
-from __future__ import annotations
-
 import queue
 import threading
 import time

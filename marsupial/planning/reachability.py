@@ -5,8 +5,6 @@ be carried from any meeting it shares with a carrier to any other meeting of tha
 can't be reached at all. Whether all rovers can end aboard is a matching of rovers to places on carriers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 

@@ -4,8 +4,6 @@ A frame is a one-byte tag, the length in four bytes, and that many bytes. Its si
 can't fill the memory of its listeners.
 """
 
-from __future__ import annotations
-
 import pickle
 import select
 import socket

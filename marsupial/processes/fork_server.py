@@ -5,8 +5,6 @@ which may have threads, never forks. It ends with everything below it when the a
 a supervisor be killed, what that leaves behind falls to the fork server, which ends it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import os

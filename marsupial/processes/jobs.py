@@ -5,8 +5,6 @@ Every value it yields is streamed back at once, or it gets the channel and talks
 `Ended`, which tells finished, crashed, killed by another process, out of memory and out of time apart.
 """
 
-from __future__ import annotations
-
 import math
 import signal
 from collections.abc import Callable, Iterable

@@ -5,8 +5,6 @@ of its own, becomes its child. So everything a job ever started stays below its 
 is TERM, a grace period, then KILL, repeated until nothing is left.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import os

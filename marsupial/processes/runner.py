@@ -3,8 +3,6 @@
 A caller asks a runner for *room*, waits for it, and runs one job there.
 """
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from marsupial.processes import launcher

@@ -5,8 +5,6 @@ tail of the worker's output, measures its memory, and ends it and everything bel
 asker hangs up, or when the fork server dies.
 """
 
-from __future__ import annotations
-
 import gc
 import math
 import os

@@ -11,8 +11,6 @@ again. Base 64 has no character that could end an element or be taken for markup
 service serves the same modules as files, without joining them.
 """
 
-from __future__ import annotations
-
 import gzip
 import re
 from base64 import b64encode

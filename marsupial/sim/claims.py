@@ -9,8 +9,6 @@ their last drive to it; and robots that overlap already, at their starts or afte
 Lost robots are taken to be out of the way.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace

@@ -23,8 +23,6 @@ An idle robot that made room stays there. If it is to dock, it comes back for th
 or undocking begins once both robots are in place, and the ground on which a rover is set down is clear.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Sensors: which cells a robot sees from a cell. `FieldOfView` is the exact one; callers may pass their own."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

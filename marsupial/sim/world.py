@@ -8,8 +8,6 @@ The event heap holds (time, sequence number, robot, event number). When a robot 
 docking partner stay in the heap, but they no longer have the number that the robot expects, and are ignored.
 """
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ The first of equal plans is followed everywhere, so the previous plan comes firs
 leave targets out, and finds the targets that nobody can serve: an engine that was asked about those would have no plan.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from time import perf_counter

@@ -24,8 +24,6 @@ References
 Wurm et al. 2010, section IV-B, which refers to Stachniss, Robotic Mapping and Exploration, 2009, for the assignment.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence, Set
 
 import numpy as np

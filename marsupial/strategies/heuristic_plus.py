@@ -17,8 +17,6 @@ References
 Wurm et al. 2010, section IV-B.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 They are kept apart from the strategies' code, which takes a second to import.
 """
 
-from __future__ import annotations
-
 from marsupial.model.strategyinfo import StrategyInfo
 from marsupial.strategies.clairvoyant import CLAIRVOYANT as CLAIRVOYANT_NAME
 

@@ -17,8 +17,6 @@ Burgard et al., Coordinated Multi-Robot Exploration, IEEE Transactions on Roboti
 Mapping and Exploration, 2009: robots and targets assigned by cost and utility, for robots that are all alike.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.model import Briefing, Plan

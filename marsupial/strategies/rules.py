@@ -4,8 +4,6 @@ While targets are left, each explores by its own rule. Afterwards all recover ro
 since the literature's strategies do not cover that.
 """
 
-from __future__ import annotations
-
 from time import perf_counter
 
 from marsupial.model import Briefing, Decision, Outcome, Plan, PlanningReport, Strategy

@@ -43,8 +43,6 @@ References
 Wurm et al. 2010, sections III-A (the loop) and III-C (the planning problem).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The client for asyncio: jobs, missions, analyses and checks of plans."""
 
-from __future__ import annotations
-
 import uuid
 from asyncio import Lock
 from collections.abc import AsyncGenerator, Mapping, Sequence

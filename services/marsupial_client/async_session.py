@@ -4,8 +4,6 @@ Every request of the service may be sent again: jobs and missions have keys, rep
 posted changes nothing the second time. `marsupial_client.http` says which errors are worth another attempt, and when.
 """
 
-from __future__ import annotations
-
 import math
 from asyncio import sleep
 from collections.abc import AsyncGenerator, Callable, Mapping

@@ -5,8 +5,6 @@ Every request of the service may be sent again: jobs and missions have keys, rep
 posted changes nothing the second time. `marsupial_client.http` says which errors are worth another attempt, and when.
 """
 
-from __future__ import annotations
-
 import math
 from time import sleep
 from collections.abc import Generator, Callable, Mapping

@@ -14,8 +14,6 @@
         └── Busy                408, 429, 502, 503, 504, 507, for longer than the client's patience
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from typing import Any

@@ -3,8 +3,6 @@
 Types that aren't listed here are skipped: a newer service may send more.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from typing import Any, Generic, Literal, NamedTuple, TypeAlias, TypeVar

@@ -3,8 +3,6 @@
 Nothing here sends or waits: `AsyncSession` does, and `Session`, which is generated from it.
 """
 
-from __future__ import annotations
-
 import json
 import random
 import re

@@ -4,8 +4,6 @@ A report is sent once the commands after the last one are there, so a service th
 Meanwhile robots carry on, and what happens is gathered.
 """
 
-from __future__ import annotations
-
 import asyncio
 import math
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 A map says not who saw what, so changed cells count as seen by the robot that is nearest to them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

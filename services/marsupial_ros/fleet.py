@@ -1,7 +1,5 @@
 """The team as ROS has it: commands become goals, and their ends and the robots' places what is to be reported."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ Drives are nav2's own actions; docking and undocking are those of `marsupial_int
 Only fields that all releases of nav2 since Humble have are filled in; rosbridge leaves the others at their defaults.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """Messages from ROS: maps, updates, transforms and time are stored, feedback and ends of goals go to the fleet."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from functools import partial

@@ -4,8 +4,6 @@ It is written before goals are sent and before a report is, so nothing is done t
 may or may not have arrived is in it, and the service says whether it has.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from dataclasses import asdict, dataclass, field

@@ -4,8 +4,6 @@ References: `nav_msgs`, `map_msgs`, `tf2_msgs`, `geometry_msgs`, `rosgraph_msgs`
 those of RFC 8746.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -8,8 +8,6 @@ References: nav2's `FollowPath` (`distance_to_goal`) and `NavigateToPose` (`dist
 path; a new path may be longer.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

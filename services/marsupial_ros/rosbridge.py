@@ -6,8 +6,6 @@ as JSON, in fragments if they are large, or as CBOR where a subscription asks fo
 References: rosbridge v2.0 protocol specification for ROS 2 (RobotWebTools/rosbridge_suite, `ROSBRIDGE_PROTOCOL.md`).
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 from collections.abc import Awaitable, Callable, Mapping

@@ -1,7 +1,5 @@
 """The settings of `marsupial ros`: a YAML file; docs/ros.md describes it field by field."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum

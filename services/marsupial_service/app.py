@@ -1,7 +1,5 @@
 """The application: routes, errors, and what runs as long as it does."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import AsyncIterator, Callable, Sequence

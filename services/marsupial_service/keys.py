@@ -4,8 +4,6 @@ A key is shown once, when it is made. The document is a file in the data folder,
 share; it is replaced as a whole, so that any reader sees all of a change or nothing.
 """
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import hmac

@@ -1,7 +1,5 @@
 """Moments: integer milliseconds since 1970 (UTC) inside, RFC 3339 text outside."""
 
-from __future__ import annotations
-
 import time
 from datetime import UTC, datetime
 

@@ -3,8 +3,6 @@
 Clients hear those names only, never a command line.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -6,8 +6,6 @@ Pointers (RFC 6901) lead to fields. The library names a field by a path (``robot
 text, pydantic by a tuple that may hold words that are not in the body. Both are walked through the body itself.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The server process: one event loop, a socket that is bound before anything starts, an end within seconds."""
 
-from __future__ import annotations
-
 import asyncio
 import gc
 import json

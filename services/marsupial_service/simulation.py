@@ -4,8 +4,6 @@ The client sees to it that nothing is lost on the way; here the commands it brin
 and reported.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager

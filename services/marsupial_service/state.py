@@ -1,7 +1,5 @@
 """What all routes share: settings, keys, jobs, missions, metrics."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 from collections import Counter

@@ -4,8 +4,6 @@ A gain is relative to the base in the same mission, and their mean is over the s
 lost beside it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

@@ -6,8 +6,6 @@ unexplored has no meaning. Their numbers are shown beside every figure, so that 
 The maps of a suite are grouped by kind: a case is then a kind with a team, and its missions are on several maps.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections import Counter

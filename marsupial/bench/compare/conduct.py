@@ -8,8 +8,6 @@ Numerical libraries get one thread in each worker, so that N workers use N cores
 has two threads, which share the cores that the workers leave.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor

@@ -5,8 +5,6 @@ process left behind, an incomplete line or times without a row, is removed when 
 lines are sorted, so that files do not depend on the order in which missions finished.
 """
 
-from __future__ import annotations
-
 import csv
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -4,8 +4,6 @@ The missions are run again, which reproduces them if planning is limited by step
 side by side.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path

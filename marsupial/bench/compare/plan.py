@@ -6,8 +6,6 @@ The head of a comparison's folder has everything that the rows depend on. A fold
 comparison, or by one that includes all its missions.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import platform

@@ -5,8 +5,6 @@ processors so that none is idle. A mission lost with its worker or node is start
 pool. Ray's own retries are off, since they would not be counted.
 """
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait

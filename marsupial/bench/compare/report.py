@@ -3,8 +3,6 @@
 The page is self-contained: figures are inline, for light and dark screens.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape

@@ -4,8 +4,6 @@ A row holds what is reproducible on any machine. Wall-clock times are in another
 which is long.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The statements of a paper, in our words, and the verdict of a comparison on each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """The tables of a comparison, as values; `markdown` writes one as text."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf

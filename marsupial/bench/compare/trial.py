@@ -1,7 +1,5 @@
 """Run one mission of a comparison and return its records, in a worker of the local pool or a task of Ray."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Mapping, Sequence
 from functools import lru_cache

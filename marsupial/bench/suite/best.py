@@ -8,8 +8,6 @@
 A plan is verified by the checker. A bound is not: it rests on the engine that proved it, so that engine is named.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

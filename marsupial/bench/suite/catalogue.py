@@ -4,8 +4,6 @@ The suite is fixed: an instance never changes its name or its situation. Any cha
 `VERSION`; results of different versions are not compared.
 """
 
-from __future__ import annotations
-
 import gzip
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass

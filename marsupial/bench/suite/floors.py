@@ -11,8 +11,6 @@ Positions are integers, in ms at a carrier's speed. Only `random.Random.random` 
 on every machine and Python version, so a floor never changes.
 """
 
-from __future__ import annotations
-
 import random
 from bisect import bisect_right
 from collections.abc import Sequence

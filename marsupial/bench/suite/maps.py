@@ -6,8 +6,6 @@ A map is drawn by the number in its name (`marsupial.generators.builtin`); the s
 of the missions, which begin with `first_seed`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`marsupial bench`: all planners on a fixed suite; in a checkout also timings of marsupial itself."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """`marsupial compare`: strategies and planners beside each other, over maps, team sizes and seeds."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """`marsupial export`: the planning problem of one moment of a mission."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`marsupial strategies`, `planners` and `scenarios`: what there is to choose from."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 
 from marsupial.cli.options.shared import JsonList

@@ -1,7 +1,5 @@
 """`marsupial plan`: one situation, improving plans."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

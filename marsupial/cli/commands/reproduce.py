@@ -1,7 +1,5 @@
 """`marsupial reproduce`: the experiment of a paper, its figures, and a verdict on each of its statements."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """`marsupial run`: one mission."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`marsupial validate`: whether a plan solves a problem."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -5,8 +5,6 @@ two squares; its background is what most of the ground in it is. Where there are
 where there are no quarters (ASCII) a character is a wall if a wall crosses it.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

@@ -5,8 +5,6 @@ a square of map cells: a wall if a wall crosses it, else its most frequent class
 ones, in the colour of the carrier they started on.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import cycle, groupby

@@ -1,7 +1,5 @@
 """Progress of a mission on stderr: a live picture on a terminal, else occasional lines."""
 
-from __future__ import annotations
-
 import math
 import sys
 import time

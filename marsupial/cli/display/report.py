@@ -1,7 +1,5 @@
 """A mission's summary as text, and summaries side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from marsupial.cli.display.tables import print_facts, print_table, print_text

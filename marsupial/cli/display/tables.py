@@ -3,8 +3,6 @@
 A table is as wide as the terminal, or at most 100 columns if stdout is no terminal.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import textwrap

@@ -3,8 +3,6 @@
 If the output is no terminal, or has no colours, it prints one line for every plan and for the end instead.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from rich.console import Console, Group

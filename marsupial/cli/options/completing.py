@@ -3,8 +3,6 @@
 Imports are made on demand and must be quick: a person waits at each TAB.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from glob import escape
 from pathlib import Path

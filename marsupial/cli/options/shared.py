@@ -1,7 +1,5 @@
 """Options that several commands share, and help that lists the strategies, found only when it is printed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from typing import Annotated, Any

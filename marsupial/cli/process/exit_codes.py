@@ -4,8 +4,6 @@ Missions and planning runs are keyed by the values of `marsupial.model.mission.S
 `marsupial.model.planning.Outcome`, so that this module imports nothing heavy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from marsupial import errors

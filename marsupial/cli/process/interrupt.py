@@ -4,8 +4,6 @@ An interrupted command unwinds, so that planner processes end and temporary file
 to end at its next event and write its stop report; a second signal unwinds it like any other command.
 """
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Callable, Iterator

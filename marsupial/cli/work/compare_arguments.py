@@ -3,8 +3,6 @@
 All of them are checked before the comparison's own imports, which take a second.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import replace

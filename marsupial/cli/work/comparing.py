@@ -3,8 +3,6 @@
 Progress is a bar with the time left on a terminal, else occasional lines.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import time

@@ -1,7 +1,5 @@
 """The work of `marsupial plan`: ask an engine for plans and print each as it arrives."""
 
-from __future__ import annotations
-
 from contextlib import closing
 from typing import Any
 

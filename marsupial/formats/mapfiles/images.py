@@ -8,8 +8,6 @@ A small compressed file can hold an image that fills the memory, so the size in 
 decoded.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import struct

@@ -14,8 +14,6 @@ the map; cells outside of them don't change.
 References: nav2's `keepout_filter.cpp` and `speed_filter.cpp`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -8,8 +8,6 @@ are reversed here.
 References: N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", 2012, and the format page of movingai.com.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 

@@ -21,8 +21,6 @@ Maps are written in mode trinary with the saver's greys and thresholds, which ev
 format has no terrain, so all ground is free.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass

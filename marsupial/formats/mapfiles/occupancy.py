@@ -4,8 +4,6 @@ Messages and recordings hold occupancies, images greys that stand for them (`nav
 thresholds, as in nav2's map saver; or it is looked up at the cells of another map, as nav2's costmap filters do.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ is a recording of ROS 2. Images and MovingAI's lists of path problems come with 
 map to give instead.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

@@ -5,8 +5,6 @@ open. If a fact contradicts another one (two robots at one start, two carriers o
 line is reported.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction

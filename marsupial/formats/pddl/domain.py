@@ -1,7 +1,5 @@
 """The canonical domain, ``pddl/domain.pddl``: its text, and its types, predicates and functions as tables."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files

@@ -4,8 +4,6 @@
 action reads: they hold the rest of the situation, so that it can be read back exactly.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A problem is foreign if most of its types, facts and goals are unknown to the ca
 most of the canonical declarations. The domain's name does not matter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 
 from marsupial.errors import Problem

@@ -6,8 +6,6 @@ becomes ``n-`` and its characters, with the code ``-<hex>-`` for each one outsid
 have the same name as a robot or place.
 """
 
-from __future__ import annotations
-
 import re
 
 from marsupial.formats.pddl.domain import FUNCTIONS, PREDICATES, SUPERTYPES

@@ -16,8 +16,6 @@ this domain two actions depend on each other only through a robot in both.) Acti
 rounding are left alone: such a plan is invalid, and the checker must see it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction

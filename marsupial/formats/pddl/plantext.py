@@ -5,8 +5,6 @@ case, without durations, with ``1.2e+01``, comments or blank lines, with LPG's `
 bracket at the end of each line. `marsupial.formats.pddl.plansteps` explains how times become milliseconds.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from decimal import Decimal

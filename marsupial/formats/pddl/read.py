@@ -10,8 +10,6 @@ Each step reports all its problems at once, with their lines. A problem written 
 situation is the simplest one with the same plans.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

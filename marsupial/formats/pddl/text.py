@@ -3,8 +3,6 @@
 Any PDDL 2.1 planner can read a problem, and `read_problem` returns exactly the situation that it was written from.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from marsupial.errors import Problem, SituationError

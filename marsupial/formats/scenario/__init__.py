@@ -3,8 +3,6 @@
 Reading reports all wrong fields at once. Writing is all or nothing, and a written file reads back as the same scenario.
 """
 
-from __future__ import annotations
-
 from marsupial.formats.scenario.read import is_scenario_file, is_scenario_text, read_scenario, read_scenario_and_map
 from marsupial.formats.scenario.team import with_team
 from marsupial.formats.scenario.write import scenario_text, write_scenario

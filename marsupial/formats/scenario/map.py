@@ -9,8 +9,6 @@ The scenario's own terrain classes are added to those that every map has. Rows h
 row first, as a map is seen.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -4,8 +4,6 @@ The file is YAML, of which JSON is a part. It is parsed into plain values, and a
 (`marsupial.formats.fields`). Only a file without any problem becomes a `Scenario`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

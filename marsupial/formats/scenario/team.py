@@ -4,8 +4,6 @@ A rover aboard names its carrier. Every other robot has a start in metres of the
 then a seed draws the start. Names that differ only in case count as equal, as in PDDL.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

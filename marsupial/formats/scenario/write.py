@@ -3,8 +3,6 @@
 The map is always written as rows of characters, so that the file needs no other file.
 """
 
-from __future__ import annotations
-
 import string
 from pathlib import Path
 from typing import Any

@@ -3,8 +3,6 @@
 References: Al-Khawaldah, Livatino, Lee, sections II and III, Eqs. 1 and 2, Table 2, Fig. 8.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from statistics import fmean
 

@@ -3,8 +3,6 @@
 References: Al-Khawaldah, Livatino, Lee, sections II-B and III, Eq. 1.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -3,8 +3,6 @@
 References: Al-Khawaldah, Livatino, Lee, section II-B, Figs. 3 to 7.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from itertools import product
 from statistics import fmean

@@ -8,8 +8,6 @@ marsupial's robots, which cuts no corners, the same pairs save less and have lon
 References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V-B.
 """
 
-from __future__ import annotations
-
 import heapq
 import math
 from dataclasses import dataclass

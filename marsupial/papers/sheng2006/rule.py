@@ -5,8 +5,6 @@ Autonomous Systems 54(12), 2006; as compared with in Al-Khawaldah, Livatino, Lee
 Cooperating Mobile Robots, section III, Eq. 2.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import ClassVar

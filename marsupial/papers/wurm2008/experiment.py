@@ -3,8 +3,6 @@
 References: Wurm, Stachniss, Burgard, IROS 2008, section VI-A, Figs. 2 to 5.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path

@@ -11,8 +11,6 @@ References: Wurm, Stachniss, Burgard, IROS 2008, sections III, V and VI-A, Algor
 segmentation was given; ours is computed from the known map, as in section IV and on their robots.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar

@@ -19,8 +19,6 @@ Without critical points, connected ground is one segment.
 References: Wurm, Stachniss, Burgard, IROS 2008, section IV, Eq. 3, Fig. 3.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

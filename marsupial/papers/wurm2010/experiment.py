@@ -9,8 +9,6 @@ Wurm, Dornhege, Eyerich, Stachniss, Nebel, Burgard: Coordinated Exploration with
 Temporal Symbolic Planning, IROS 2010, section IV, Eq. 2, Figs. 6 and 7.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise

@@ -19,8 +19,6 @@ Wurm et al. 2010, sections III-A (the loop), III-C (the planning problem) and II
 minimises the makespan).
 """
 
-from __future__ import annotations
-
 from marsupial.model.objective import MAKESPAN
 from marsupial.model.planning import Budget, Engine
 from marsupial.model.strategy import Briefing, Decision, Strategy

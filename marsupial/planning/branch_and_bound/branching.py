@@ -3,8 +3,6 @@
 Subsets of a set are enumerated as masks, from the whole set down to none: `(s - 1) & whole` is the one after `s`.
 """
 
-from __future__ import annotations
-
 from marsupial.arrays import Ints
 from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col

@@ -1,7 +1,5 @@
 """The arrays of branch and bound: their columns, how long they are, and the state of a search."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from marsupial.arrays import Ints

@@ -3,8 +3,6 @@
 The hardest targets, those that the fewest robots can take, come first, so that dead ends show early.
 """
 
-from __future__ import annotations
-
 from marsupial.arrays import Ints
 from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col

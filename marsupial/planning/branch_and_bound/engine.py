@@ -7,8 +7,6 @@ for any at all, as if nothing took time: if there is none, that is proven. Where
 there is a bound. Proofs and bounds hold to 1 ms, and with 1 ms between the actions of a robot (`EPSILON_MS`).
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 

@@ -9,8 +9,6 @@ the shortest tour over its errands, in which a carrier that both sets down first
 somewhere else in between, or waits.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

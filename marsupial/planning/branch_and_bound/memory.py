@@ -5,8 +5,6 @@ differ only in who is who become equal. The key of the table tells where all rob
 times are compared one by one. A full bucket loses an entry: that costs time, and never a plan.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.arrays import Ints

@@ -9,8 +9,6 @@ Each test is a relaxation: it drops a condition that real plans have to meet, so
 A search for such a sharing gives up after `TRIES`, and the state is kept.
 """
 
-from __future__ import annotations
-
 from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.columns import SearchState

@@ -55,8 +55,6 @@ gives a completion from the root. Look at its first step:
 So there is none: the last plan found is optimal. If the search ran out of space (`INCOMPLETE`), nothing is proven.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.native import inlined, native

@@ -5,8 +5,6 @@ legs: a robot may drive by way of meetings, homes and targets (never of starts),
 table. A *base* is where a robot can stand between two events that matter to others: a start or a meeting.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 Both go through sets in the order of their masks: a subset has a smaller mask, so it is complete when it is needed.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

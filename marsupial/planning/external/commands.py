@@ -5,8 +5,6 @@ problem. Its plans are taken from what it prints and the files it writes there (
 as they come. At the end of its time it is asked to end, read to the end, and killed.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import selectors

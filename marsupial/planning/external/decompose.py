@@ -8,8 +8,6 @@ the meeting points a part keeps the best two for each thing it may need one for.
 References: Wurm et al. 2010, section III-C: the planner is asked about what is near, since time to plan grows fast.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ checks them with ``check(situation, plan, targets=plan.explored)`` and plans aga
 are planned at a time; each gets its share of the budget.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections import deque

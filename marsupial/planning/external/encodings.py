@@ -6,8 +6,6 @@ free, so that every robot is free at 0. Rovers of one type that wait aboard one 
 down in a fixed order. Each target is explored once: to pass over it a second time saves nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ checker accepts and is better than all before goes on, the rest is counted. A pl
 the planner thinks on before it prints the next line, or is writing the file, counts as soon as the checker accepts it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import re
 import time

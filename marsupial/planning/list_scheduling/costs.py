@@ -4,8 +4,6 @@ A travel table written by hand may have holes: pairs of places without a direct 
 List scheduling plans with one drive at a time, so `Detours` fills holes for it and expands its plan afterwards.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 

@@ -11,8 +11,6 @@ References
 D. Joslin and D. Clements, "Squeaky wheel" optimization, Journal of Artificial Intelligence Research 10, 1999.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from itertools import islice

@@ -15,8 +15,6 @@ A step changes few robots, so few rows have to be repaired after it. Chains of s
 of their own (`Arrivals.relay`), since they are rarely needed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The compiled part of list scheduling: transports of all rovers on all carriers, and the soonest insertions, in ms."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

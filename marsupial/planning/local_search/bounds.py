@@ -5,8 +5,6 @@ type at any meeting from the moment the first one could be there. Where rovers h
 the way there from the target counts as well. No triangle inequality is assumed of the travel tables.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.arrays import Ints

@@ -4,8 +4,6 @@ A budget in steps is used in rounds whose lengths do not depend on it; the tempe
 round. So a search of few steps is the beginning of one of more steps, and more steps never give a worse plan.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

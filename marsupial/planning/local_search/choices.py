@@ -5,8 +5,6 @@ the time from a critical path: the chain of events, each waiting for the one bef
 The other half is uniform, as what has to change may well lie elsewhere.
 """
 
-from __future__ import annotations
-
 from marsupial.native import inlined
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search import linked_schedule as ops

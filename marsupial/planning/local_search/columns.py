@@ -1,7 +1,5 @@
 """The columns of the arrays of local search, and the numbers of what stands in them."""
 
-from __future__ import annotations
-
 EXPLORE, UNDOCK, DOCK, START = 0, 1, 2, 3
 """Kinds of event, the first column; the others are the robot, the carrier (-1 if none) and the place."""
 

@@ -5,8 +5,6 @@ where an event happens is implied, and so is the carrier that a rover is set dow
 begins with one `START` per robot, so that everything else can be inserted after something.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -7,8 +7,6 @@ gets as much effort as before, and a little more. Where
 one to begin with.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator

@@ -30,8 +30,6 @@ each node, so a cost takes three multiplications.
 change, not as much as the schedule. Changing a link also queues the node behind it for timing.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

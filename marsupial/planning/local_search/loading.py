@@ -1,7 +1,5 @@
 """Linked schedules from lists of events, and lists of events from linked schedules."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.arrays import Ints, Ints32

@@ -15,8 +15,6 @@ About half of the choices are guided (`choices`): a node on the chain of events 
 near another one, the position of the least detour. The other half are uniform, so that every change stays possible.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 Each returns whether it made a change; most changes are infeasible.
 """
 
-from __future__ import annotations
-
 from marsupial.native import inlined
 from marsupial.planning.local_search import choices
 from marsupial.planning.local_search import columns as col

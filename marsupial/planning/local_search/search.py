@@ -38,8 +38,6 @@ temperature (`REHEAT`): it improves that schedule without leaving its surroundin
 is better than several short ones. What was tried: docs/planners.md.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ the search would hardly ever get past that. So targets are removed together with
 inserted with the transfers they need.
 """
 
-from __future__ import annotations
-
 from marsupial.native import inlined
 from marsupial.planning.local_search import choices
 from marsupial.planning.local_search import columns as col

@@ -28,8 +28,6 @@ schedule up at once. It may reject a good change if the node was timed before on
 queue makes that rare. It never lets a schedule with wrong times through.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.arrays import Floats

@@ -8,8 +8,6 @@ finish together finish no later than those of any plan. Shortest ways may lead t
 quickest type, so nothing is assumed of travel tables.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from marsupial.arrays import Floats, Ints

@@ -14,8 +14,6 @@ With a budget in steps they run one after another, each from the best plan so fa
 An engine that crashes, or whose plans the checker refuses, costs nothing but its share of the processor.
 """
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator

@@ -7,8 +7,6 @@ References
 D. S. Johnson, Approximation algorithms for combinatorial problems, Journal of Computer and System Sciences 9, 1974.
 """
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Iterator, Mapping, Sequence
 

@@ -5,8 +5,6 @@ one bit per reachable cell, so that unions and differences of tens of thousands 
 Views, path lengths and routes are cached within a memory limit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 from operator import or_

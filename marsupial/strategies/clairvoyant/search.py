@@ -14,8 +14,6 @@ References
 P. Shaw, Using constraint programming and local search methods to solve vehicle routing problems, CP 1998.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import cycle, islice
 

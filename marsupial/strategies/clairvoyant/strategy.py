@@ -4,8 +4,6 @@ Robots see and report as in any mission, but the reports only count the cells le
 known, a greedy plan reaches the rest of the mission's goal.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from time import perf_counter

@@ -5,8 +5,6 @@ is drawn at random, and a stop that sees it inserted into a tour: of the sites t
 detour per missed cell seen with some noise, the cheapest. That goes on until no cell is missed.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import replace
 from itertools import pairwise

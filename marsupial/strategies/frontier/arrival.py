@@ -1,7 +1,5 @@
 """When to assign new frontiers: as soon as a robot has arrived, or its frontier has been seen by others."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType

@@ -12,8 +12,6 @@ S. Koenig, Y. Smirnov, C. Tovey, Performance bounds for planning in unknown terr
 planning with the unknown taken for free.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace

@@ -5,8 +5,6 @@ bid again at every cell they reach. Of equal bids that for the first cell wins, 
 every step, a robot may oscillate between two cells: it is sent to a random neighbouring cell then.
 """
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping

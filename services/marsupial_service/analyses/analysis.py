@@ -3,8 +3,6 @@
 It runs in a worker: `analyse` is the function of a job, `load_analysis` loads its compiled code ahead.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator, Mapping
 from itertools import pairwise, permutations

@@ -3,8 +3,6 @@
 The shape of a body is known to be right. Maps mean what they mean in scenario files.
 """
 
-from __future__ import annotations
-
 import base64
 import binascii
 import math

@@ -3,8 +3,6 @@
 The library's errors say what is wrong, with paths into the body; `marsupial_service.app` makes JSON pointers of them.
 """
 
-from __future__ import annotations
-
 from marsupial.errors import InputError, PlanTextError, Problem, SituationError
 from marsupial.formats.fields import Notes
 from marsupial.formats.pddl.plansteps import Reading

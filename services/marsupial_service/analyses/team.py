@@ -4,8 +4,6 @@ A running docking or undocking keeps both of its robots busy. The rover is where
 counts as aboard, undocking it stands on the ground already.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Background tasks, which nothing ends unnoticed: a failure is logged and counted, and the task starts again."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import time

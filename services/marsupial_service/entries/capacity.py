@@ -4,8 +4,6 @@ Beyond the cap no jobs and missions are made; what missions that are open report
 up as well, and what becomes of jobs and reports that were taken is always stored.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

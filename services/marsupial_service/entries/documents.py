@@ -1,7 +1,5 @@
 """Plans and events as JSON: what is kept in the store and sent to clients as it is."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from typing import Any

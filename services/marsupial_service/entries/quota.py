@@ -6,8 +6,6 @@ parsing, the analysis of the map): a small budget does not make it cheap. The st
 which nothing of the quota is used any more, so that one number holds for all servers, and after a restart.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

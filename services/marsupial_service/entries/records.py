@@ -1,7 +1,5 @@
 """What passes between entries and those who ask for them: records, events, settings, refusals."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What jobs and missions have in common while the service runs: in one event loop, where nothing blocks."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 from collections.abc import AsyncGenerator, Awaitable, Callable, Iterator

@@ -6,8 +6,6 @@ first the one who has the fewest slots, and of those the one who has waited long
 store, whose turns follow the same rule (`jobs.turns`).
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections import Counter, OrderedDict, deque
 from collections.abc import Callable, Iterator

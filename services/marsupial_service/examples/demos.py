@@ -1,7 +1,5 @@
 """Requests for /v1/jobs to try the service with, and the bodies that the OpenAPI document gives as examples."""
 
-from __future__ import annotations
-
 import gzip
 import json
 from collections.abc import Callable, Mapping

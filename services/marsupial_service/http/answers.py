@@ -1,7 +1,5 @@
 """Answers: the models that the OpenAPI document shows, made of records, and sent as JSON."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from http import HTTPStatus

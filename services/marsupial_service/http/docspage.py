@@ -4,8 +4,6 @@ It is made here and not by a viewer in the browser: viewers weigh megabytes, com
 and want scripts and styles that a strict policy forbids. This page has no script and loads nothing.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

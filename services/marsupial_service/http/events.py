@@ -3,8 +3,6 @@
 A stream that is taken up after an event (``Last-Event-ID``) continues as an uninterrupted one would.
 """
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence

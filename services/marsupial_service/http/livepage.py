@@ -4,8 +4,6 @@ Nothing is loaded from elsewhere, and no script or style stands in the page itse
 served beside it. Browsers keep the files, and ask each time whether they are still the same.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from functools import cache

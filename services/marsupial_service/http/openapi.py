@@ -3,8 +3,6 @@
 It is kept in ``openapi.json`` beside this file, written by ``services/generate.py``; a test compares the two.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping

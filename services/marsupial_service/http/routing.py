@@ -4,8 +4,6 @@ The order is: key (401, 403), form of the answer (406), type of the body (415), 
 syntax (400), its shape (422).
 """
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Callable, Coroutine

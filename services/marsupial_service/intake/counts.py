@@ -4,8 +4,6 @@ A list of a million robots is refused by its length: to say what is wrong with e
 plan for them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """From the bodies of jobs to what is stored of them, of analyses to map states, of validations to verdicts."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 

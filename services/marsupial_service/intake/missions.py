@@ -1,7 +1,5 @@
 """From the bodies of requests, whose shape is known to be right, to briefs and reports."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ of its own, with limits: the server answers others meanwhile, and what a body ma
 process.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 from collections.abc import Callable, Iterator

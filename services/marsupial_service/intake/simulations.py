@@ -4,8 +4,6 @@ The mission is asked for by the same document as one that `marsupial run --serve
 here, and the log is the same.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import PureWindowsPath

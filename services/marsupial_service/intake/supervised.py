@@ -1,7 +1,5 @@
 """One value from a function that runs in a supervised process: analyses, large bodies, the check of readiness."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import threading

@@ -1,7 +1,5 @@
 """One attempt at a job: a thread that reads what the worker sends, and has it stored."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time

@@ -1,7 +1,5 @@
 """What can be read of jobs in the store, at one moment."""
 
-from __future__ import annotations
-
 import zlib
 
 from marsupial.model.planning import Budget

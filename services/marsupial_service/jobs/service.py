@@ -4,8 +4,6 @@ Everything here runs in one event loop. What blocks is elsewhere: writing and re
 a running job in a thread per slot, planning in processes of its own.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import uuid

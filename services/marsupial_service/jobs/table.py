@@ -4,8 +4,6 @@ A job's state, its plans and its events change together. A change that comes too
 attempt at it is under way) changes nothing and says so.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Collection

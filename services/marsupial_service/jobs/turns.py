@@ -21,8 +21,6 @@ long as in all its attempts before: its turns grow twofold, and beginning anew c
 Missions do not wait in this queue. Their plannings take slots of their own server before any job (`entries.slots`).
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Sequence
 

@@ -3,8 +3,6 @@
 It runs in a worker (`marsupial.processes`), a process of its own that is ended from outside at the job's limit.
 """
 
-from __future__ import annotations
-
 import json
 import time
 import zlib

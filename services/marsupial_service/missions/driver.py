@@ -4,8 +4,6 @@ Each batch of the mission's process brings the next report. The driver of the su
 one driver as there is one supervisor, and with a new one the robots go on from what is stored.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence
 from time import monotonic

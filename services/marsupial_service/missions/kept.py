@@ -12,8 +12,6 @@ texts too. A process that takes over a mission must come to the same events as t
 the same brief to the last bit. Therefore each of them, also the first, begins with a brief that was read from its text.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import astuple
 from typing import Any

@@ -3,8 +3,6 @@
 The events of a batch are lines of text, the type before the data.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 

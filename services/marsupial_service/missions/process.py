@@ -4,8 +4,6 @@ After each input everything it led to goes back in one batch. A process that tak
 decisions of its predecessor with the inputs, and so comes to the same batches again without planning.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections import deque

@@ -1,7 +1,5 @@
 """What passes between missions and those who ask for them: states, records, settings."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum

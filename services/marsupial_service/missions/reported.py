@@ -4,8 +4,6 @@ The server applies every report before it checks the next one (`state`), the pro
 (`world`). Both use these classes, so that they can't draw different conclusions from the same reports.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar

@@ -1,7 +1,5 @@
 """Missions: created, reported to, followed. Everything here runs in one event loop, and blocks nowhere."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 import uuid

@@ -1,7 +1,5 @@
 """Our simulator as a client of missions: does what it is commanded, and reports what happens."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any

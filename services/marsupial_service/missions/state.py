@@ -6,8 +6,6 @@ commands before reports. Reports of one mission may come through any server: so 
 transaction that stores it, when all that other servers have stored was applied to the state.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections import OrderedDict

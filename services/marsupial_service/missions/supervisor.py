@@ -29,8 +29,6 @@ Only a process that crashes by itself, again and again with nothing new in betwe
 or none can be started, the mission has no part in that and is started again, with growing pauses.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import time

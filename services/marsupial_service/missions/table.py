@@ -1,7 +1,5 @@
 """What happens to missions in the store, each change in one transaction, and what can be read of them."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence

@@ -1,7 +1,5 @@
 """What a mission of the service consists of: its brief and its inputs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum, StrEnum, auto
 

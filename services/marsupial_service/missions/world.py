@@ -4,8 +4,6 @@ Mission time is the client's: it advances with each report. What a report omits 
 command was given.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

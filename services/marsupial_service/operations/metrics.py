@@ -1,7 +1,5 @@
 """What operators measure, for Prometheus: requests by route and status, jobs and missions, slots, streams."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What needs no job: analyses of maps, and verdicts on plans."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Response

@@ -1,7 +1,5 @@
 """What the service has: planners, demo data, limits."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from typing import Annotated
 

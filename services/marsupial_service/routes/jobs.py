@@ -1,7 +1,5 @@
 """Planning jobs: sent, looked at, followed, cancelled."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import AsyncIterator, Mapping
 from functools import partial

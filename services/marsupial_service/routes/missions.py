@@ -1,7 +1,5 @@
 """Missions with the clients' own robots: created, reported to, followed, paused, resumed, cancelled."""
 
-from __future__ import annotations
-
 import asyncio
 from typing import Annotated, Any
 

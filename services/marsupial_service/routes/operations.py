@@ -1,7 +1,5 @@
 """For those who run the service: is it alive, can it plan, how much does it do."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import sqlite3

@@ -1,7 +1,5 @@
 """What several routes take (who asks, headers, the entry of the path) and answer (an entry, a page of a list)."""
 
-from __future__ import annotations
-
 import re
 import time
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Missions in the service's simulator: what there is to choose from, and how one is begun."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Annotated
 

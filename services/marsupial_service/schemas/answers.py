@@ -1,7 +1,5 @@
 """The bodies of answers. Moments are RFC 3339 in UTC, places on the map are metres of the map frame."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, WithJsonSchema

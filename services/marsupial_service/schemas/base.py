@@ -3,8 +3,6 @@
 Numbers lie within `marsupial.model.bounds`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from enum import StrEnum
 from typing import Annotated, Any, Self, TypeVar

@@ -4,8 +4,6 @@ Times are whole milliseconds of the client's clock: of a job since its situation
 are columns and rows of the mission's frame from its lower left corner, [0, 0]; points are metres of the map frame.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Literal
 

@@ -3,8 +3,6 @@
 The words are those of scenario files; a pose is a point in metres of the map frame or a cell of the grid.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Field, StringConstraints, model_validator

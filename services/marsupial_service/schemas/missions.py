@@ -1,7 +1,5 @@
 """Missions: the brief, and what is reported."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field, RootModel, StringConstraints

@@ -1,7 +1,5 @@
 """Missions in the simulator: which scenario or map, and how it is to be explored."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import RootModel

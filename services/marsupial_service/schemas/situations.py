@@ -1,7 +1,5 @@
 """A ready situation, as `marsupial export` writes it (`marsupial.formats.situation`)."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field

@@ -1,7 +1,5 @@
 """Words in the store, in answers and in events: states of jobs and missions, and types of events."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 

@@ -1,7 +1,5 @@
 """Texts that are kept under a name, besides jobs and missions."""
 
-from __future__ import annotations
-
 from marsupial_service.store.transaction import StoreReader, Transaction
 
 

@@ -1,7 +1,5 @@
 """What the store asks of a database. Both understand the statements of this package, with `?` for values."""
 
-from __future__ import annotations
-
 import uuid
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence

@@ -4,8 +4,6 @@
 process is killed as by ``kill -9``; at every passing of the second one writing fails as on a full disk.
 """
 
-from __future__ import annotations
-
 import signal
 import sqlite3
 from collections import Counter

@@ -1,7 +1,5 @@
 """Open a store by its place, a folder or the address of a database: for a server, or for maintenance beside servers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What is wrong for a while is logged when it begins and when it is over, however often it is met in between."""
 
-from __future__ import annotations
-
 import logging
 import threading
 import time

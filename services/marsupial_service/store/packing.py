@@ -3,8 +3,6 @@
 What is packed begins with the number of its dictionary, so that another one can be added.
 """
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Iterable, Iterator
 from typing import Any

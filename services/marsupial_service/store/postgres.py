@@ -11,8 +11,6 @@ are on their way: a session that is stuck there, and that another one waits for,
 Whoever finds its session ended before the commit has stored nothing, and writes again over a new connection.
 """
 
-from __future__ import annotations
-
 import hashlib
 import logging
 import math

@@ -4,8 +4,6 @@ Write-ahead log, every commit on disk before it returns (`synchronous=FULL`), fo
 its owner alone: it holds maps and keys.
 """
 
-from __future__ import annotations
-
 import fcntl
 import os
 import sqlite3

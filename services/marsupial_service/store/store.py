@@ -1,7 +1,5 @@
 """The store: a database in which one thread of this server writes and two read."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor

@@ -10,8 +10,6 @@ is next.
 They are written in the SQL of SQLite; `postgres` translates what PostgreSQL says differently.
 """
 
-from __future__ import annotations
-
 from marsupial_service.store.engine import StoreError
 
 # what a row takes besides its contents, in what is counted as `bytes` of an entry; and an entry with its indexes

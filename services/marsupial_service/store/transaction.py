@@ -1,7 +1,5 @@
 """A transaction: begun, committed and rolled back in one place."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any

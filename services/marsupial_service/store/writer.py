@@ -25,8 +25,6 @@ After a commit listeners are told its topics. After the first commit that follow
 may have changed, as what seemed to fail may be stored.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 import queue
