@@ -18,7 +18,7 @@ class Transaction:
         self.skip_locked = engine.skip_locked
         self.live = engine.live
         self.news: set[str] = set()  # topics whose subscribers are notified after the commit
-        self.undone: list[Callable[[], None]] = []  # called if nothing of the transaction is stored
+        self.undone: list[Callable[[], None]] = []  # called if the write that appends is not stored
         # the rollback failed as well, so the connection is useless; and it did before the commit was sent
         self.is_broken = self.is_lost = False
 
@@ -38,14 +38,18 @@ class Transaction:
             connection.execute("COMMIT")
         except BaseException as error:
             # before the rollback: if that fails as well, caches must not keep what was not stored
-            for undone in self.undone:
-                undone()
+            self.undo()
             try:
                 connection.execute("ROLLBACK")
             except engine.errors:  # none was begun, or the connection is gone
                 self.is_broken = True
                 self.is_lost = not is_begun or (isinstance(error, engine.breaks) and not is_ending)
             raise
+
+    def undo(self, first: int = 0) -> None:
+        """Call what is `undone`, all from the `first` on."""
+        while len(self.undone) > first:
+            self.undone.pop()()
 
     def execute(self, sql: str, values: Iterable[Any] = ()) -> StoreRows:
         """Run one statement."""

@@ -61,7 +61,7 @@ class WriteRequest:
 
     def run(self, transaction: Transaction, engine: StoreBackend) -> None:
         """Do it; its changes are taken back if it refuses."""
-        self.refusal = None
+        self.refusal, before = None, len(transaction.undone)
         transaction.execute("SAVEPOINT write")
         try:
             self.result = self.write(transaction)
@@ -69,6 +69,7 @@ class WriteRequest:
             if isinstance(error, engine.errors) and not isinstance(error, engine.refusals):
                 raise
             self.refusal = error
+            transaction.undo(before)
             transaction.execute("ROLLBACK TO SAVEPOINT write")
         transaction.execute("RELEASE SAVEPOINT write")
 

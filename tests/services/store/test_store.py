@@ -73,7 +73,10 @@ def test_writes_that_come_while_one_is_committed_share_one_commit(store: Store) 
 
 
 def test_a_write_that_refuses_takes_back_its_own_changes_only(store: Store) -> None:
+    undone = []
+
     def refuse(tx: Transaction) -> None:
+        tx.undone.append(lambda: undone.append("refused"))
         tx.execute(NEW, ("half",))
         raise KeyError("no")
 
@@ -82,7 +85,7 @@ def test_a_write_that_refuses_takes_back_its_own_changes_only(store: Store) -> N
     held.release()
     errors = [type(write.exception(HANG_S)) for write in writes]
     assert errors == [type(None), KeyError, type(None), sqlite3.IntegrityError, type(None)]
-    assert names(store) == ["a", "b", "c"]
+    assert (names(store), undone) == (["a", "b", "c"], ["refused"])
 
 
 def test_a_listener_that_fails_is_told_again_and_stops_no_writes(place: str) -> None:
