@@ -90,7 +90,7 @@ class Result:
 
 @dataclass(frozen=True, slots=True)
 class Format(Generic[Record]):
-    """The format of a kind of record: its class, and the parser of each column after `KEY`; empty text is None."""
+    """The format of a kind of record: its class, and the parser of each column after `KEY`."""
 
     make: Callable[..., Record]
     readers: Mapping[str, Callable[[str], Any]]
@@ -110,7 +110,7 @@ class Format(Generic[Record]):
         """Return the record of a line's fields; raise a `ValueError` if their number or one of them is wrong."""
         scenario, strategy, planner, carriers, rovers, seed, *rest = fields
         texts = zip(self.readers.items(), rest, strict=True)
-        values = {name: None if text == "" else read(text) for (name, read), text in texts}
+        values = {name: read(text) for (name, read), text in texts}
         case = Case(scenario, int(carriers), int(rovers))
         return self.make(trial=Trial(case, Contender(strategy, planner), int(seed)), **values)
 
@@ -131,6 +131,10 @@ def _written(value: object) -> str:
     return " ".join(text.split())  # no line breaks inside a field: readers split files into lines
 
 
+def _or_none(read: Callable[[str], Any]) -> Callable[[str], Any]:
+    return lambda text: None if text == "" else read(text)
+
+
 METRIC_BY_COLUMN = {metric.column: metric for metric in METRICS.values()}
 
 
@@ -141,8 +145,11 @@ def metrics_of(record: type[MissionRow | Timing], summary: Summary) -> dict[str,
 
 
 _COLUMNS = (each.name for each in fields(MissionRow) if each.name != "trial")
-ROWS = Format(MissionRow, {name: METRIC_BY_COLUMN[name].read if name in METRIC_BY_COLUMN else str for name in _COLUMNS})
+ROWS = Format(
+    MissionRow,
+    {name: _or_none(METRIC_BY_COLUMN[name].read) if name in METRIC_BY_COLUMN else str for name in _COLUMNS},
+)
 
-TIMINGS = Format(Timing, {each.name: float for each in fields(Timing) if each.name != "trial"})
+TIMINGS = Format(Timing, {each.name: _or_none(float) for each in fields(Timing) if each.name != "trial"})
 
 CURVES = Format(Curve, {"every_s": float, "known": lambda text: tuple(map(int, text.split()))})
