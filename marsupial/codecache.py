@@ -1,4 +1,4 @@
-"""The cache of compiled code on this machine, and code that was compiled before it got here.
+"""The cache of compiled code on this machine, and code that came compiled with the package.
 
 numba compiles a function for each signature it is called with. A call looks for that code in this order, and only
 the last step is slow (seconds for a planner's search):
@@ -25,8 +25,8 @@ name and features, and a stamp of the source file. So precompiled files don't us
 pickles of a compiled function, and their name is a digest of all that must be equal for the code to be right: numba,
 numpy's ABI, Python, platform, sources, signature, and a processor from `PROCESSORS`. They are compiled for that
 processor by name (x86-64-v3: AVX2, no AVX-512) instead of for the machine that compiles, and used where the machine
-has its features. An older numba, another Python or an edited source computes another name, finds no file and
-compiles: nothing has to be invalidated.
+has its features. Another numba, another Python or an edited source computes another name, finds no file and compiles:
+nothing has to be invalidated.
 
 *What of numba is overridden.* `_FunctionCode` stands where numba's dispatcher keeps its cache (``dispatcher._cache``).
 It uses `FunctionCache._load_overload`, `CompileResult._reduce` and `_rebuild`, which numba may change in any release:

@@ -22,10 +22,12 @@ last question, so their cost goes with the newly revealed cells, not with the si
                            v
                          Survey            poses of all places, and the Situation: travel times between them (travel.py)
 
-Updates rely on one property: known cells never change, the map only grows. So an area only grows from cells that
-opened, a frontier cell only ceases to be one, and a distance only falls. A `Feed` carries new cells to any number of
-readers, each of which takes them when it is asked. What breaks the property starts anew: another team resets
-`GrowingReach`, and a map whose known cells changed, or whose frame grew, gets a new `Surveyor` (lookout.py).
+Updates rely on one property: known cells never change, the map only grows. So an area only grows, from cells that
+opened (but when a rover goes aboard, the part that only it could reach is given up), a frontier cell only ceases to be
+one, and a distance only falls. A `Feed` carries new cells to any number of readers, each of which takes them when it is
+asked. What breaks the property starts anew: a lost robot resets `GrowingReach`, and a map whose known cells changed, or
+whose frame grew, gets a new `Surveyor` (lookout.py). If no frontier is left, `Landings` adds places from where a robot
+may see ground that rovers could be set down on; only when there are none of these either is everything explored.
 
 `_look` runs the stages down to the frontiers, unless neither map nor robots changed since. That answers "is anything
 left to explore?", the question asked most. Targets, meeting points and travel times are computed anew for each

@@ -1,7 +1,8 @@
 """The closed loop of a mission: sense, survey, decide, check, act, until the mission ends.
 
 `MissionLoop` connects a world, a strategy and a replanning policy, which it knows by their protocols only. Every plan
-is checked before robots follow it. The loop replans when news could change the plan, never because time passes.
+is checked before robots follow it. The loop replans when news could change the plan. Time alone asks for a new plan
+only when the team has to be called back, or when a wait has lasted too long (`Patience`).
 
 How it works
 ------------
@@ -25,9 +26,10 @@ How it works
 One turn of the loop handles one moment of mission time. Three parts of the state decide how it goes on:
 
 - The *replanning policy* (`marsupial.mission.replanning`) decides which news asks for a new plan, and which survey the
-  plan is made from. It starts as the strategy's own policy or `OnNews`. Shortly before the time limit `Recall` replaces
-  it by `ReturnPolicy`, which ignores what is left to explore; if time remains once all rovers are aboard, carriers
-  explore on alone (`CarriersAlone`).
+  plan is made from. It starts as the strategy's own policy or `OnNews`. Once the time left is only just enough for the
+  way back, `Recall` replaces it with `ReturnPolicy`, which ignores what is left to explore. If time remains once all
+  rovers are aboard, carriers explore on alone (`CarriersAlone`), unless the team has to be home or the strategy has a
+  policy of its own.
 - The *followed survey* gives the names in the current plan their meaning. Targets move as the map grows, so each new
   survey is matched with it (`_renamed`), and the rest of the plan is carried over under the new names.
 - With *charged* planning time (`PlanningTime.CHARGED`) the clock runs while the strategy computes: robots go on with

@@ -1,8 +1,9 @@
 """The supervisor of one job, which watches the worker that does it and relays between asker and worker.
 
-Both are forked from the warm, single-threaded fork server (`marsupial.processes.fork_server`). The supervisor keeps the
-tail of the worker's output, measures its memory, and ends it and everything below it when a limit is reached, when the
-asker hangs up, or when the fork server dies.
+It is forked from the warm, single-threaded fork server (`marsupial.processes.fork_server`), and forks the worker. It
+keeps the tail of the worker's output, measures its memory, and ends it and everything below it when a limit is reached,
+when the asker hangs up, or when the fork server dies. If the worker ends by itself, what it left behind is ended too.
+The last message to the asker says how the job ended.
 """
 
 import gc

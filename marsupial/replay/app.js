@@ -15,12 +15,13 @@
    every RENEW_MS. Both draw in the same way: any moment t can be drawn from a Mission at any time, forwards or backwards,
    so scrubbing, playing and live differ only in who sets t.
 
-   What is costly is kept: the timeline's lanes are drawn once per size and theme on a canvas of their own, and a map that
-   moves through time repaints only the tiles that differ. `draw()` may be called at every change; it asks for one frame,
-   and `drawNow()` draws everything for the present t. `restyle()` is for what depends on size or theme, not on t.
+   What is costly is kept: what of the timeline does not depend on t is on a canvas of its own, drawn again only for
+   another size, theme or span, or for new lines, and a map that moves through time repaints only the tiles that differ.
+   `draw()` may be called at every change; it asks for one frame, and `drawNow()` draws everything for the present t.
+   `restyle()` is for what depends on size, theme, span or the lines so far, not on t.
 
-   Two missions share one Transport and one Lanes. The span is that of both; while either goes on, the newest moment is
-   that of the slower one, so that the two can be compared. */
+   Two missions share one Transport and one Lanes. The span is that of both; while both go on, the newest moment is that
+   of the slower one, so that the two can be compared; if one has ended, it is that of the other. */
 
 import { button, icon, make, setText } from "./dom.js";
 import { lead, outcome, sideNames } from "./difference.js";

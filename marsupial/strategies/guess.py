@@ -18,10 +18,10 @@ How it works
 
 1. `marsupial.maps.unseen` divides the unknown into squares. The nearest `MOST_SQUARES` become guessed targets.
 2. A square is a *room*, for rovers only, or a *hall*. The share of rooms is the share of the seen ground that only
-   rovers can drive on or get to; rovers can explore as many halls as the share of carriers' ground that they can drive
-   on. Where rooms are islands (rovers can't drive on carriers' ground at all), carriers have to bring them; elsewhere a
-   rover on the ground drives on by itself. Each square has a random number that stays the same for the whole mission
-   (`Square.draw`), so that it does not change its kind from plan to plan.
+   rovers can drive on or get to; the share of halls that rovers can explore as well is the share of carriers' ground
+   that they can drive on. Where rooms are islands (rovers can't drive on carriers' ground at all), carriers have to
+   bring them; elsewhere a rover on the ground drives on by itself. Each square has a random number that stays the same
+   for the whole mission (`Square.draw`), so that it does not change its kind from plan to plan.
 3. The path to a square leads through a *gate*, a known target that the robot can explore, then straight on; `BEND`
    allows for walls. The travel time from any place is the least over all gates.
 4. The objective weights a real target with 1, and a square with `WORTH` times its unknown share.

@@ -10,7 +10,7 @@ How it works
     Briefing ---> guess: known targets + guessed ones in the unknown
                     |
                     v
-    candidates:   previous plan, the plans of rules, nothing
+    candidates:   previous plan, plans of rules, an empty plan
                     |  each completed by the greedy planner, so that it serves all targets
                     v
                   best candidate ---> engine.solve(situation, budget, objective, start)

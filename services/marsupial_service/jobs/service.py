@@ -1,7 +1,9 @@
 """Planning jobs: accepted, stored, run, followed.
 
 Everything here runs in one event loop. What blocks is elsewhere: writing and reading in the store's threads, following
-a running job in a thread per slot, planning in processes of its own.
+a running job in a thread per slot, planning in processes of its own. Each slot waits for a job in the queue and for
+room on a machine, and only then takes the job, as another server might run it meanwhile. `turns` says which job is next
+and which makes way, `attempt` how one is run.
 """
 
 import asyncio

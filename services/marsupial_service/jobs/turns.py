@@ -1,4 +1,4 @@
-"""Whose turn it is: which job is taken next, and which makes way for an owner of whom none run.
+"""Whose turn it is: which job is taken next, and which makes way for an owner who has none running.
 
 All servers of a store share one queue, the rows of `jobs` in state `queued`, and take from it one job at a time in a
 transaction. So turns need no scheduler and no leader: each server with a free slot asks for the first job.
@@ -9,16 +9,18 @@ transaction. So turns need no scheduler and no leader: each server with a free s
     cat        0         c1 c2            ---->   c1
     dan        0         d1
 
-Fair share: the owner of whom the fewest run comes first; among equals the one served longest ago (`owners.served`
+Fair share: the owner with the fewest running jobs comes first; among equals the one served longest ago (`owners.served`
 counts servings); within an owner the oldest job. A flood of jobs of one owner delays only that owner.
 
 That alone would leave a new owner waiting for as long as the budgets of running jobs last, up to minutes. So a running
 job makes way (`yielding`) once an owner without a running job has waited for `PATIENCE_MS`. It goes back into the queue
-with its best plan and the rest of its budget. The victim is the newest job of an owner of whom the most run, and rather
-one that can go on from its plan than one that has to begin anew. An owner's only job is spared until it has run for as
-long as in all its attempts before: its turns grow twofold, and beginning anew costs at most half of its time.
+with its best plan and the rest of its budget. The victim is a job of an owner with the most running jobs: one that can
+go on from its plan rather than one that has to begin anew, and of those the newest. An owner's only job is spared until
+it has run for as long as in all its attempts before: so its turns double, and beginning anew costs at most half of its
+time.
 
-Missions do not wait in this queue. Their plannings take slots of their own server before any job (`entries.slots`).
+Missions do not wait in this queue. Their plannings take slots of their own server before any job, and break one off if
+all are taken (`entries.slots`).
 """
 
 from collections import Counter

@@ -14,8 +14,8 @@ So a process holds nothing that can't be made again, and may be killed at any mo
 stored, as clients have acted on it: if it differs, `Diverged` ends the mission rather than contradict it.
 
 Who may write is decided by the store. Each server that takes a mission over begins a new term of it, and a write names
-the term: one of an earlier term changes nothing, and its supervisor ends with `Dismissed`. A server that hangs and
-comes back can do no harm, therefore, and two supervisors of a mission can't both go on.
+the term: one of an earlier term changes nothing, and its supervisor ends with `Dismissed`. So a server that hangs and
+comes back can do no harm, and two supervisors of a mission can't both go on.
 
 The talk with the process, always in this order:
 
@@ -25,8 +25,9 @@ The talk with the process, always in this order:
                  PlanningTurn.DONE     <----               the slot is free again
                  batches               <----               one for each input, in one piece or several
 
-Only a process that crashes by itself, again and again with nothing new in between, fails its mission. If it was killed,
-or none can be started, the mission has no part in that and is started again, with growing pauses.
+Otherwise a mission fails only if its process crashes or exceeds its memory again and again, with nothing new in
+between. If it was killed, or none can be started, the mission has no part in that and is started again, with growing
+pauses.
 """
 
 import asyncio

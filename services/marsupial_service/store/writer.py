@@ -1,7 +1,7 @@
 """The one thread that writes, and commits in groups.
 
-A commit waits for the disk, for milliseconds; that limits writes a second if each commits alone. So writes queue up
-while one commit is under way, and all that wait become the next transaction:
+A commit waits for the disk, for milliseconds, which limits how many there can be in a second. So writes queue up while
+one commit is under way, and all that wait become the next transaction:
 
     callers    w1      w2 w3 w4          w5 w6
                |       |  |  |           |  |
@@ -11,7 +11,7 @@ while one commit is under way, and all that wait become the next transaction:
 The more callers there are, the larger the groups: throughput grows with load, and a lone write waits for nobody. A
 future that has its result stands for data on the disk, so what the service acknowledges survives a power cut.
 
-Writes in a group do not share their fate, but for the disk's. Each runs in a savepoint: one that refuses (raises) takes
+One write's failure does not affect the others of its group. Each runs in a savepoint: one that refuses (raises) takes
 back its own changes only, and the others commit. If the commit itself fails, all of the group is taken back and every
 caller told.
 
