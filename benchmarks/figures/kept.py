@@ -23,8 +23,7 @@ COMMANDS: Mapping[str, str] = {
 """The command of `marsupial` behind each of the kept results."""
 
 FILES = (HEADER, "rows.csv", "timings.csv")  # coverage over time is long, and no figure needs it
-_CHANGING = re.compile(r" +\d+:\d\d .* so far, .*|.*(?:planning, |analysis ).*|wrote .*")
-"""Lines of a demo that differ from machine to machine: progress, wall-clock times, and where it wrote its files."""
+_CLOCK = re.compile(r" (?:planning, |analysis ).*")  # lines of a demo with wall-clock times
 
 
 def comparison(name: str) -> ComparisonOutcome:
@@ -50,7 +49,7 @@ def origin(name: str) -> str:
 
 def carry_out(name: str) -> None:
     """Carry out the missions of one of `COMMANDS` and keep their results; a comparison that was interrupted goes on."""
-    commit = _git("rev-parse", "HEAD")
+    commit = _git("log", "-1", "--format=%H", "--", "marsupial")
     if _git("status", "--porcelain", "marsupial"):
         raise UsageError("the results are kept with their commit: commit what has changed in marsupial/ first")
     out = ROOT / "out" / "figures" / f"{name}-{commit[:8]}"
@@ -72,9 +71,9 @@ def keep(name: str, commit: str, said: str, folder: Path, **more: str) -> None:
 
 
 def steady(said: str) -> str:
-    """Return what a demo prints without what differs from machine to machine."""
-    lines = (line.rstrip() for line in said.splitlines() if not _CHANGING.fullmatch(line))
-    return "\n".join(lines).strip() + "\n"
+    """Return what a demo prints without the times that differ from machine to machine."""
+    lines = [line.rstrip() for line in said.splitlines() if not _CLOCK.fullmatch(line)]
+    return "\n".join(lines).strip("\n") + "\n"
 
 
 def _git(*arguments: str) -> str:
