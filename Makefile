@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test slow trial check lint types contract generated docs drawings wheel clean
+.PHONY: demo test slow trial figures missions check lint types contract generated docs drawings wheel clean
 
 demo: $(STAMP)
 	@$(BIN)/marsupial demo --out demo
@@ -18,6 +18,13 @@ slow: $(STAMP)
 # The HTTP service killed, given hostile planners and timed: some minutes. docs/benchmarks.md says what more there is.
 trial: $(STAMP)
 	$(BIN)/python -m benchmarks trial --quick
+
+# The figures of README and docs, from kept rows; `missions` carries out these missions first: a quarter of an hour on two cores.
+figures: $(STAMP)
+	$(BIN)/python -m benchmarks figures
+
+missions: $(STAMP)
+	$(BIN)/python -m benchmarks figures --missions
 
 check: lint types contract test
 

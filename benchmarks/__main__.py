@@ -9,6 +9,7 @@ from marsupial.errors import MarsupialError
 
 PROGRAMS = {
     "analysis": ("benchmarks.speed.analysis", "map work after 1 % of a map was revealed, beside the same from scratch"),
+    "figures": ("benchmarks.figures.blocks", "the figures of README and docs, from the kept results of missions"),
     "first-use": ("benchmarks.speed.first_use", "a command with no compiled code kept, beside the times after it"),
     "fuzz": ("benchmarks.fuzz.runs", "mutated inputs for every reader, guided by coverage"),
     "paths": ("benchmarks.speed.paths", "path costs beside searches in plain C and scipy's csgraph"),
