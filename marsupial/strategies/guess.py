@@ -219,6 +219,7 @@ def _extended(
     names += [one.entry for one in rooms] + list(situation.homes)
     index = {name: i for i, name in enumerate(names)}
     old = np.array([index[name] for name in situation.places])
+    guessed = np.setdiff1d(np.arange(len(names)), old)
     new = np.array([index[one.entry] for one in squares])
     doors, inside = [index[one.entry] for one in rooms], [index[one.target] for one in rooms]
     middles = np.array([(one.square.x_m, one.square.y_m) for one in squares])
@@ -241,7 +242,7 @@ def _extended(
             table[doors, doors] = 0
             table[:, inside] = np.where(table[:, doors] == UNREACHABLE, UNREACHABLE, table[:, doors] + ROOM_MS)
             table[inside] = np.where(table[doors] == UNREACHABLE, UNREACHABLE, table[doors] + ROOM_MS)
-        np.fill_diagonal(table, 0)
+        table[guessed, guessed] = 0
         travel[kind.name] = table
     return replace(
         situation,

@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 import pytest
-from situations import carrier, door, hall, one_hall, one_room, room, rover, situation_of
+from situations import carrier, door, hall, one_hall, one_room, room, rover, situation_of, too_wide
 
 from marsupial.model import Briefing, Plan, Situation, Square, Unseen
 from marsupial.planning.checker import check
@@ -9,7 +9,7 @@ from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.strategies.guess import BEND, HEAD_START_MS, MOST_SQUARES, ROOM_MS, WORTH, Guess, guess
 
-SPEED_MPS = {"carrier": 1.0, "rover": 0.5}
+SPEED_MPS = {"carrier": 1.0, "rover": 0.5, "climber": 0.5}
 
 
 def square(name: str, x_m: float, *, share: float = 1.0, draw: float = 0.9) -> Square:
@@ -117,6 +117,16 @@ def test_a_rover_that_would_drive_on_goes_to_the_target_that_only_it_can_explore
 
 def test_without_rovers_there_is_no_room_in_any_square() -> None:
     assert guessed(two_in_a_hall(), square("a", 40, draw=0.1), t1=10, t2=30).situation.meetings == ()
+
+
+def test_a_rover_is_no_narrower_in_a_guess() -> None:
+    situation = too_wide()
+    found = guessed(situation, square("a", 40), shared=0.5, t1=22).situation
+    assert len(found.places) > len(situation.places)
+    for kind, standing in situation.standing.items():
+        assert {place: found.standing[kind][found.place_index[place]] for place in situation.places} == dict(
+            zip(situation.places, standing, strict=True)
+        )
 
 
 def test_a_robot_by_itself_has_nobody_to_keep_away_from() -> None:
