@@ -98,7 +98,9 @@ class _Area:
         """Remove the part around a former start from the area, unless a landing is in it."""
         if self.cells.flat[start] and not any(cells.flat[start] for cells in landings):
             self._queue[0] = start
-            part = self._queue[: spread(self.cells, np.zeros_like(self.cells), True, self._queue, 1)]
+            marks = np.zeros_like(self.cells)
+            marks.flat[start] = True
+            part = self._queue[: spread(self.cells, marks, True, self._queue, 1)]
             if not any(cells.ravel()[part].any() for cells in landings):
                 self.cells.ravel()[part] = False
 

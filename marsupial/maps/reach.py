@@ -105,7 +105,7 @@ def _label(mask: Mask, labels: Ints32, queue: Ints32) -> int:
 
 @native
 def spread(mask: Mask, marks: Mask | Ints32, mark: int, queue: Ints32, tail: int) -> int:
-    """Mark all cells connected within `mask` to the `tail` first ones in `queue`; return the queue's new length."""
+    """Mark all cells connected within `mask` to the `tail` ones in `queue`, already marked; return the new tail."""
     height, width = mask.shape
     head = 0
     while head < tail:

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 from at_once import reach_at_once
 from drawn_maps import aboard, carrier, draw, picture, random_cells, rover, standing
@@ -35,6 +37,13 @@ def test_a_rover_picked_up_reaches_what_its_carrier_can_set_it_down_at() -> None
     c = standing("c", Cell(1, 1))
     assert picture(growing.reach([c, standing("r", Cell(7, 0), "rover")]).by_type["rover"])[2] == "xxxxxx.x"
     assert picture(growing.reach([c, aboard("r", "c")]).by_type["rover"])[2] == "xxxxxx.."
+
+
+def test_a_part_as_large_as_the_map_is_given_up() -> None:
+    growing = GrowingReach(Territory(draw("......", "......"), (replace(CARRIER, capacity=0), ROVER)))
+    c = standing("c", Cell(5, 1))
+    assert picture(growing.reach([c, standing("r", Cell(0, 0), "rover")]).by_type["rover"]) == ["xxxxxx"] * 2
+    assert picture(growing.reach([c, aboard("r", "c")]).by_type["rover"]) == ["......"] * 2
 
 
 def cell_in(mask: Mask, data: st.DataObject) -> Cell | None:
