@@ -4,6 +4,7 @@ Every request of the service may be sent again: jobs and missions have keys, rep
 posted changes nothing the second time. `marsupial_client.http` says which errors are worth another attempt, and when.
 """
 
+import json
 import math
 from asyncio import sleep
 from collections.abc import AsyncGenerator, Callable, Mapping
@@ -50,10 +51,12 @@ class AsyncSession:
         read: Callable[[httpx2.Response, str], Any] = document_in,
     ) -> Any:
         """Send a request until it is answered; return what `read` makes of the answer. Raises Refused, Unreachable."""
+        # once, so that what is sent again is the same
+        content = None if body is None else json.dumps(body).encode()
         pauses = self.service.pauses()
         while True:
             try:
-                request = self.service.request(self._http, method, path, body, headers or {})
+                request = self.service.request(self._http, method, path, content, headers or {})
                 return read(checked(await self._answer(request, path), path), path)
             except TRANSIENT as error:
                 await sleep(pauses.after(error, monotonic()))

@@ -3,7 +3,6 @@
 Nothing here sends or waits: `AsyncSession` does, and `Session`, which is generated from it.
 """
 
-import json
 import random
 import re
 from collections.abc import Callable, Mapping
@@ -91,10 +90,11 @@ class Service:
         """Return the pauses for a new request."""
         return RetryPauses(self.url, self.patience_s, self._missed)
 
-    def request(self, http: Http, method: str, path: str, body: object, headers: Mapping[str, str]) -> httpx2.Request:
-        """Return a request with a body of JSON; None is no body."""
-        content = None if body is None else json.dumps(body).encode()
-        kind = {} if body is None else {"Content-Type": "application/json"}
+    def request(
+        self, http: Http, method: str, path: str, content: bytes | None, headers: Mapping[str, str]
+    ) -> httpx2.Request:
+        """Return a request with a body of JSON, or without a body."""
+        kind = {} if content is None else {"Content-Type": "application/json"}
         own = {**self._headers, **kind, **headers}
         return http.build_request(method, self.url + path, content=content, headers=own, timeout=self._timeout_s)
 
