@@ -178,13 +178,18 @@ class Situation:
         starts = tuple(r.place for r in kept if r.place is not None)
         names = starts + tuple(t.name for t in kept_targets) + kept_meetings + homes
         rows = np.array([self.place_index[name] for name in names], dtype=np.intp)
+        tables = {name: table[np.ix_(rows, rows)] for name, table in self.travel_ms.items()}
+        for name, table in tables.items():
+            # where a drive from a place that is left out led stays a place to stand
+            stands = np.diagonal(table) != UNREACHABLE
+            np.fill_diagonal(table, np.where(self.standing[name][rows] & ~stands, 0, np.diagonal(table)))
         return replace(
             self,
             robots=kept,
             targets=kept_targets,
             meetings=kept_meetings,
             homes=homes,
-            travel_ms={name: table[np.ix_(rows, rows)] for name, table in self.travel_ms.items()},
+            travel_ms=tables,
             goal=self.goal if goal is None else goal,
         )
 

@@ -278,21 +278,23 @@ def _travel(table: FactTable, members: Members) -> dict[str, TravelTable]:
     for (word, origin, place), time in _drives(table, members, owners):
         if origin in index and place in index:
             tables[word][index[origin], index[place]] = time
-    for rover in table.of_kind("rover"):
-        if members[rover] in tables:
-            _stand(table, rover, tables[members[rover]], index)
+    for kind, times in tables.items():
+        _stand(table, [rover for rover in table.of_kind("rover") if members[rover] == kind], times, index)
     return {decode_type(word): rows for word, rows in tables.items()}
 
 
-def _stand(table: FactTable, rover: str, times: TravelTable, index: Mapping[str, int]) -> None:
-    """Enter where a rover can be set down; note where it could not be although a drive of its type leads there."""
+def _stand(table: FactTable, rovers: Sequence[str], times: TravelTable, index: Mapping[str, int]) -> None:
+    """Record where rovers of a type can be set down; report where one can't although another can, or drives there."""
     for meeting in table.of_kind("meeting"):
-        at, fits = index[meeting], ("can_stand", rover, meeting) in table.facts
-        reached = (times[:, at] != UNREACHABLE).any()
+        at = index[meeting]
+        fits = [rover for rover in rovers if ("can_stand", rover, meeting) in table.facts]
+        reached = bool((times[:, at] != UNREACHABLE).any())
+        why = "a drive leads there" if reached else f"{fits[0]} of the same type can" if fits else ""
+        for rover in rovers if why else ():
+            if rover not in fits:
+                table.wrong(table.lines[rover], f"(can_stand {rover} {meeting}) is missing, but {why}")
         if fits and not reached:
             times[at, at] = 0
-        elif reached and not fits:
-            table.wrong(table.lines[rover], f"(can_stand {rover} {meeting}) is missing, but a drive leads there")
 
 
 def _drives(table: FactTable, members: Members, owners: Mapping[str, str]) -> Iterator[tuple[Key, int]]:

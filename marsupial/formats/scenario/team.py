@@ -51,7 +51,8 @@ def read_team(top: Fields, kinds: Kinds, grid: Grid | None) -> tuple[TeamMember,
     kind_fault = "must be a list of robots, or a mapping with 'carriers' and 'rovers_per_carrier'"
     # The length is checked before any of the robots.
     if fault := team_fault(len(given)) if isinstance(given, list) else kind_fault:
-        top.refuse("team", fault)
+        top.has("team")
+        top.wrong("team", fault)
         return ()
     entries = [_read_member(fields, kinds, grid) for fields in top.parts("team")]
     check_names(entries)

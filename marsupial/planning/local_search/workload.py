@@ -55,7 +55,8 @@ class _Rooms:
         self.by_rover, self.by_carrier = (floyd_warshall(legs[kinds].min(axis=0)) for kinds in (rovers, carriers))
         _, self.of = connected_components(np.isfinite(self.by_rover), directed=False)
         self._meetings = data.members(col.MEETINGS)
-        own = np.isfinite(legs[carriers]).sum(axis=(0, 1)) > len(carriers)  # a place is 0 away from itself
+        # no place counts for itself: the diagonal is 0 wherever a type can stand
+        own = (np.isfinite(legs[carriers]) & ~np.eye(legs.shape[1], dtype=np.bool_)).any(axis=(0, 1))
         theirs = [t for t in data.members(col.TARGETS) if not own[t]]
         labels = dict.fromkeys(self.of[theirs].tolist())
         # per room with targets that no carrier explores: these
