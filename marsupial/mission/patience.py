@@ -20,7 +20,7 @@ Ending = tuple[Status, str]
 
 
 class Patience:
-    """Makes a mission that `may_wait` do so, instead of ending, while robots can't stand where they are on its map.
+    """Makes a mission wait (if it `may_wait`) instead of ending while robots can't stand where they are on its map.
 
     The wait for the first usable map is limited by the mission's time limit only, later waits by `WAIT_MS`.
     """

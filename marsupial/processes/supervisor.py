@@ -33,8 +33,8 @@ TAIL_BYTES = 4096
 _POLL_S = 0.05
 _QUICK_POLL_S = 0.002
 _LONGEST_POLL_S = 0.2
-"""Longest time between two looks at a worker that rests: there are many of these, waiting for reports. Signals end no
-waiting either, so the end of a job may be noticed as late."""
+"""Longest time between two looks at a worker that rests: there are many of these, waiting for reports. Signals do not
+interrupt the wait either, so the end of a job may be noticed that late."""
 
 _CHUNK = 1 << 16
 _FILE_BYTES = 1 << 30  # largest file that a worker may write

@@ -27,7 +27,7 @@ PATIENCE_MS = 2_000
 """How long a robot waits until the world looks for a way for it, and then until it looks again."""
 
 _WAKE = -2
-"""Event number of times at which nothing happens but a look at waiting robots."""
+"""Event number of times at which only waiting robots are checked."""
 
 Claim = tuple[Cell, Cell]
 """The ends of the line that a robot is on: a cell twice, or two neighbouring ones."""

@@ -34,9 +34,9 @@ LOOK_AHEAD_M = 5.0
 class Progress:
     """What is known of a drive's progress.
 
-    The robot was last seen to move at `moved_s` from `moved_from`. Its action last told at `told_s` what is left; on
-    the present way the least was `left_m`, at `nearer_s`, on any way `least_m`. `recoveries` are their number at the
-    time of that and by now.
+    The robot was last seen to move at `moved_s` from `moved_from`. Its action last reported the remaining distance at
+    `told_s`; the least on the current route was `left_m`, at `nearer_s`; on any route, `least_m`. `recoveries` are
+    their numbers then and now.
     """
 
     moved_s: float = 0.0

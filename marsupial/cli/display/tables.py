@@ -55,4 +55,10 @@ def print_text(text: str) -> None:
 
 def print_json(value: Any) -> None:
     """Print one JSON value, which must not contain infinite numbers or NaN."""
-    print_text(json.dumps(value, indent=2, allow_nan=False, default=sorted) + "\n")  # sets become lists
+    print_text(json.dumps(value, indent=2, allow_nan=False, default=_plain) + "\n")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, frozenset):
+        return sorted(value)
+    raise TypeError(f"no JSON for {value!r}")

@@ -34,7 +34,7 @@ class MissionRecord(StoredEntry):
     planner: str
     status: str | None
     reason: str
-    n: int  # of the last report, as its time
+    n: int  # number of the last report; `t_ms` is its time
     t_ms: int
     revision: int  # of the plan that was made last
     inputs: int

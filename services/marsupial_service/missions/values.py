@@ -67,7 +67,7 @@ class RobotUpdate:
     name: str
     cell: Cell | None = None  # where it is; while it drives, where it would stop if commanded now
     free_at_ms: int | None = None  # when it would be there
-    distance_m: float | None = None  # that it has driven in all, as `driving_ms`
+    distance_m: float | None = None  # driven so far, in all; `driving_ms`: for how long
     driving_ms: int | None = None
 
 
@@ -125,7 +125,7 @@ class PendingInput:
     """An input (None: the brief), or what the store keeps of it."""
 
     input: Input | bytes | None
-    decisions: tuple[str, ...] = ()  # that an earlier process has made when the input came
+    decisions: tuple[str, ...] = ()  # made by an earlier process for this input
 
 
 class PlanningTurn(Enum):

@@ -40,7 +40,7 @@ class StoreInfo:
     """What a store holds: bytes on the disk (`free_bytes` of them are given back in time), rows by table.
 
     `stored_bytes` are those of jobs and missions, as ``store_bytes`` counts them; `open` counts those that have not
-    ended; the oldest entry was made at `oldest_ms` since 1970.
+    ended; `oldest_ms` is when the oldest entry was made, in ms since 1970.
     """
 
     place: str

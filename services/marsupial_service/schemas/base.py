@@ -103,7 +103,7 @@ def made_of(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
 
 
 def made_of_list(shape: Any, make: Callable[[Any], Any]) -> GetPydanticSchema:
-    """Return the same for a list, which `make` takes without a call between: a report may have thousands of cells."""
+    """Return the same for a list, given to `make` without a wrapper: a report may have thousands of cells."""
     return GetPydanticSchema(lambda _, handler: core_schema.no_info_after_validator_function(make, handler(shape)))
 
 

@@ -127,7 +127,7 @@ class StoreBackend(ABC):
         return False
 
     def settle(self) -> bool:
-        """Give back what commits left behind, outside of transactions; no if others hinder. Raises one of `errors`."""
+        """Give back what commits left behind, outside of transactions; False if others hold it. Raises `errors`."""
         return True
 
     def free_bytes(self, connection: Connection) -> int:

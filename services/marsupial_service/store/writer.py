@@ -136,7 +136,7 @@ class Writer:
                 return
 
     def _done(self, group: list[WriteRequest], last_try: bool = False) -> bool:
-        """Do a group of writes and resolve their futures; return whether that is all (no: try again)."""
+        """Do a group of writes and resolve their futures; return False if they are to be tried again."""
         transaction, is_new = None, self._connection is None
         try:
             connection = self._connection = self._connection or self._engine.writer()
