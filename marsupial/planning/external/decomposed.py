@@ -62,8 +62,8 @@ class Decomposed:
     ) -> Iterator[Improved | Finished]:
         began = time.monotonic()
         parts = decompose(situation, limit)
-        proof = None if parts else impossible(situation)
         if not parts:
+            proof = impossible(situation)
             outcome = Outcome.NO_PLAN if proof is None else Outcome.UNSOLVABLE
             yield Finished(outcome=outcome, detail=proof or "no part has a target that it can reach")
             return
@@ -135,9 +135,6 @@ class _Parts:
             detail = "; ".join([detail, *failures])
             return Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=elapsed_s)
         first = self._ends[0]
-        unsolvable = first.outcome is Outcome.UNSOLVABLE
-        return Finished(
-            outcome=Outcome.NO_PLAN if unsolvable else first.outcome,
-            detail="; ".join([*failures, first.detail]),
-            elapsed_s=elapsed_s,
-        )
+        # that a part has no plan proves nothing of the whole
+        outcome = Outcome.NO_PLAN if first.outcome is Outcome.UNSOLVABLE else first.outcome
+        return Finished(outcome=outcome, detail="; ".join([*failures, first.detail]), elapsed_s=elapsed_s)

@@ -113,7 +113,7 @@ def test_a_deadline_for_tamer_is_a_goal_with_a_time() -> None:
 @pytest.mark.parametrize("case", SOLVABLE)
 def test_aries_gets_one_schema_per_thing_to_do(case: str) -> None:
     situation = SOLVABLE[case]()
-    encoding = aries.encode(situation)
+    encoding = aries.Encoding(situation)
     explores = [action.name for action in encoding.problem.actions if action.name.startswith("to_")]
     vocabulary = Vocabulary(situation)
     goals = {(a.place, r.type) for r in situation.robots for a in vocabulary.drives(r)}
@@ -123,7 +123,7 @@ def test_aries_gets_one_schema_per_thing_to_do(case: str) -> None:
 
 def test_aries_gets_whole_numbers_of_units_rounded_up() -> None:
     situation = situation_of([carrier()], {"t1": hall(1), "t2": hall(60)}, {}, {"c1_start": hall(0)})
-    problem = aries.encode(situation).problem
+    problem = aries.Encoding(situation).problem
     durations = {
         value.constant_value()
         for fluent, value in problem.explicit_initial_values.items()
