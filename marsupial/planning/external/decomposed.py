@@ -43,7 +43,6 @@ class Decomposed:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield plans for growing sets of targets, better ones for the same set, then `Finished`; see `Engine`."""
         # Where the situation fits as a whole, the engine inside does all. `start` is only of use then: plans that serve
         # other targets can't be compared with it.
         if budget.seconds is None:
