@@ -53,13 +53,13 @@ def encode(situation: Situation, objective: Objective = MAKESPAN) -> ProblemData
     robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
     from_meetings, to_meetings = leg.transpose(0, 2, 1)[:, :, meetings], leg[:, :, meetings]
     near_meetings = np.stack([_least_apart(to, meetings, col.NEAR_MEETINGS) for to in (from_meetings, to_meetings)])
-    kinds_of = [np.unique(robots[members, col.TYPE]) for members in (rovers, carriers)]
+    rover_kinds, carrier_kinds = (np.unique(robots[members, col.TYPE]) for members in (rovers, carriers))
     return ProblemData(
         leg=leg,
         robots=robots,
         worth=worth,
         groups=_groups(targets, meetings, rovers, carriers),
-        near=_near(leg, targets, *kinds_of, near_meetings[col.ENTRIES]),
+        near=_near(leg, targets, rover_kinds, carrier_kinds, near_meetings[col.ENTRIES]),
         near_meetings=near_meetings,
         recover=situation.goal.aboard,
         undock_cost=round(objective.undocking_ms / objective.driving) if isinstance(objective, PricedArrival) else 0,
@@ -94,7 +94,7 @@ def events_of(situation: Situation, plan: Plan) -> Ints32:
 
     Plans may visit a target again, but a linked schedule has one node per target: twice in it, it would close a circle.
     """
-    places: dict[str | None, int] = {None: -1, **situation.place_index}
+    places: dict[str | None, int] = {None: -1, **{name: i for i, name in enumerate(situation.places)}}
     robots: dict[str | None, int] = {None: -1, **{robot.name: i for i, robot in enumerate(situation.robots)}}
     first = {a.place: a for a in reversed(plan.actions) if a.name is ActionName.EXPLORE}
     kinds = {ActionName.EXPLORE: col.EXPLORE, ActionName.UNDOCK: col.UNDOCK, ActionName.DOCK: col.DOCK}
