@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # type checkers do not see what `__getattr__` finds
     from marsupial.model.frames import *
     from marsupial.model.grid import *
-    from marsupial.model.mapreading import *
     from marsupial.model.mission import *
     from marsupial.model.objective import *
     from marsupial.model.plan import *
@@ -28,8 +27,7 @@ if TYPE_CHECKING:  # type checkers do not see what `__getattr__` finds
 
 _NAMES = {
     "frames": "FrameShift",
-    "grid": "FLOOR OBSTACLE ROUGH TERRAINS UNKNOWN Cell CellArray Grid Mask Terrain",
-    "mapreading": "LegendEntry MapReading",
+    "grid": "FLOOR OBSTACLE ROUGH TERRAINS UNKNOWN Cell CellArray Grid LegendEntry MapReading Mask Terrain",
     "mission": "ActionEnd ActionEnded ActionStarted Cause Changed DriveEnded DriveStarted FrameGrown Interference "
     "MapMeeting MapTarget MissionEnded MissionEvent MissionStarted PlacedRobot Planned Remaining Revealed RobotLost "
     "Status Trigger Triggers",
@@ -44,8 +42,8 @@ _NAMES = {
     "team": "Deployments Whereabouts",
     "world": "Manoeuvres News RobotReport World",
 }
+# the module that defines each name
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
-"""The module that defines each name."""
 
 __all__ = [*_MODULES]
 

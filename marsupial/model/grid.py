@@ -127,6 +127,29 @@ class Grid:
         return table
 
 
+# Maps are misread more often than they are broken: a grey that meant unknown becomes free, and exploration ends before
+# it began. So readers also return the meaning that they gave to every symbol, and warnings about doubtful ones.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LegendEntry:
+    """One symbol of a map file (``grey 205``, ``'@'``): the terrain code it became, in how many cells."""
+
+    symbol: str
+    code: int
+    cells: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapReading:
+    """A map that was read from a file, and how the reader interpreted each symbol."""
+
+    grid: Grid
+    format: str  # in words
+    legend: tuple[LegendEntry, ...] = ()  # the interpretation of every symbol in the file, ordered by symbol
+    warnings: tuple[str, ...] = ()  # interpretations that look wrong, with the symbols and numbers of cells
+    # whether the format itself closes the map at its edge, so that free space there is no gap in a wall
+    walled: bool = False
+
+
 def code_table(codes: Iterable[int]) -> Mask:
     """Return a boolean table of 256: true for these terrain codes."""
     table = np.zeros(256, dtype=np.bool_)

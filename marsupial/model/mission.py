@@ -40,17 +40,14 @@ class PlacedRobot:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionStarted:
-    """First event: everything that is fixed for the mission; `width` and `height` in cells.
-
-    `interference` says whether robots keep out of each other's footprints.
-    """
+    """First event: everything that is fixed for the mission."""
 
     t_ms: int
     scenario: str
     strategy: str
     planner: str
     seed: int
-    width: int
+    width: int  # in cells, as the height
     height: int
     resolution_m: float
     origin_m: tuple[float, float, float]
@@ -58,7 +55,7 @@ class MissionStarted:
     types: tuple[RobotType, ...]
     robots: tuple[PlacedRobot, ...]
     goal: Goal
-    interference: bool = False
+    interference: bool = False  # whether robots keep out of each other's footprints
 
     @classmethod
     def of(cls, grid: Grid, **others: Any) -> MissionStarted:
@@ -254,11 +251,7 @@ class Interference:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionEnded:
-    """Last event: the stop report and the metrics (docs/command-line.md defines them).
-
-    `exploration_ms` is when the last target disappeared, or None if targets are left; `interference` is None if robots
-    share cells.
-    """
+    """Last event: the stop report and the metrics (docs/command-line.md defines them)."""
 
     t_ms: int
     status: Status
@@ -275,7 +268,7 @@ class MissionEnded:
     plans_invalid: int
     aboard: tuple[str, ...]
     remaining: tuple[Remaining, ...]
-    interference: Interference | None = None
+    interference: Interference | None = None  # None if robots share cells
 
     @property
     def coverage(self) -> float:

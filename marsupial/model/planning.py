@@ -105,12 +105,8 @@ class Engine(Protocol):
         `start` is a valid plan for `situation`, as a first candidate. Closing the iterator early stops the engine and
         everything it started. Plans need not be valid: callers check them (`marsupial.planning.incumbent`).
 
-        Raises
-        ------
-        EngineUnavailable
-            If the engine is not installed here.
-        UsageError
-            If it does not support that kind of budget, or the objective (`info.objectives`).
+        Raise `EngineUnavailable` if the engine is not installed here, and `UsageError` if it does not support that kind
+        of budget, or the objective (`info.objectives`).
         """
 
 

@@ -65,6 +65,11 @@ class SituationGoal:
     recover_rovers: bool = False
     return_home: bool = False
 
+    @property
+    def aboard(self) -> bool:
+        """Whether all rovers have to end aboard: carriers return home with them."""
+        return self.recover_rovers or self.return_home
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Situation:
@@ -172,12 +177,9 @@ class Situation:
         kept = tuple(r for r in self.robots if robots is None or r.name in robots)
         kept_targets = tuple(t for t in self.targets if targets is None or t.name in targets)
         kept_meetings = tuple(m for m in self.meetings if meetings is None or m in meetings)
-        used = {r.home for r in kept}
-        homes = tuple(h for h in self.homes if h in used)
-        # the rows to keep, in the order of `places`
-        starts = tuple(r.place for r in kept if r.place is not None)
-        names = starts + tuple(t.name for t in kept_targets) + kept_meetings + homes
-        rows = np.array([self.place_index[name] for name in names], dtype=np.intp)
+        homes = tuple(h for h in self.homes if any(r.home == h for r in kept))
+        names = {*(r.place for r in kept), *(t.name for t in kept_targets), *kept_meetings, *homes}
+        rows = np.array([i for i, name in enumerate(self.places) if name in names], dtype=np.intp)
         tables = {name: table[np.ix_(rows, rows)] for name, table in self.travel_ms.items()}
         for name, table in tables.items():
             # where a drive from a place that is left out led stays a place to stand
@@ -195,22 +197,16 @@ class Situation:
 
 
 def _problems(situation: Situation) -> list[Problem]:
-    problems: list[Problem] = []
     # the other checks would take long with a team that is far too large
     if fault := team_fault(len(situation.robots)):
         return [Problem("robots", fault)]
-    names = [kind.name for kind in situation.types]
     roles = {kind.name: kind.role for kind in situation.types}
-    for name in sorted(n for n, times in Counter(names).items() if times > 1):
-        problems.append(Problem("types", f"name {name!r} is used twice"))
-    problems += _robot_problems(situation, roles)
+    problems = _repeated("types", [kind.name for kind in situation.types]) + _robot_problems(situation, roles)
     for i, target in enumerate(situation.targets):
         unknown = sorted(target.explorers - roles.keys())
         if unknown:
             problems.append(Problem(f"targets[{i}].explorers", f"unknown robot type {unknown[0]!r}"))
-    everything = [r.name for r in situation.robots] + list(situation.places)
-    for name in sorted(n for n, times in Counter(everything).items() if times > 1):
-        problems.append(Problem("places", f"name {name!r} is used twice"))
+    problems += _repeated("places", [*(robot.name for robot in situation.robots), *situation.places])
     # the row and column of a place follow from the order of `places`, so sizes must match exactly
     shape = (len(situation.places), len(situation.places))
     for i, kind in enumerate(situation.types):
@@ -228,10 +224,14 @@ def _problems(situation: Situation) -> list[Problem]:
     return problems
 
 
+def _repeated(path: str, names: list[str]) -> list[Problem]:
+    return [Problem(path, f"name {n!r} is used twice") for n, times in sorted(Counter(names).items()) if times > 1]
+
+
 def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Problem]:
     problems: list[Problem] = []
-    carriers = {r.name: r for r in situation.robots if roles.get(r.type) is Role.CARRIER}
-    load = dict.fromkeys(carriers, 0)
+    carriers = {r.name for r in situation.robots if roles.get(r.type) is Role.CARRIER}
+    load: Counter[str] = Counter()
     for i, robot in enumerate(situation.robots):
         path = f"robots[{i}]"
         if robot.type not in roles:
@@ -249,8 +249,8 @@ def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Pro
             problems.append(Problem(f"{path}.home", f"unknown home {robot.home!r}"))
     capacities = {kind.name: kind.capacity for kind in situation.types}
     for i, robot in enumerate(situation.robots):
-        capacity = capacities.get(robot.type, 0)
-        if load.get(robot.name, 0) > capacity:
-            text = f"{robot.name} carries {counted(load[robot.name], 'rover')}, capacity {capacity}"
+        carried, capacity = load[robot.name], capacities.get(robot.type, 0)
+        if carried > capacity:
+            text = f"{robot.name} carries {counted(carried, 'rover')}, capacity {capacity}"
             problems.append(Problem(f"robots[{i}]", text))
     return problems

@@ -109,18 +109,11 @@ class Strategy:
 
     A strategy sets `name` and overrides `decide`; the rest has defaults. An object with `name` and `decide` that does
     not derive from this class works as well (`as_strategy`).
-
-    Attributes
-    ----------
-    asks_planner
-        Whether it is created with an engine and a budget, rather than without arguments.
-    info
-        What `marsupial strategies` shows of it; None for the first line of its docstring.
     """
 
     name: str
-    asks_planner: ClassVar[bool] = False
-    info: ClassVar[StrategyInfo | None] = None
+    asks_planner: ClassVar[bool] = False  # whether it is created with an engine and a budget, rather than no arguments
+    info: ClassVar[StrategyInfo | None] = None  # for `marsupial strategies`; None: the first line of its docstring
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the plan to follow; an empty plan means that nothing can be done."""

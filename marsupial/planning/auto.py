@@ -29,7 +29,6 @@ class Auto(Portfolio):
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield what the portfolio or local search yields; see `Engine`."""
         if objective == MAKESPAN:
             return super().solve(situation, budget, start=start)
         return Anytime().solve(situation, budget, objective=objective, start=start)
@@ -39,16 +38,13 @@ def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
     """Return the engine; `exact` makes the engine that proves small situations."""
     return Auto(
         infos.AUTO,
-        PortfolioMember(
-            name="anytime", make=lambda clock, latest: Anytime(clock), suits=lambda situation: not _is_small(situation)
-        ),
-        PortfolioMember(name="anytime", make=lambda clock, latest: Anytime(clock, searches=1), suits=_is_small),
-        PortfolioMember(name="exact", make=exact, suits=_is_small, head_start_s=HEAD_START_S),
+        PortfolioMember("anytime", lambda clock, latest: Anytime(clock), lambda situation: not _is_small(situation)),
+        PortfolioMember("anytime", lambda clock, latest: Anytime(clock, searches=1), _is_small),
+        PortfolioMember("exact", exact, _is_small, head_start_s=HEAD_START_S),
     )
 
 
 def _is_small(situation: Situation) -> bool:
-    goal, rovers = situation.goal, len(situation.of_role(Role.ROVER))
-    if (goal.recover_rovers or goal.return_home) and rovers > MOST_ROVERS:
+    if situation.goal.aboard and len(situation.of_role(Role.ROVER)) > MOST_ROVERS:
         return False
     return 0 < len(situation.targets) <= MOST_TARGETS and unsupported(situation) is None

@@ -162,10 +162,8 @@ class _World:
         for robot in action.robots:
             free = self.free_ms[robot]
             if action.start_ms < free and robot in self.busy:
-                return (
-                    ViolationKind.OVERLAP,
-                    f"{robot} is free from {free} ms only (its last action, then {EPSILON_MS} ms)",
-                )
+                why = f"(its last action, then {EPSILON_MS} ms)"
+                return ViolationKind.OVERLAP, f"{robot} is free from {free} ms only {why}"
             if action.start_ms < free:
                 return ViolationKind.TOO_EARLY, f"{robot} is busy until {free} ms"
         return None

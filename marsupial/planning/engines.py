@@ -32,7 +32,6 @@ class DeferredEngine:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Return the events of the engine; see `Engine`."""
         engine: Engine = resolve_name(self._target)()
         return engine.solve(situation, budget, objective=objective, start=start)
 
@@ -50,6 +49,7 @@ PROCESSES = frozenset({"aries", "tamer"})  # engines that run in processes of th
 
 PRELOAD = (load_tamer, load_aries, commands)  # load the libraries of engines in processes of their own
 
+# sizes of the parts that an engine plans within some seconds; engines not named here take any size
 PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
     "aries": (
         PartSize(rovers=3, targets=4, seconds=3.0),
@@ -63,7 +63,6 @@ PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
         PartSize(rovers=2, targets=2, choices=1, seconds=0.4),
     ),
 }
-"""Sizes of the parts that an engine plans within some seconds; engines not named here take any size."""
 
 
 def engine(name: str) -> Engine:
@@ -74,9 +73,8 @@ def engine(name: str) -> Engine:
         return ENGINES[name]()
     found = extension_engine(name, ENGINES)
     if found is None:
-        raise UsageError(
-            f"{unknown_name('planner', name, engine_names())}, and '{PREFIX}<command> {{domain}} {{problem}}'"
-        )
+        known = unknown_name("planner", name, engine_names())
+        raise UsageError(f"{known}, and '{PREFIX}<command> {{domain}} {{problem}}'")
     return punctual(found)
 
 
@@ -88,12 +86,8 @@ def engine_of(planner: str | Engine) -> Engine:
 def mission_engine(planner: str | Engine, budget: Budget) -> Engine:
     """Return the engine as missions use it: able to keep a budget of that kind, and splitting what is too big for it.
 
-    Raises
-    ------
-    UsageError
-        If there is none of that name, or it can't keep such a budget.
-    EngineUnavailable
-        If it is not installed here.
+    Raise `UsageError` if there is none of that name, or it can't keep such a budget; `EngineUnavailable` if it is not
+    installed here.
     """
     found = engine_of(planner)
     name = found.info.name

@@ -19,11 +19,9 @@ class CheckedEngine:
 
     @property
     def info(self) -> EngineInfo:
-        """The engine's description, and whether it can be used on this machine."""
         return self._engine.info
 
     def solve(self, situation: Situation, budget: Budget, **options: Any) -> Iterator[Improved | Finished]:
-        """Yield what the engine yields, after checking it."""
         events: object = self._engine.solve(situation, budget, **options)
         if not isinstance(events, Iterable):
             refuse(f"planner {self.info.name}: solve", "an iterator of Improved and Finished", events)
@@ -46,7 +44,6 @@ class Missing:
         self.info = EngineInfo(name=name, summary=f"of {package}", missing=reason)
 
     def solve(self, *_: object, **__: object) -> NoReturn:
-        """Raise `EngineUnavailable`."""
         raise EngineUnavailable(f"{self.info.name}: {self.info.missing}")
 
 

@@ -128,7 +128,6 @@ class Punctual:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield what the engine yields in time, then `Finished`; see `Engine`."""
         if budget.seconds is None:
             yield from self._engine.solve(situation, budget, objective=objective, start=start)
             return

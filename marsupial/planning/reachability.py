@@ -57,7 +57,7 @@ def obstacles(situation: Situation) -> Iterator[str]:
     reached = reach(situation)
     yield from hopeless_targets(situation, reached).values()
     goal = situation.goal
-    if goal.recover_rovers or goal.return_home:
+    if goal.aboard:
         yield from _seatless(situation, reached)
     for robot in situation.of_role(Role.CARRIER) if goal.return_home else ():
         if robot.home is not None and not reached[robot.name][situation.place_index[robot.home]]:
@@ -71,10 +71,8 @@ def _seatless(situation: Situation, reached: Mapping[str, Flags]) -> Iterator[st
     """Yield which rovers can't all end aboard, and why; those that are aboard keep their places if they can."""
     carriers = situation.of_role(Role.CARRIER)
     places = [situation.type_of(carrier.name).capacity for carrier in carriers]
-    boards = sorted(
-        zip(situation.of_role(Role.ROVER), _boards(situation, reached), strict=True),
-        key=lambda pair: pair[0].carrier is None,
-    )
+    boards = list(zip(situation.of_role(Role.ROVER), _boards(situation, reached), strict=True))
+    boards.sort(key=lambda pair: pair[0].carrier is None)
     seats = matching([options for _, options in boards], places)
     without: dict[str, list[str]] = {}
     for (rover, options), seat in zip(boards, seats, strict=True):
@@ -125,7 +123,7 @@ def _dead_end(situation: Situation, reached: Mapping[str, Flags]) -> str | None:
 
     A rover has to get to a meeting that a carrier with places gets to, a carrier to its home if it has to return there.
     """
-    if not (situation.goal.recover_rovers or situation.goal.return_home):
+    if not situation.goal.aboard:
         return None
     carriers = [c for c in situation.of_role(Role.CARRIER) if situation.type_of(c.name).capacity > 0]
     served = np.logical_or.reduce([_flags(situation, ()), *(reached[carrier.name] for carrier in carriers)])
@@ -138,12 +136,11 @@ def _dead_end(situation: Situation, reached: Mapping[str, Flags]) -> str | None:
         key = (robot.type, first.tobytes())
         if key not in closed:
             closed[key] = _closure(drives[robot.type], first)
+        ends = True
         if situation.type_by_name[robot.type].role is Role.ROVER:
             ends = bool((closed[key] & served).any())
         elif situation.goal.return_home and robot.home is not None:
             ends = bool(closed[key][situation.place_index[robot.home]])
-        else:
-            ends = True
         return ends and bool(reached[robot.name][target])
 
     for target in situation.targets:
@@ -159,9 +156,8 @@ def _boards(situation: Situation, reached: Mapping[str, Flags]) -> list[list[int
     columns = [situation.place_index[name] for name in situation.meetings]
 
     def meets(team: Sequence[RobotState]) -> Flags:
-        return np.array([reached[robot.name][columns] for robot in team], dtype=np.bool_).reshape(
-            len(team), len(columns)
-        )
+        rows = [reached[robot.name][columns] for robot in team]
+        return np.array(rows, dtype=np.bool_).reshape(len(team), len(columns))
 
     boards = meets(rovers) @ meets(carriers).T
     for i, rover in enumerate(rovers):

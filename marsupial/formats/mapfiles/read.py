@@ -14,7 +14,7 @@ from marsupial.formats.files import file_fault
 from marsupial.formats.mapfiles.movingai import read_movingai, scenario_map
 from marsupial.formats.mapfiles.nav2 import read_nav2
 from marsupial.formats.mapfiles.rosbag import SUFFIXES, is_recording, read_rosbag, split_topic
-from marsupial.model.mapreading import MapReading
+from marsupial.model.grid import MapReading
 
 READERS: dict[str, Callable[[Path], MapReading]] = {
     **dict.fromkeys((".yaml", ".yml"), read_nav2),

@@ -20,8 +20,8 @@ from marsupial.model.bounds import BOUNDS, Bound
 from marsupial.model.robots import Role
 from marsupial.wording import counted
 
+# most entries of all travel tables together, 8 bytes each: a few lines of objects could ask for any number
 MOST_ENTRIES = 20_000_000
-"""Most entries of all travel tables together, 8 bytes each: a few lines of objects could ask for any number."""
 
 Members = Mapping[str, str]  # the type's object of each robot, in order
 
@@ -119,14 +119,14 @@ def _type_word(table: FactTable, robot: str) -> str:
 
 
 def _type(table: FactTable, word: str, members: Members) -> PlanningType:
-    carriers = [r for r, kind in members.items() if kind == word and table.kinds[r] == "carrier"]
-    rovers = [r for r, kind in members.items() if kind == word and table.kinds[r] == "rover"]
+    of_type = [robot for robot, kind in members.items() if kind == word]
+    carriers, rovers = ([r for r in of_type if table.kinds[r] == kind] for kind in ("carrier", "rover"))
     return PlanningType(
         name=decode_type(word),
         role=_role(table, word, carriers, rovers),
-        capacity=_capacity(table, word, carriers),
-        dock_ms=_dock_ms(table, "dock_time", word, rovers),
-        undock_ms=_dock_ms(table, "undock_time", word, rovers),
+        capacity=_trait(table, "capacity", word, carriers),
+        dock_ms=_trait(table, "dock_time", word, rovers),
+        undock_ms=_trait(table, "undock_time", word, rovers),
     )
 
 
@@ -139,20 +139,14 @@ def _role(table: FactTable, word: str, carriers: Sequence[str], rovers: Sequence
     return Role.CARRIER if is_carrier else Role.ROVER
 
 
-def _capacity(table: FactTable, word: str, carriers: Sequence[str]) -> int:
-    shared = _shared(table, "capacity", carriers, table.count)
-    record = table.count(("type_capacity", word))
-    if record is not None and shared is not None and record != shared:
-        table.wrong(table.line_of(("type_capacity", word)), f"{word} has capacity {record}, its carriers {shared}")
-    return (record if shared is None else shared) or 0
-
-
-def _dock_ms(table: FactTable, name: str, word: str, rovers: Sequence[str]) -> int:
-    shared = _shared(table, name, rovers, table.ms)
-    key = (f"type_{name}", word)
-    record = table.ms(key)
-    if record is not None and shared is not None and duration_ms(record) != shared:
-        table.wrong(table.line_of(key), f"{word} has {name} {seconds(record)}, its rovers {seconds(shared)}")
+def _trait(table: FactTable, name: str, word: str, robots: Sequence[str]) -> int:
+    """Return the number in a type's record, which its robots' facts have to agree with, or else that of the facts."""
+    counts, key = name == "capacity", (f"type_{name}", word)
+    read, text = (table.count, str) if counts else (table.ms, seconds)
+    shared, record = _shared(table, name, robots, read), read(key)
+    if record is not None and shared is not None and (record if counts else duration_ms(record)) != shared:
+        noun = "carriers" if counts else "rovers"
+        table.wrong(table.line_of(key), f"{word} has {name} {text(record)}, its {noun} {text(shared)}")
     return (shared if record is None else record) or 0
 
 
@@ -267,14 +261,12 @@ def _travel(table: FactTable, members: Members) -> dict[str, TravelTable]:
     starts = [place for robot in members for place in table.args("at", robot)]
     places = [*starts, *table.of_kind("target"), *table.of_kind("meeting"), *table.of_kind("home")]
     index = {place: i for i, place in enumerate(places)}
-    empty = (len(places), len(places))
-    entries = len(places) ** 2 * len(table.of_kind("robot_type"))
+    shape, entries = (len(places), len(places)), len(places) ** 2 * len(table.of_kind("robot_type"))
     if entries > MOST_ENTRIES:
-        table.wrong(
-            1, f"travel tables of {entries} entries (robot types times places squared), more than {MOST_ENTRIES}"
-        )
+        squared = "(robot types times places squared)"
+        table.wrong(1, f"travel tables of {entries} entries {squared}, more than {MOST_ENTRIES}")
         return {}
-    tables = {word: np.full(empty, UNREACHABLE, dtype=np.int64) for word in table.of_kind("robot_type")}
+    tables = {word: np.full(shape, UNREACHABLE, dtype=np.int64) for word in table.of_kind("robot_type")}
     for (word, origin, place), time in _drives(table, members, owners):
         if origin in index and place in index:
             tables[word][index[origin], index[place]] = time
@@ -320,12 +312,10 @@ def _drive_ms(table: FactTable, args: Key, line: int, members: Members, owners: 
     if cost is None:
         return None
     owner = owners.get(args[1])
-    free = table.ms(("free_at", owner)) if owner is not None and members.get(owner) == args[0] else None
-    if cost <= (free or 0):
-        table.wrong(
-            table.line_of(key), f"({' '.join(key)}) must be more than {seconds(free or 0)}, got {seconds(cost)}"
-        )
+    free = (table.ms(("free_at", owner)) if owner is not None and members.get(owner) == args[0] else None) or 0
+    if cost <= free:
+        table.wrong(table.line_of(key), f"({' '.join(key)}) must be more than {seconds(free)}, got {seconds(cost)}")
     record = table.ms(("travel", *args))
-    if record is not None and duration_ms(record) != cost - (free or 0):
+    if record is not None and duration_ms(record) != cost - free:
         table.wrong(table.line_of(("travel", *args)), f"(travel {' '.join(args)}) contradicts (path_cost ...)")
-    return cost - (free or 0)
+    return cost - free

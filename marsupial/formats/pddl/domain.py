@@ -38,11 +38,10 @@ def _signatures(head: str) -> Mapping[str, tuple[str, ...]]:
     return {form.head: tuple(str(kind) for _, kind in typed_list(form.items[1:])) for form in forms}
 
 
+# the domain's types, each with its supertype
 SUPERTYPES: Mapping[str, str | None] = {
     str(kind): None if str(parent) == "object" else str(parent) for kind, parent in typed_list(_section(":types"))
 }
-"""The domain's types, each with its supertype."""
-
 LEAF_TYPES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())  # the types that objects may have
 PREDICATES = _signatures(":predicates")  # the domain's predicates with the types of their parameters
 FUNCTIONS = _signatures(":functions")  # the domain's functions with the types of their parameters

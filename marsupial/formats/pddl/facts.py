@@ -87,21 +87,17 @@ def goal_facts(situation: Situation) -> tuple[Fact, ...]:
     """Return the facts that a plan has to reach."""
     goal = situation.goal
     facts = [Fact("explored", (encode_name(target.name),)) for target in situation.targets]
-    if goal.recover_rovers or goal.return_home:
+    if goal.aboard:
         facts += [Fact("aboard", (encode_name(rover.name),)) for rover in situation.of_role(Role.ROVER)]
-    if goal.return_home:
-        facts += [
-            Fact("at", (encode_name(carrier.name), encode_name(carrier.home)))
-            for carrier in situation.of_role(Role.CARRIER)
-            if carrier.home is not None
-        ]
+    for carrier in situation.of_role(Role.CARRIER) if goal.return_home else ():
+        if carrier.home is not None:
+            facts.append(Fact("at", (encode_name(carrier.name), encode_name(carrier.home))))
     return tuple(facts)
 
 
 def _drive_ms(situation: Situation, kind: str, origin: str, place: str, owners: Mapping[str, RobotState]) -> int | None:
     """Return the `path_cost` of a drive in ms, or None if no action can use it."""
-    # Only one robot leaves a start, so the cost of each drive out of it includes the rest of that robot's running
-    # action.
+    # Only one robot leaves a start, so each drive's cost out of it includes the rest of that robot's running action.
     owner = owners.get(origin)
     if origin == place or place in owners or (owner is not None and owner.type != kind):
         return None

@@ -11,9 +11,8 @@ from marsupial.formats.pddl.domain import FUNCTIONS, LEAF_TYPES, PREDICATES
 from marsupial.formats.pddl.sexpr import Form, at_line, typed_list
 
 _TYPES = ("robot_type", "carrier", "rover", "start", "target", "meeting")
+# facts that a problem needs to have a plan
 _FACTS = ("at", "is_a", "can_explore", "path", "path_cost", "capacity", "dock_time")
-"""Facts that a problem needs to have a plan."""
-
 _MOST_NAMES = 6  # most names in a line
 
 Declared = tuple[str, str]  # kind and name of a declaration in a domain

@@ -23,8 +23,8 @@ _KEYWORDS = """
     duration undefined oneof unknown
 """
 
+# words with a meaning in the domain or in PDDL
 RESERVED = frozenset(["marsupial", *SUPERTYPES, *PREDICATES, *FUNCTIONS, *map(str, ActionName), *_KEYWORDS.split()])
-"""Words with a meaning in the domain or in PDDL."""
 
 
 def encode_name(name: str) -> str:

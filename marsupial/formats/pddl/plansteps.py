@@ -79,15 +79,14 @@ def _step(action: Action, situation: Situation) -> Step:
         raise InvalidPlanError(f"{action} starts before {action.robot} is free: no PDDL plan can say that")
     if action.robot not in situation.robot_by_name:
         raise InvalidPlanError(f"{action}: there is no robot {action.robot!r}")
-    words = [encode_name(action.robot)]
     if action.carrier is not None:
-        words += [encode_name(action.carrier)]
+        middle = [encode_name(action.carrier)]
     else:
-        words += [encode_type(situation.type_of(action.robot).name), encode_name(action.origin or "")]
+        middle = [encode_type(situation.type_of(action.robot).name), encode_name(action.origin or "")]
     return Step(
         start=Fraction(action.start_ms - free, 1000),
         name=action.name.value,
-        args=(*words, encode_name(action.place)),
+        args=(encode_name(action.robot), *middle, encode_name(action.place)),
         duration=Fraction(action.duration_ms + free, 1000),
     )
 
@@ -170,27 +169,18 @@ def _action(step: Step, situation: Situation, names: _Names) -> Action:
     wanted = 4 if drives else 3
     if len(step.args) != wanted:
         raise _Unreadable(f"{name} takes {wanted} arguments, got {len(step.args)}")
-    robot, place = decode_name(step.args[0]), decode_name(step.args[-1])
+    robot, middle, place = words = [decode_name(step.args[i]) for i in (0, -2, -1)]
+    end = "meeting or home" if name is ActionName.MOVE else "target"
+    for word, noun in zip(words, ("robot", "place", end) if drives else ("rover", "carrier", "meeting"), strict=True):
+        if word not in names[noun]:
+            raise _Unreadable(f"there is no {noun} {word}")
     action = Action(name=name, start_ms=0, duration_ms=0, robot=robot, place=place)
     if not drives:
-        action = replace(action, carrier=decode_name(step.args[1]))
-        _check(robot, "rover", names)
-        _check(action.carrier, "carrier", names)
-        _check(place, "meeting", names)
-        return action
-    action = replace(action, origin=decode_name(step.args[2]))
-    _check(robot, "robot", names)
-    _check(action.origin, "place", names)
-    _check(place, "meeting or home" if name is ActionName.MOVE else "target", names)
+        return replace(action, carrier=middle)
     kind = situation.robot_by_name[robot].type
     if decode_type(step.args[1]) != kind:
         raise _Unreadable(f"{robot} is of type {encode_type(kind)}, not {step.args[1]}")
-    return action
-
-
-def _check(name: str | None, noun: str, names: _Names) -> None:
-    if name not in names[noun]:
-        raise _Unreadable(f"there is no {noun} {name}")
+    return replace(action, origin=middle)
 
 
 def _duration_ms(action: Action, situation: Situation) -> int | None:

@@ -20,9 +20,9 @@ _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]{1,3})?"
 _DURATION = rf"\[\s*(?:({_NUMBER})\s*|d:\s*({_NUMBER})\s*;[^\]]*)\](?:\s*\))?\s*"
 _LINE = re.compile(rf"({_NUMBER})\s*:\s*\(\s*([^\s()]+)((?:\s+[^\s()]+)*)\s*\)\s*(?:{_DURATION})?(?:;.*)?")
 
+# exponent of the last digit of times that count as rounded: LPG's hundredths of a second; milliseconds are exact, and a
+# person wrote a plan with fewer digits, which is exact too
 _ROUNDED_TO = -2
-"""Exponent of the last digit of times that count as rounded: LPG's hundredths of a second. Milliseconds are exact, and
-a person wrote a plan with fewer digits, which is exact too."""
 
 
 def write_plan_text(plan: Plan, situation: Situation) -> str:
@@ -44,14 +44,13 @@ def read_plan(text: str, situation: Situation) -> Reading:
     """Return the plan in a text in IPC format, valid or not, and the actions whose rounded times were corrected."""
     problems: list[Problem] = []
     steps = list(_steps(text, problems))
-    reading: Reading | None = None
     try:
         reading = reading_of(steps, situation)
+        if not problems:
+            return reading
     except PlanTextError as error:
         problems += error.problems
-    if problems or reading is None:
-        raise PlanTextError(sorted(problems, key=lambda problem: int(problem.path.removeprefix("line "))))
-    return reading
+    raise PlanTextError(sorted(problems, key=lambda problem: int(problem.path.removeprefix("line "))))
 
 
 def _steps(text: str, problems: list[Problem]) -> Iterator[Step]:

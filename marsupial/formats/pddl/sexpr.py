@@ -14,8 +14,7 @@ from marsupial.errors import Problem, SituationError
 
 _TOKENS = re.compile(r";[^\n]*|[()]|[^\s();]+|\n")
 
-_DEEPEST = 100
-"""Most levels of nesting; PDDL has far fewer. The limit makes recursion over forms safe."""
+_DEEPEST = 100  # most levels of nesting; PDDL has far fewer, and the limit makes recursion over forms safe
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,9 +20,8 @@ def branch(tables: Tables, search: SearchState, level: int) -> None:
         for v in range(carriers, len(state)):
             load += state[v, col.ON] == c
         for v in range(carriers, len(state)):
-            if (
-                state[v, col.ON] != c and (state[v, col.ON] >= 0 or load >= tables.traits[c, col.PLACES])
-            ) or _has_twin_before(tables, state, v):
+            possible = state[v, col.ON] == c or (state[v, col.ON] < 0 and load < tables.traits[c, col.PLACES])
+            if not possible or _has_twin_before(tables, state, v):
                 continue
             for m in range(len(tables.meetings)):
                 _list_transfers(tables, search, level, (c, v, m))

@@ -88,14 +88,9 @@ def _hardest_first(solo_times: Ints, assignments: Ints, scratch: Ints, targets: 
 def _has_twin_before(assignments: Ints, r: int) -> bool:
     # Robots that are equal so far: assigning the target to the second gives nothing new.
     for q in range(r):
-        same = (
-            assignments[q, col.ROW] == assignments[r, col.ROW]
-            and assignments[q, col.READY] == assignments[r, col.READY]
-        )
-        if (
-            same
-            and assignments[q, col.SHARE] == assignments[r, col.SHARE]
-            and assignments[q, col.ALLOWED] == assignments[r, col.ALLOWED]
-        ):
+        same = True
+        for column in range(assignments.shape[1]):
+            same = same and assignments[q, column] == assignments[r, column]
+        if same:
             return True
     return False

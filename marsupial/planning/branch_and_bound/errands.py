@@ -80,7 +80,8 @@ def _find_errands(data: ProblemData, closure: Ints, bases: Ints, most: int) -> t
     from scipy.sparse.csgraph import connected_components  # few missions ask this engine, which all import
 
     targets, meetings = data.members(given.TARGETS), data.members(given.MEETINGS)
-    by_rover, by_carrier = closure[_kinds(data, given.ROVERS)], closure[_kinds(data, given.CARRIERS)]
+    groups = (given.ROVERS, given.CARRIERS)
+    by_rover, by_carrier = (closure[np.unique(data.robots[data.members(g), given.TYPE])] for g in groups)
     _, component = connected_components(by_rover.min(axis=0, initial=NEVER) < NEVER, directed=False)
     own, theirs = (
         (kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (by_carrier, by_rover)
@@ -111,10 +112,6 @@ def _find_errands(data: ProblemData, closure: Ints, bases: Ints, most: int) -> t
     return room, within, places, rows
 
 
-def _kinds(data: ProblemData, group: int) -> list[int]:
-    return sorted({int(kind) for kind in data.robots[data.members(group), given.TYPE]})
-
-
 def _least_sortie(closure: Ints, meetings: Ints, targets: Ints) -> int:
     """Return the least ms a rover takes from any of the meetings to a target and back to any of them."""
     if not closure.size:
@@ -141,10 +138,8 @@ def can_share(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints,
             loads[col.TOURED, c] ^= 1 << errand
         c += 1
         while c < carriers:
-            time = (
-                state[c, 2]
-                + errands.tours[errands.like[c], loads[col.ABOARD, c], state[c, 0], loads[col.TOURED, c] | 1 << errand]
-            )
+            tours = errands.tours[errands.like[c], loads[col.ABOARD, c], state[c, col.WHERE]]
+            time = state[c, col.SINCE] + tours[loads[col.TOURED, c] | 1 << errand]
             if _has_same_errand(jobs, level, c) or time + loads[col.BUSY, c] + jobs[col.TAKES, level] < limit:
                 break
             c += 1

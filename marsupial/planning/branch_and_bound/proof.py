@@ -97,8 +97,9 @@ class OptimalityProof:
         """Yield the last plan of a search if it is better than the best one."""
         if self._best is not None and search.limit_ms >= self._best.makespan_ms:
             return
-        if search.has_plan:
-            self._best = plan_found(self._situation, self._data, self._tables, search.events, search.shares)
+        if found := search.state.counters[col.FOUND]:
+            events, shares = search.state.best[1:found], search.state.shares
+            self._best = plan_found(self._situation, self._data, self._tables, events, shares)
             yield self._best
 
     def _plan_of_others(self) -> Iterator[Plan]:
@@ -121,15 +122,10 @@ class OptimalityProof:
         if self._best is None:
             detail = _WITHOUT_PLAN[self._without_plan] + states
             return Finished(outcome=self._without_plan, detail=detail, elapsed_s=elapsed_s)
-        seconds = self._bound_ms / 1000
-        return Finished(
-            outcome=Outcome.SATISFICING if self._gap_ms > 0 else Outcome.OPTIMAL,
-            detail=f"no plan ends before {seconds:.3f} s, proven with {states}"
-            if self._gap_ms > 0
-            else f"the makespan is optimal, proven with {states}",
-            elapsed_s=elapsed_s,
-            lower_bound_ms=self._bound_ms,
-        )
+        outcome = Outcome.SATISFICING if self._gap_ms > 0 else Outcome.OPTIMAL
+        proven = f"no plan ends before {self._bound_ms / 1000:.3f} s" if self._gap_ms > 0 else "the makespan is optimal"
+        detail = f"{proven}, proven with {states}"
+        return Finished(outcome=outcome, detail=detail, elapsed_s=elapsed_s, lower_bound_ms=self._bound_ms)
 
 
 _WITHOUT_PLAN = {
@@ -144,43 +140,30 @@ class _BoundedSearch:
 
     def __init__(self, tables: Tables, below_ms: int, *, keyed: bool = True) -> None:
         entries = MEMORY_BYTES // (8 * entry_size(len(tables.traits), tables.carriers))
-        self._tables, self._search = tables, search_of(tables, below_ms + EPSILON_MS, entries, keyed=keyed)
+        self._tables, self.state = tables, search_of(tables, below_ms + EPSILON_MS, entries, keyed=keyed)
         self.below_ms = below_ms
         self.goes_on = True
 
     def advance(self) -> None:
-        self.goes_on = self.goes_on and advance(self._tables, self._search, STEP)
+        self.goes_on = self.goes_on and advance(self._tables, self.state, STEP)
 
     def lower_limit(self, below_ms: int) -> None:
-        counters = self._search.counters
+        counters = self.state.counters
         counters[col.LIMIT] = min(counters[col.LIMIT], below_ms + EPSILON_MS)
 
     @property
     def limit_ms(self) -> int:
         """The time that plans have to end before: `below_ms`, the last plan's makespan, or a lower limit set."""
-        return int(self._search.counters[col.LIMIT]) - EPSILON_MS
-
-    @property
-    def has_plan(self) -> bool:
-        return bool(self._search.counters[col.FOUND])
+        return int(self.state.counters[col.LIMIT]) - EPSILON_MS
 
     @property
     def incomplete(self) -> bool:
         """Whether something was left out for lack of space, so that its end proves nothing."""
-        return bool(self._search.counters[col.INCOMPLETE])
+        return bool(self.state.counters[col.INCOMPLETE])
 
     @property
     def states(self) -> int:
-        return int(self._search.counters[col.NODES])
-
-    @property
-    def events(self) -> Ints:
-        """The docks and undocks (n, 7) of the last plan found."""
-        return self._search.best[1 : self._search.counters[col.FOUND]]
-
-    @property
-    def shares(self) -> Ints:
-        return self._search.shares
+        return int(self.state.counters[col.NODES])
 
 
 class _SearchesFromBelow:

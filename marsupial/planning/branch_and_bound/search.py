@@ -75,7 +75,6 @@ def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -
     counters = np.zeros(8, dtype=np.int64)
     counters[col.LIMIT] = limit
     counters[col.KEYED] = keyed
-    counters[col.LEVEL] = 0
     search = SearchState(
         states=np.zeros((col.MOST_LEVELS, robots, 3), dtype=np.int64),
         levels=np.zeros((col.MOST_LEVELS, 4), dtype=np.int64),
@@ -134,13 +133,14 @@ def advance(tables: Tables, search: SearchState, nodes: int) -> bool:
         if level < 0:
             return False
         at = levels[level, col.NEXT]
-        if at == _end_of_events(search, level):
+        end = levels[level + 1, col.FIRST]
+        if at == end:
             counters[col.LEVEL] -= 1
             continue
         levels[level, col.NEXT] += 1
         # The limit may have dropped since the events were listed. They are sorted: the others are too late as well.
         if search.events[at, col.END] // col.KEY_SCALE >= counters[col.LIMIT]:
-            levels[level, col.NEXT] = _end_of_events(search, level)
+            levels[level, col.NEXT] = end
             continue
         _apply(tables, search, level, at)
         counters[col.LEVEL] += 1
@@ -150,14 +150,8 @@ def advance(tables: Tables, search: SearchState, nodes: int) -> bool:
 
 
 @inlined
-def _end_of_events(search: SearchState, level: int) -> int:
-    return search.levels[level + 1, col.FIRST]
-
-
-@inlined
 def _apply(tables: Tables, search: SearchState, level: int, at: int) -> None:
-    levels = search.levels
-    events = search.events
+    levels, events = search.levels, search.events
     old, state = search.states[level], search.states[level + 1]
     for r in range(len(state)):
         for k in range(3):

@@ -129,18 +129,11 @@ def timeless(tables: Tables) -> Tables:
     traits, root_state = tables.traits.copy(), tables.root_state.copy()
     traits[:, [col.DOCKS, col.UNDOCKS]] = 0
     root_state[:, col.SINCE] = 0
-    errands = tables.errands._replace(tours=_no_time(tables.errands.tours), docking=0, undocking=0)
-    return tables._replace(
-        traits=traits,
-        tour=_no_time(tables.tour),
-        solo_times=_no_time(tables.solo_times),
-        root_state=root_state,
-        errands=errands,
+    tour, solo_times, tours = (
+        np.where(times < NEVER, 0, NEVER) for times in (tables.tour, tables.solo_times, tables.errands.tours)
     )
-
-
-def _no_time(times: Ints) -> Ints:
-    return np.where(times < NEVER, 0, NEVER)
+    errands = tables.errands._replace(tours=tours, docking=0, undocking=0)
+    return tables._replace(traits=traits, tour=tour, solo_times=solo_times, root_state=root_state, errands=errands)
 
 
 def _closure(data: ProblemData, starts: Ints) -> Ints:
@@ -163,11 +156,9 @@ def _interchangeable(data: ProblemData, one: int, other: int) -> bool:
 
 
 def _traits(data: ProblemData, robots: Ints, carriers: int) -> Ints:
-    traits = np.array(
-        [data.robots[r, [given.TYPE, given.CAPACITY, given.DOCKING, given.UNDOCKING, given.TYPE]] for r in robots],
-        dtype=np.int64,
-    )
-    traits = traits.reshape(-1, 5)
+    # indexed at once, as compiled code takes rows in C order only
+    columns = [given.TYPE, given.CAPACITY, given.DOCKING, given.UNDOCKING, given.TYPE]
+    traits = data.robots[robots[:, None], columns]
     for r, robot in enumerate(robots):
         first = 0 if r < carriers else carriers
         traits[r, col.TWIN] = min(q for q in range(first, r + 1) if _interchangeable(data, robots[q], robot))

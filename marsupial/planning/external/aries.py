@@ -34,14 +34,12 @@ if TYPE_CHECKING:
 
 LONGEST_UNITS = 500  # units of time in the longest drive
 
+# latest time that Aries may use; its own default is below 10,000, and it silently finds nothing beyond
 HORIZON_UNITS = 10_000_000
-"""Latest time that Aries may use. Its own default is below 10,000; it silently finds nothing beyond."""
-
+# the least gap that up-aries assumes; with any other value in the problem it drops its own proofs
 EPSILON = Fraction(1, 10)
-"""The least gap that up-aries assumes; with any other value in the problem it drops its own proofs."""
-
+# up to here Aries is first asked for any plan: its anytime mode may keep to itself what it solves at once
 SMALL_SCHEMAS = 20
-"""Up to here Aries is first asked for any plan: its anytime mode may keep to itself what it solves at once."""
 
 _POLL_S = 0.003  # between two looks for the socket of a starting server, of which nothing sends a notice
 
@@ -77,7 +75,7 @@ def load_aries() -> None:
 def search(request: SearchRequest) -> Iterator[Plan | Finished]:
     """Run Aries in a child process; yield each of its plans and its final status."""
     os.environ.update(_SETTINGS)
-    encoding = encode(request.situation)
+    encoding = Encoding(request.situation)
     found, status = False, ""
     for status, plan in _ask(encoding.problem, request.seconds):  # noqa: B007 - the last one counts
         if plan is not None:
@@ -121,10 +119,7 @@ def _answers(text: Any, until: float, *, anytime: bool) -> Iterator[Any]:
     left = max(0.01, until - time.monotonic())
     request = messages.PlanRequest(problem=text, timeout=left, engine_options={"optimal": "false"})
     try:
-        if anytime:
-            yield from planner.planAnytime(request)
-        else:
-            yield planner.planOneShot(request)
+        yield from planner.planAnytime(request) if anytime else (planner.planOneShot(request),)
     except RpcError as error:
         with contextlib.suppress(subprocess.TimeoutExpired):
             raise ToolDied("the Aries server", server.wait(0.5)) from error
@@ -151,11 +146,6 @@ def _serve() -> tuple[subprocess.Popen[bytes], Any]:
                     return server, UnifiedPlanningStub(grpc.insecure_channel(f"127.0.0.1:{connection.laddr.port}"))
         time.sleep(_POLL_S)
     raise ToolDied("the Aries server", server.returncode)
-
-
-def encode(situation: Situation) -> Encoding:
-    """Return the problem for Aries."""
-    return Encoding(situation)
 
 
 class Encoding:
@@ -223,10 +213,8 @@ class Encoding:
         self.unexplored = self.up.Fluent("unexplored", self.up.BoolType(), target=self.place)
         carriers = {carrier.type for carrier in self.words.carriers}
         for kind in self.kinds:
-            self.problem.add_fluent(self.at[kind])
-            if kind in carriers:
-                self.problem.add_fluent(self.deck[kind])
-                self.problem.add_fluent(self.load[kind])
+            for fluents in (self.at, self.deck, self.load) if kind in carriers else (self.at,):
+                self.problem.add_fluent(fluents[kind])
         self.problem.add_fluent(self.unexplored, default_initial_value=False)
 
     def _drives(self, robots: list[RobotState], kind: str) -> None:
@@ -329,7 +317,7 @@ class Encoding:
             problem.set_initial_value(self.unexplored(objects[target.name]), True)
             problem.add_goal(self.up.Not(self.unexplored(objects[target.name])))
         decks = [objects[f"on {carrier.name}"] for carrier in self.words.carriers]
-        for rover in self.words.rovers if self.words.goal_aboard else ():
+        for rover in self.words.rovers if self.situation.goal.aboard else ():
             at = self.at[rover.type](objects[rover.name])
             problem.add_goal(self.up.Or([self.up.Equals(at, deck) for deck in decks]))
 

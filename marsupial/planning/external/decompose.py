@@ -13,10 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from marsupial.arrays import Ints
 from marsupial.model import Plan, RobotState, Role, Situation
+from marsupial.planning.list_scheduling.costs import Costs
 from marsupial.planning.matching import least_assignment
 
-NEVER = 1 << 50  # time in ms that means never; many of them can be added
+# time in ms that means never: less than that of `Costs`, as sums of assignments are floats and have to be exact
+NEVER = 1 << 50
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,26 +46,20 @@ class PartSize:
 
 def decompose(situation: Situation, limit: PartSize) -> tuple[Situation, ...]:
     """Return the parts of a situation, those that can explore something soonest first; itself if it fits."""
-    # Parts without a target are left out, unless the goal asks for rovers aboard or carriers at home.
     if limit.fits(situation):
         return (situation,)
     times = _Times(situation)
-    crews = _crews(situation, times, limit)
-    shares = _share_targets(situation, times, crews, limit)
-    names = [target.name for target in situation.targets]
-    reach = [dict(zip(names, times.crew(crew).tolist(), strict=True)) for crew in crews]
-    order = sorted(range(len(crews)), key=lambda i: (min((reach[i][t] for t in shares[i]), default=NEVER), i))
-    keep_idle = _asks_more(situation)
-    return tuple(_part(situation, times, crews[i], shares[i], limit) for i in order if shares[i] or keep_idle)
+    crews = _crews(times, limit)
+    reach = np.array([times.crew(crew) for crew in crews], dtype=np.int64).reshape(len(crews), len(situation.targets))
+    shares = _share_targets(reach, crews, limit)
+    order = sorted(range(len(crews)), key=lambda i: (min((reach[i, t] for t in shares[i]), default=NEVER), i))
+    # Parts without a target are left out, unless the goal asks for rovers aboard or carriers at home.
+    return tuple(_part(times, crews[i], shares[i], limit) for i in order if shares[i] or situation.goal.aboard)
 
 
 def merge(plans: Iterable[Plan]) -> Plan:
     """Return the plan of all actions of plans for disjoint robots."""
     return Plan.of(action for plan in plans for action in plan.actions)
-
-
-def _asks_more(situation: Situation) -> bool:
-    return situation.goal.recover_rovers or situation.goal.return_home
 
 
 Crew = tuple[RobotState, ...]
@@ -72,50 +69,36 @@ class _Times:
     """The earliest times (ms) at which robots could be at places, regardless of the others."""
 
     def __init__(self, situation: Situation) -> None:
-        self.situation = situation
-        self._tables = {name: np.where(table < 0, NEVER, table) for name, table in situation.travel_ms.items()}
-        index = situation.place_index
-        self.targets = np.array([index[target.name] for target in situation.targets], dtype=np.intp)
-        self.meetings = np.array([index[name] for name in situation.meetings], dtype=np.intp)
-        self._may = {
-            kind.name: np.array([kind.name in target.explorers for target in situation.targets], dtype=np.bool_)
-            for kind in situation.types
-        }
+        self.situation, self.costs = situation, Costs(situation)
+        self.row = {kind.name: k for k, kind in enumerate(situation.types)}
 
-    def at_meetings(self, robot: RobotState) -> np.ndarray:
+    def at_meetings(self, robot: RobotState) -> Ints:
         """Return, per meeting, when a robot on the ground could be there."""
-        return self._from(robot)[self.meetings]
+        return self._from(robot, self.costs.meet)
 
-    def to_targets(self, kind: str) -> np.ndarray:
-        """Return travel (meetings, targets) of a type, `NEVER` into what it can't explore."""
-        table = self._tables[kind][np.ix_(self.meetings, self.targets)]
-        return np.where(self._may[kind][None, :], table, NEVER)
-
-    def from_targets(self, kind: str) -> np.ndarray:
-        """Return travel (targets, meetings) of a type."""
-        return self._tables[kind][np.ix_(self.targets, self.meetings)]
-
-    def alone(self, robot: RobotState) -> np.ndarray:
+    def alone(self, robot: RobotState) -> Ints:
         """Return, per target, when a robot on the ground could be there by itself."""
-        return np.where(self._may[robot.type], self._from(robot)[self.targets], NEVER)
+        return self._from(robot, self.costs.explore)
 
-    def delivered(self, rover: RobotState, carrier: RobotState) -> np.ndarray:
+    def delivered(self, rover: RobotState, carrier: RobotState) -> Ints:
         """Return, (meetings, targets), when the rover could be there if the carrier sets it down at that meeting."""
-        kind = self.situation.type_by_name[rover.type]
-        ready = self.at_meetings(carrier)
+        ready = self.at_meetings(carrier) + self.situation.type_by_name[rover.type].undock_ms
         if rover.carrier is None:
-            ready = np.full_like(ready, self.boarded(rover, carrier).min(initial=NEVER)) + ready
-        return np.minimum(ready[:, None] + kind.undock_ms + self.to_targets(rover.type), NEVER)
+            ready = ready + self.boarded(rover, carrier).min(initial=NEVER)
+        return np.minimum(ready[:, None] + self.costs.sortie[self.row[rover.type]], NEVER)
 
-    def boarded(self, rover: RobotState, carrier: RobotState) -> np.ndarray:
+    def boarded(self, rover: RobotState, carrier: RobotState) -> Ints:
         """Return, per meeting, when a rover on the ground could be aboard the carrier if it docks there."""
         both = np.maximum(self.at_meetings(rover), self.at_meetings(carrier))
         return np.minimum(both + self.situation.type_by_name[rover.type].dock_ms, NEVER)
 
-    def crew(self, crew: Crew) -> np.ndarray:
+    def carriers(self, crew: Crew) -> list[RobotState]:
+        return [robot for robot in crew if self.situation.type_by_name[robot.type].role is Role.CARRIER]
+
+    def crew(self, crew: Crew) -> Ints:
         """Return, per target, when the first of a crew could be there."""
-        carriers = [robot for robot in crew if self.situation.type_by_name[robot.type].role is Role.CARRIER]
-        best = np.full(len(self.targets), NEVER, dtype=np.int64)
+        carriers = self.carriers(crew)
+        best = np.full(len(self.situation.targets), NEVER, dtype=np.int64)
         for robot in crew:
             if robot.place is not None:
                 best = np.minimum(best, self.alone(robot))
@@ -123,18 +106,18 @@ class _Times:
                 best = np.minimum(best, self.delivered(robot, carrier).min(axis=0, initial=NEVER))
         return best
 
-    def _from(self, robot: RobotState) -> np.ndarray:
-        row = self._tables[robot.type][self.situation.place_index[robot.place or ""]]
-        return np.asarray(np.minimum(row + robot.free_at_ms, NEVER))
+    def _from(self, robot: RobotState, table: Ints) -> Ints:
+        row = table[self.row[robot.type], self.situation.place_index[robot.place or ""]]
+        return np.minimum(row + robot.free_at_ms, NEVER)
 
 
-def _crews(situation: Situation, times: _Times, limit: PartSize) -> list[Crew]:
+def _crews(times: _Times, limit: PartSize) -> list[Crew]:
     """Return the crews: a carrier first in each, and rovers that work alone."""
-    carriers = situation.of_role(Role.CARRIER)
-    rovers = situation.of_role(Role.ROVER)
+    carriers, rovers = (times.situation.of_role(role) for role in (Role.CARRIER, Role.ROVER))
+    recover = times.situation.goal.aboard
     aboard = {carrier.name: [r for r in rovers if r.carrier == carrier.name] for carrier in carriers}
     out = [rover for rover in rovers if rover.carrier is None]
-    if _asks_more(situation):
+    if recover:
         fetchers = _seats(times, out, aboard)
         alone = [rover for rover in out if rover.name not in fetchers]
     else:
@@ -143,15 +126,12 @@ def _crews(situation: Situation, times: _Times, limit: PartSize) -> list[Crew]:
         stranded = [rover for rover in out if rover not in alone]
         free = {carrier.name: limit.rovers - len(aboard[carrier.name]) for carrier in carriers}
         fetchers = _nearest(times, carriers, stranded, free)
-    crews = [
-        (
-            carrier,
-            *aboard[carrier.name][: None if _asks_more(situation) else limit.rovers],
-            *(rover for rover in out if fetchers.get(rover.name) == carrier.name),
-        )
-        for carrier in carriers
-    ]
-    return crews + [(rover,) for rover in alone]
+    most = None if recover else limit.rovers
+    crews: list[Crew] = []
+    for carrier in carriers:
+        fetched = (rover for rover in out if fetchers.get(rover.name) == carrier.name)
+        crews.append((carrier, *aboard[carrier.name][:most], *fetched))
+    return [*crews, *((rover,) for rover in alone)]
 
 
 def _seats(times: _Times, out: list[RobotState], aboard: dict[str, list[RobotState]]) -> dict[str, str]:
@@ -185,14 +165,11 @@ def _nearest(
     return chosen
 
 
-def _share_targets(situation: Situation, times: _Times, crews: list[Crew], limit: PartSize) -> list[frozenset[str]]:
+def _share_targets(reach: Ints, crews: list[Crew], limit: PartSize) -> list[set[int]]:
     """Return each crew's targets: the soonest pair first, counting the work that a crew has already."""
     shares: list[set[int]] = [set() for _ in crews]
-    if not len(situation.targets) or not crews:
-        return [frozenset() for _ in crews]
-    reach = np.array([times.crew(crew) for crew in crews])
     left = reach.copy()
-    while left.min() < NEVER:
+    while left.min(initial=NEVER) < NEVER:
         crew, target = (int(k) for k in np.unravel_index(int(np.argmin(left)), left.shape))
         shares[crew].add(target)
         busy_ms = reach[crew, target] // len(crews[crew])
@@ -201,29 +178,28 @@ def _share_targets(situation: Situation, times: _Times, crews: list[Crew], limit
         # A single robot gets at most two targets, as others may be nearer later.
         if len(shares[crew]) >= min(limit.targets, len(crews[crew]) + 1):
             left[crew, :] = NEVER
-    names = [target.name for target in situation.targets]
-    return [frozenset(names[t] for t in share) for share in shares]
+    return shares
 
 
-def _part(situation: Situation, times: _Times, crew: Crew, share: frozenset[str], limit: PartSize) -> Situation:
-    return situation.restricted(
+def _part(times: _Times, crew: Crew, share: set[int], limit: PartSize) -> Situation:
+    return times.situation.restricted(
         robots=frozenset(robot.name for robot in crew),
-        targets=share,
-        meetings=frozenset(_meetings(situation, times, crew, share, limit.choices)),
+        targets=frozenset(times.situation.targets[t].name for t in share),
+        meetings=frozenset(_meetings(times, crew, sorted(share), limit.choices)),
     )
 
 
-def _meetings(situation: Situation, times: _Times, crew: Crew, share: frozenset[str], choices: int) -> Iterator[str]:
+def _meetings(times: _Times, crew: Crew, targets: list[int], choices: int) -> Iterator[str]:
     """Yield the meetings a part needs, the best ones for each need; a rover by itself needs none."""
-    carriers = [robot for robot in crew if situation.type_by_name[robot.type].role is Role.CARRIER]
-    columns = [i for i, target in enumerate(situation.targets) if target.name in share]
+    situation, carriers = times.situation, times.carriers(crew)
+    places = [situation.place_index[situation.targets[t].name] for t in targets]
     for carrier in carriers:
         for rover in (robot for robot in crew if robot not in carriers):
-            needs = list(times.delivered(rover, carrier)[:, columns].T)
+            needs = list(times.delivered(rover, carrier)[:, targets].T)
             if rover.carrier is None:
                 needs.append(times.boarded(rover, carrier))
-            if _asks_more(situation):
-                needs += list(times.at_meetings(carrier) + times.from_targets(rover.type)[columns])
+            if situation.goal.aboard:
+                needs += list(times.at_meetings(carrier) + times.costs.meet[times.row[rover.type], places])
             for need in needs:
                 best = np.argsort(need, kind="stable")[:choices]
                 yield from (situation.meetings[i] for i in best if need[i] < NEVER)

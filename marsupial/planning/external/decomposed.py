@@ -43,7 +43,6 @@ class Decomposed:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield plans for growing sets of targets, better ones for the same set, then `Finished`; see `Engine`."""
         # Where the situation fits as a whole, the engine inside does all. `start` is only of use then: plans that serve
         # other targets can't be compared with it.
         if budget.seconds is None:
@@ -62,8 +61,8 @@ class Decomposed:
     ) -> Iterator[Improved | Finished]:
         began = time.monotonic()
         parts = decompose(situation, limit)
-        proof = None if parts else impossible(situation)
         if not parts:
+            proof = impossible(situation)
             outcome = Outcome.NO_PLAN if proof is None else Outcome.UNSOLVABLE
             yield Finished(outcome=outcome, detail=proof or "no part has a target that it can reach")
             return
@@ -135,9 +134,6 @@ class _Parts:
             detail = "; ".join([detail, *failures])
             return Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=elapsed_s)
         first = self._ends[0]
-        unsolvable = first.outcome is Outcome.UNSOLVABLE
-        return Finished(
-            outcome=Outcome.NO_PLAN if unsolvable else first.outcome,
-            detail="; ".join([*failures, first.detail]),
-            elapsed_s=elapsed_s,
-        )
+        # that a part has no plan proves nothing of the whole
+        outcome = Outcome.NO_PLAN if first.outcome is Outcome.UNSOLVABLE else first.outcome
+        return Finished(outcome=outcome, detail="; ".join([*failures, first.detail]), elapsed_s=elapsed_s)

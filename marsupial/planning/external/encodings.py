@@ -8,6 +8,8 @@ down in a fixed order. Each target is explored once: to pass over it a second ti
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
+from itertools import product
 
 from marsupial.arrays import Flags
 from marsupial.model import Action, ActionName, Plan, RobotState, Role, Situation
@@ -30,7 +32,6 @@ class Vocabulary:
         self.situation = situation
         self.carriers = situation.of_role(Role.CARRIER)
         self.rovers = situation.of_role(Role.ROVER)
-        self.goal_aboard = situation.goal.recover_rovers or situation.goal.return_home
         self._reached: Mapping[str, Flags] = reach(situation)
 
     def can_be(self, robot: str, place: str) -> bool:
@@ -45,21 +46,17 @@ class Vocabulary:
         origins += [place for place in places if self.can_be(robot.name, place)]
         home = self.home(robot)
         for goal in places if home is None else [*places, home]:
-            for origin in origins:
-                action = None if origin == goal else self._drive(robot, origin, goal)
-                if action is not None:
-                    yield action
+            drives = (self._drive(robot, origin, goal) for origin in origins if origin != goal)
+            yield from filter(None, drives)
 
     def meets(self) -> Iterator[Action]:
         """Yield every dock and undock."""
-        for rover in self.rovers:
-            kind = self.situation.type_by_name[rover.type]
-            for carrier in self.carriers:
-                for meeting in self.situation.meetings:
-                    both = self.can_be(carrier.name, meeting) and self.can_be(rover.name, meeting)
-                    if self.capacity(carrier) and both:
-                        yield _meet(ActionName.UNDOCK, kind.undock_ms, rover, carrier, meeting)
-                        yield _meet(ActionName.DOCK, kind.dock_ms, rover, carrier, meeting)
+        for rover, carrier, meeting in product(self.rovers, self.carriers, self.situation.meetings):
+            if self.capacity(carrier) and self.can_be(carrier.name, meeting) and self.can_be(rover.name, meeting):
+                kind = self.situation.type_by_name[rover.type]
+                meet = partial(Action, start_ms=0, robot=rover.name, carrier=carrier.name, place=meeting)
+                yield meet(name=ActionName.UNDOCK, duration_ms=max(1, kind.undock_ms))
+                yield meet(name=ActionName.DOCK, duration_ms=max(1, kind.dock_ms))
 
     def capacity(self, carrier: RobotState) -> int:
         """Return the number of places of a carrier."""
@@ -105,9 +102,3 @@ class Vocabulary:
             origin=origin,
             place=goal,
         )
-
-
-def _meet(name: ActionName, took_ms: int, rover: RobotState, carrier: RobotState, meeting: str) -> Action:
-    return Action(
-        name=name, start_ms=0, duration_ms=max(1, took_ms), robot=rover.name, carrier=carrier.name, place=meeting
-    )

@@ -24,11 +24,10 @@ TAIL_BYTES = 2000  # most of the last output kept
 _LAST_LINES = 3
 _LINE_LETTERS = 240  # most of the last output reported: characters of each line, and lines
 
+# matches a line with the reason why there is no plan; some planners print all their options after it (POPF)
 _COMPLAINT = re.compile(
-    r"error|unknown|unrecogni[sz]ed|unsupported|invalid|fail|assert|no such|(?:can ?not|can't|could not) ",
-    re.IGNORECASE,
+    r"(?i)error|unknown|unrecogni[sz]ed|unsupported|invalid|fail|assert|no such|(?:can ?not|can't|could not) "
 )
-"""Matches a line with the reason why there is no plan; some planners print all their options after it (POPF)."""
 
 _SCAN_S = 0.05  # least time between two looks into the folder: output may come in thousands of chunks
 _PLAN_BYTES = 4 << 20  # most of one plan read
@@ -56,12 +55,8 @@ def _last_lines(text: str) -> list[str]:
     last = lines[-_LAST_LINES:]
     complaint = next((line for line in lines[:-_LAST_LINES] if _COMPLAINT.search(line)), None)
     lines = last if complaint is None or any(map(_COMPLAINT.search, last)) else [complaint, *last]
-    return [_shown(line) for line in lines]
-
-
-def _shown(line: str) -> str:
-    cut = line if len(line) <= _LINE_LETTERS else f"{line[:_LINE_LETTERS]}..."
-    return "".join(letter if letter.isprintable() else "?" for letter in " ".join(cut.split()))
+    cut = (line if len(line) <= _LINE_LETTERS else f"{line[:_LINE_LETTERS]}..." for line in lines)
+    return ["".join(letter if letter.isprintable() else "?" for letter in " ".join(line.split())) for line in cut]
 
 
 class Printed:
@@ -69,11 +64,9 @@ class Printed:
 
     def __init__(self) -> None:
         self.claim: str | None = None
-        self.tail = b""
-        self._line = b""
+        self.tail = self._line = b""
         self._steps: list[str] = []
-        self._size = 0
-        self._reported = 0
+        self._size = self._reported = 0
 
     def feed(self, chunk: bytes) -> Iterator[str]:
         """Take the next chunk and yield the plans that it completes."""

@@ -23,9 +23,8 @@ from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import GIB, Ended, Ending, Job, JobLimits, Message
 from marsupial.wording import counted
 
+# a module's generator function that takes a `SearchRequest` and yields every plan, and possibly how it ended
 Search = Callable[..., Iterator[Plan | Finished]]
-"""A module's generator function that takes a `SearchRequest` and yields every plan, and possibly how it ended."""
-
 Finder = Callable[[str], object | None]  # finds a module without importing it, like `importlib.util.find_spec`
 
 
@@ -139,8 +138,8 @@ def _missing(requirements: tuple[Requirement, ...], finder: Finder) -> str | Non
     lacking = [need for need in requirements if finder(need.module) is None]
     for need in lacking:
         if need.no_wheels_from is not None and sys.version_info >= need.no_wheels_from:
-            major, minor = need.no_wheels_from
-            return f"not installed; {need.distribution} has wheels for Python below {major}.{minor} only"
+            below = ".".join(map(str, need.no_wheels_from))
+            return f"not installed; {need.distribution} has wheels for Python below {below} only"
     if not lacking:
         return None
     return f"not installed; to get it: pip install {' '.join(need.distribution for need in lacking)}"

@@ -59,8 +59,7 @@ def search(request: SearchRequest) -> Iterator[Plan | Finished]:
         plan = retime(request.situation, [actions[name] for name in names])
         if best is not None and plan.makespan_ms >= best.makespan_ms:
             break
-        best = plan
-        below_ms = plan.makespan_ms
+        best, below_ms = plan, plan.makespan_ms
         yield plan
     if best is None:
         yield Finished(outcome=Outcome.NO_PLAN, detail="its search ended without a plan, which it doesn't call a proof")
@@ -135,7 +134,7 @@ class _TamerWriter:
         else:
             self._change(durative, aboard, ashore)
             self._keep_order(durative, action.robot)
-        if self.words.goal_aboard:
+        if self.situation.goal.aboard:
             durative.add_effect(self._end, self._is("recovered", action.robot), action.name is ActionName.DOCK)
         if load is not None:
             self._change(durative, self._is("load", action.carrier, load[0]), self._is("load", action.carrier, load[1]))
@@ -155,7 +154,7 @@ class _TamerWriter:
         for carrier in self.words.carriers:
             if self.words.is_scarce(carrier):
                 self.problem.set_initial_value(self._is("load", carrier.name, self.words.load(carrier)), True)
-        for rover in self.words.rovers if self.words.goal_aboard else ():
+        for rover in self.words.rovers if self.situation.goal.aboard else ():
             self.problem.set_initial_value(self._is("recovered", rover.name), rover.carrier is not None)
             self._wish(self._is("recovered", rover.name), within_ms)
         for target in self.situation.targets:

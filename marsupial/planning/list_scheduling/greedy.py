@@ -39,7 +39,6 @@ class Greedy:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield `start` if there is one, the plans that are shorter, then `Finished`; see `Engine`."""
         self.info.require(objective)
         begun = self._clock()
         if start is not None:
@@ -99,7 +98,7 @@ class Listing:
             last = left[0] if left else max(explored, key=lambda a: a.end_ms).place if names else None
             complaint = _why_left(situation, left)
             goal = situation.goal
-            if goal.recover_rovers or goal.return_home:
+            if goal.aboard:
                 timeline, trouble = recover(timeline, costs)
                 complaint = complaint or trouble
             if goal.return_home:

@@ -37,10 +37,9 @@ class Arrivals:
         numbers = {kind.name: k for k, kind in enumerate(situation.types)}
         # int64 (robots,): the number of each robot's type
         self.kinds: Indices = np.array([numbers[kind.name] for kind in types], dtype=np.int64)
-        # from beginning to dock or undock to being ready again
+        # from beginning to dock or undock to being ready again, `NEVER` where the robot can't stand
         self.docking_ms: Times = np.array([max(1, kind.dock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
         undocking_ms = np.array([max(1, kind.undock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
-        # int64 (robots, meetings): the same for an undock, `NEVER` where the robot can't stand
         self.set_down_ms: Times = undocking_ms[:, None] + np.diagonal(costs.stay, axis1=1, axis2=2)[self.kinds]
         self.capacity = [kind.capacity for kind in types]
         self.carriers = [i for i, kind in enumerate(types) if kind.role is Role.CARRIER]
@@ -88,7 +87,7 @@ class Arrivals:
             via = self.landed(v)[:, None] + stay
             for m in np.flatnonzero(via.min(axis=0, initial=NEVER) < NEVER):
                 down = int(np.argmin(via[:, m]))
-                transports[int(m)] = Transport(carrier=on, pickup=None, set_down=names[down], then_to=names[m])
+                transports[int(m)] = Transport(on, pickup=None, set_down=names[down], then_to=names[m])
                 times[m] = via[down, m]
         # Until nothing improves: a later transport may start from a meeting that an earlier one made reachable.
         better = not alone
@@ -99,10 +98,8 @@ class Arrivals:
                 landed = up.min(axis=0, initial=NEVER)[:, None] + stay
                 for m in np.flatnonzero(landed.min(axis=0, initial=NEVER) < times):
                     down = int(np.argmin(landed[:, m]))
-                    pickup = int(np.argmin(up[:, down]))
-                    transports[int(m)] = Transport(
-                        carrier=self.robots[c], pickup=names[pickup], set_down=names[down], then_to=names[m]
-                    )
+                    pickup, carrier = names[int(np.argmin(up[:, down]))], self.robots[c]
+                    transports[int(m)] = Transport(carrier, pickup=pickup, set_down=names[down], then_to=names[m])
                     times[m] = landed[down, m]
                     better = True
         return times, transports
@@ -150,13 +147,9 @@ class Insertions:
         # int64 (1 + carriers, rovers, meetings): when each rover would be ready at each meeting, first set down by the
         # carrier it is aboard, then carried by each carrier; `NEVER` where it can't be
         self.landed_ms: Times = np.full((1 + c, len(self.arrivals.rovers), n_meetings), NEVER, dtype=np.int64)
-        self._robots = RobotArrays(
-            carriers=np.array(self.arrivals.carriers, dtype=np.int64),
-            rovers=np.array(self.arrivals.rovers, dtype=np.int64),
-            kinds=self.arrivals.kinds,
-            docking=self.arrivals.docking_ms,
-            set_down=self.arrivals.set_down_ms,
-        )
+        known = self.arrivals
+        carriers, rovers = (np.array(robots, dtype=np.int64) for robots in (known.carriers, known.rovers))
+        self._robots = RobotArrays(carriers, rovers, known.kinds, known.docking_ms, known.set_down_ms)
         self._renew(range(n))
 
     def advance(self) -> None:
@@ -192,11 +185,11 @@ class Insertions:
         # Tables keep times only; the meetings are found again for the insertion chosen.
         if self.timeline.on[rover] == carrier:
             place = names[int(np.argmin(self.arrivals.landed(v) + sortie))]
-            return Transport(carrier=carrier, pickup=None, set_down=place, then_to=place)
+            return Transport(carrier, pickup=None, set_down=place, then_to=place)
         k = self.arrivals.carriers.index(self.arrivals.row[carrier])
         via = self.arrivals.carried(k, self.arrivals.arrive_ms[v], v)
         first, second = np.unravel_index(int(np.argmin(via + sortie)), via.shape)
-        return Transport(carrier=carrier, pickup=names[first], set_down=names[second], then_to=names[second])
+        return Transport(carrier, pickup=names[first], set_down=names[second], then_to=names[second])
 
     def _renew(self, rows: Iterable[int]) -> None:
         known, stale = self.arrivals, np.zeros(len(self.alone_ms), dtype=np.bool_)

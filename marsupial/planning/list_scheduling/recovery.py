@@ -146,8 +146,8 @@ class _Pickups:
         return int(np.argmin(np.minimum(docked, NEVER)))
 
 
+# per meeting when a rover could be there, and the transports that bring it there
 _Journey = tuple[Times, Mapping[int, Transport]]
-"""Per meeting when a rover could be there, and the transports that bring it there."""
 
 
 def _stranded_ms(situation: Situation) -> Times:

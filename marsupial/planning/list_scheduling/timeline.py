@@ -41,14 +41,8 @@ class Timeline:
 
     def copy(self) -> Timeline:
         """Return a copy that can be continued differently."""
-        return replace(
-            self,
-            at=dict(self.at),
-            on=dict(self.on),
-            ready_ms=dict(self.ready_ms),
-            cargo=dict(self.cargo),
-            actions=list(self.actions),
-        )
+        parts = {name: getattr(self, name).copy() for name in ("at", "on", "ready_ms", "cargo", "actions")}
+        return replace(self, **parts)
 
     @property
     def plan(self) -> Plan:
@@ -121,24 +115,15 @@ class Timeline:
         if took is None:
             what = f"be set down at {place}" if name is ActionName.UNDOCK else f"drive from {origin} to {place}"
             raise InternalError(f"{robot} can't {what}")
-        ready_ms = self.ready_ms[robot]
+        start = self.ready_ms[robot] if carrier is None else max(self.ready_ms[robot], self.ready_ms[carrier])
         action = Action(
-            name=name,
-            start_ms=ready_ms if carrier is None else max(ready_ms, self.ready_ms[carrier]),
-            duration_ms=took,
-            robot=robot,
-            place=place,
-            carrier=carrier,
-            origin=origin,
+            name=name, start_ms=start, duration_ms=took, robot=robot, place=place, carrier=carrier, origin=origin
         )
         self.actions.append(action)
         # A dock or undock keeps both robots busy, also the one that waited.
         for one in action.robots:
             self.ready_ms[one] = action.end_ms + EPSILON_MS
-        self._enter(action)
-
-    def _enter(self, action: Action) -> None:
-        robot, before, now = action.robot, self.on[action.robot], after(action)
+        before, now = self.on[robot], after(action)
         self.at[robot], self.on[robot] = now.at, now.carrier
         if before is not None:
             self.cargo[before] = tuple(other for other in self.cargo[before] if other != robot)
@@ -150,14 +135,8 @@ def replay(situation: Situation, plan: Plan) -> Timeline:
     """Return the timeline with the actions of a plan that is feasible in `situation`."""
     timeline = Timeline.of(situation)
     for action in plan.actions:
-        if action.name is ActionName.MOVE:
-            timeline.move(action.robot, action.place)
-        elif action.name is ActionName.EXPLORE:
-            timeline.explore(action.robot, action.place)
-        elif action.name is ActionName.UNDOCK:
-            timeline.undock(action.robot, action.place)
-        elif action.carrier is not None:
-            timeline.dock(action.robot, action.carrier, action.place)
+        if action.name is not ActionName.MOVE or action.origin != action.place:
+            timeline.add(action)
     return timeline
 
 
@@ -177,7 +156,7 @@ def duration_ms(situation: Situation, name: ActionName, robot: str, place: str, 
     return None if travel is None else max(1, travel)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Transport:
     """One stage of a rover's journey: aboard `carrier` from a meeting to another, then by itself to a third."""
 
@@ -197,10 +176,14 @@ def transport(timeline: Timeline, rover: str, stage: Transport) -> bool:
     if not (timeline.can_drive(stage.carrier, stage.set_down) and timeline.fits(rover, stage.set_down)):
         return False
     timeline.undock(rover, stage.set_down)
-    if not timeline.can_drive(rover, stage.then_to):
-        return False
-    timeline.move(rover, stage.then_to)
-    return True
+    return _moved(timeline, rover, stage.then_to)
+
+
+def _moved(timeline: Timeline, robot: str, place: str) -> bool:
+    """Drive to a meeting point, unless it is there; return whether there is a path."""
+    if possible := timeline.can_drive(robot, place):
+        timeline.move(robot, place)
+    return possible
 
 
 def board(timeline: Timeline, rover: str, carrier: str, meeting: str) -> bool:
@@ -244,12 +227,8 @@ def follow(timeline: Timeline, rover: str, meeting: int, transports: Mapping[int
         if pickup is None:
             break
         at = names.index(pickup)
-    if not all(transport(timeline, rover, stage) for stage in reversed(chain)):
-        return False
-    if not timeline.can_drive(rover, names[meeting]):
-        return False
-    timeline.move(rover, names[meeting])
-    return True
+    transported = all(transport(timeline, rover, stage) for stage in reversed(chain))
+    return transported and _moved(timeline, rover, names[meeting])
 
 
 def retime(situation: Situation, actions: Iterable[Action]) -> Plan:

@@ -14,7 +14,7 @@ from marsupial.model import MAKESPAN, Objective, PricedArrival, RobotState, Role
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.planning.list_scheduling.costs import NEVER, driving_ms, staying_ms
 from marsupial.planning.list_scheduling.recovery import go_home
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.list_scheduling.timeline import Timeline, free_at_ms
 from marsupial.planning.local_search import columns as col
 
 
@@ -52,36 +52,28 @@ def encode(situation: Situation, objective: Objective = MAKESPAN) -> ProblemData
     rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
     robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
     from_meetings, to_meetings = leg.transpose(0, 2, 1)[:, :, meetings], leg[:, :, meetings]
-    near_meetings = np.stack(
-        [_least_apart(apart, meetings, col.NEAR_MEETINGS) for apart in (from_meetings, to_meetings)]
-    )
+    near_meetings = np.stack([_least_apart(to, meetings, col.NEAR_MEETINGS) for to in (from_meetings, to_meetings)])
+    rover_kinds, carrier_kinds = (np.unique(robots[members, col.TYPE]) for members in (rovers, carriers))
     return ProblemData(
         leg=leg,
         robots=robots,
         worth=worth,
         groups=_groups(targets, meetings, rovers, carriers),
-        near=_near(
-            leg,
-            targets,
-            np.unique(robots[rovers, col.TYPE]),
-            np.unique(robots[carriers, col.TYPE]),
-            near_meetings[col.ENTRIES],
-        ),
+        near=_near(leg, targets, rover_kinds, carrier_kinds, near_meetings[col.ENTRIES]),
         near_meetings=near_meetings,
-        recover=situation.goal.recover_rovers or situation.goal.return_home,
+        recover=situation.goal.aboard,
         undock_cost=round(objective.undocking_ms / objective.driving) if isinstance(objective, PricedArrival) else 0,
     )
 
 
 def _row(situation: Situation, robot: RobotState, kinds: list[str]) -> tuple[int, ...]:
     kind, index = situation.type_by_name[robot.type], situation.place_index
-    free = robot if robot.carrier is None else situation.robot_by_name[robot.carrier]
     goes_home = situation.goal.return_home and kind.role is Role.CARRIER and robot.home is not None
     return (
         kinds.index(kind.name),
         -1 if robot.place is None else index[robot.place],
-        -1 if robot.carrier is None else situation.robots.index(free),
-        free.free_at_ms,
+        -1 if robot.carrier is None else situation.robots.index(situation.robot_by_name[robot.carrier]),
+        free_at_ms(situation, robot),
         kind.capacity,
         max(1, kind.dock_ms) + EPSILON_MS,
         max(1, kind.undock_ms) + EPSILON_MS,
@@ -102,24 +94,15 @@ def events_of(situation: Situation, plan: Plan) -> Ints32:
 
     Plans may visit a target again, but a linked schedule has one node per target: twice in it, it would close a circle.
     """
-    index = situation.place_index
+    places: dict[str | None, int] = {None: -1, **{name: i for i, name in enumerate(situation.places)}}
+    robots: dict[str | None, int] = {None: -1, **{robot.name: i for i, robot in enumerate(situation.robots)}}
     first = {a.place: a for a in reversed(plan.actions) if a.name is ActionName.EXPLORE}
-    number = {robot.name: i for i, robot in enumerate(situation.robots)}
     kinds = {ActionName.EXPLORE: col.EXPLORE, ActionName.UNDOCK: col.UNDOCK, ActionName.DOCK: col.DOCK}
-    rows = [
-        (
-            col.START,
-            i,
-            -1 if robot.carrier is None else number[robot.carrier],
-            -1 if robot.place is None else index[robot.place],
-        )
-        for i, robot in enumerate(situation.robots)
-    ]
-    rows += [
-        (kinds[a.name], number[a.robot], -1 if a.carrier is None else number[a.carrier], index[a.place])
-        for a in plan.actions
-        if a.name in kinds and first.get(a.place, a) is a
-    ]
+    events = [(col.START, robot.name, robot.carrier, robot.place) for robot in situation.robots]
+    for action in plan.actions:
+        if action.name in kinds and first.get(action.place, action) is action:
+            events.append((kinds[action.name], action.robot, action.carrier, action.place))
+    rows = [(kind, robots[robot], robots[carrier], places[place]) for kind, robot, carrier, place in events]
     return np.array(rows, dtype=np.int32).reshape(-1, 4)
 
 

@@ -76,9 +76,9 @@ class ParallelSearches:
 
 LISTING_SHARE = 0.08  # largest share of a budget in seconds for all rounds of list scheduling but the first
 
+# steps for each pair of targets, at least and at most, after which a budget in seconds is not used any further where
+# robots wait for one plan after the other, as in missions: docs/planners.md has what more steps would gain
 ENOUGH, LEAST_ENOUGH, MOST_ENOUGH = 0.5, 32, 200
-"""Steps for each pair of targets, at least and at most, after which a budget in seconds is not used any further where
-robots wait for one plan after the other, as in missions: docs/planners.md tells what more steps would gain."""
 
 SIZE = 2  # number of searches, each in a thread
 
@@ -98,7 +98,6 @@ class Anytime:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield a valid `start` or list scheduling's plan, better ones after at least one step, then `Finished`."""
         begun = self._clock()
         shortest = objective == MAKESPAN
         incumbent = Incumbent(situation, objective)
@@ -140,9 +139,8 @@ class Anytime:
         beginnings = [events for events in beginnings if is_feasible(data, events)]
         if not beginnings or len(beginnings[0]) == 0:
             return
-        with closing(
-            ParallelSearches(data, beginnings, tracker.bound_ms + EPSILON_MS, self._searches, objective)
-        ) as searches:
+        bound_ms = tracker.bound_ms + EPSILON_MS
+        with closing(ParallelSearches(data, beginnings, bound_ms, self._searches, objective)) as searches:
             best = searches.score
             while tracker.goes_on(best):
                 if tracker.starts_round:
@@ -167,15 +165,8 @@ def _enough(situation: Situation, objective: Objective) -> float:
 
 
 def _finished(makespan_ms: int, bound_ms: int, elapsed_s: float) -> Finished:
-    optimal = makespan_ms <= bound_ms
-    seconds = bound_ms / 1000
-    return Finished(
-        outcome=Outcome.OPTIMAL if optimal else Outcome.SATISFICING,
-        detail=(
-            f"no plan ends before {seconds:.3f} s: the makespan is optimal, the rest is as good as was found"
-            if optimal
-            else f"annealing; no plan ends before {seconds:.3f} s"
-        ),
-        elapsed_s=elapsed_s,
-        lower_bound_ms=bound_ms,
-    )
+    outcome, bound = Outcome.SATISFICING, f"no plan ends before {bound_ms / 1000:.3f} s"
+    detail = f"annealing; {bound}"
+    if makespan_ms <= bound_ms:
+        outcome, detail = Outcome.OPTIMAL, f"{bound}: the makespan is optimal, the rest is as good as was found"
+    return Finished(outcome=outcome, detail=detail, elapsed_s=elapsed_s, lower_bound_ms=bound_ms)

@@ -261,14 +261,6 @@ def set_times(sched: LinkedSchedule, node: int, end: int, drive: int) -> None:
 
 
 @inlined
-def uncount(sched: LinkedSchedule, node: int) -> None:
-    """Remove a node from the sums."""
-    log_node(sched, node)
-    _add_to_sums(sched, node, 0, 0)
-    sched.nodes[node, col.COUNTED] = 0
-
-
-@inlined
 def _add_to_sums(sched: LinkedSchedule, node: int, end: int, drive: int) -> None:
     """Replace what the sums contain of a node, if anything, by an end and driving."""
     counted = sched.nodes[node, col.COUNTED]
@@ -282,9 +274,10 @@ def _add_to_sums(sched: LinkedSchedule, node: int, end: int, drive: int) -> None
 @inlined
 def remove(sched: LinkedSchedule, node: int) -> None:
     """Remove a node from all chains. The caller has to insert a target again; a transfer becomes free."""
-    uncount(sched, node)
-    link(sched, sched.nodes[node, col.BEFORE], sched.nodes[node, col.AFTER], sched.nodes[node, col.ROBOT])
     log_node(sched, node)
+    _add_to_sums(sched, node, 0, 0)
+    sched.nodes[node, col.COUNTED] = 0
+    link(sched, sched.nodes[node, col.BEFORE], sched.nodes[node, col.AFTER], sched.nodes[node, col.ROBOT])
     sched.nodes[node, col.BEFORE] = -1
     if sched.nodes[node, col.KIND] != col.EXPLORE:
         unassign(sched, node)

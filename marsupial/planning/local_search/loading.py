@@ -89,11 +89,8 @@ def _clear(sched: LinkedSchedule) -> None:
         sched.work[0, col.UNUSED] += 1
     for robot in range(robots):
         row = sched.nodes[robot]
-        row[col.KIND], row[col.PLACE], row[col.END] = (
-            col.START,
-            sched.robots[robot, col.AT],
-            sched.robots[robot, col.READY],
-        )
+        row[col.KIND], row[col.PLACE] = col.START, sched.robots[robot, col.AT]
+        row[col.END] = sched.robots[robot, col.READY]
         row[col.ROBOT] = robot if sched.robots[robot, col.CAPACITY] >= 0 else _first_of_type(sched, robot)
         row[col.BEFORE] = row[col.AFTER] = robot
         if sched.robots[robot, col.ABOARD] >= 0:
@@ -117,9 +114,7 @@ def _first_of_type(sched: LinkedSchedule, robot: int) -> int:
 
 def events_in(nodes: Ints, robots: Ints) -> Ints32:
     """Return the list of events (n, 4), starts first, of the nodes of a timed schedule and its robots."""
-    numbers = np.flatnonzero(
-        (nodes[:, col.KIND] != col.FREE) & (nodes[:, col.BEFORE] >= 0) & (nodes[:, col.KIND] != col.START)
-    )
+    numbers = np.flatnonzero(~np.isin(nodes[:, col.KIND], (col.FREE, col.START)) & (nodes[:, col.BEFORE] >= 0))
     waiting: dict[tuple[int, int], list[int]] = {}
     events = [(col.START, i, int(row[col.ABOARD]), int(row[col.AT])) for i, row in enumerate(robots)]
     on_sortie = {i: i for i in range(len(robots))}

@@ -34,6 +34,7 @@ class Move(NamedTuple):
     busy_rate: int
 
 
+# in the order of their numbers in `apply_move`
 MOVES = (
     Move("relocate", 20, 10),
     Move("deploy", 20, 12),
@@ -51,7 +52,6 @@ MOVES = (
     Move("swap tails", 6, 1),
     Move("invert", 6, 10),
 )
-"""In the order of their numbers in `apply_move`."""
 
 BUSY = 60  # busy rates hold from this number of transfers in the first plans on, if there is one per target
 

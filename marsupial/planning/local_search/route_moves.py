@@ -63,7 +63,10 @@ def invert(sched: LinkedSchedule) -> bool:
     at, node, count, wanted = ops.before(sched, first, carrier), first, 0, 2 + ops.draw(sched, LONGEST_TURN - 1)
     while count < wanted and node != carrier:
         following = ops.after(sched, node, carrier)
-        _detach(sched, node)
+        if sched.nodes[node, col.KIND] == col.EXPLORE:
+            ops.remove(sched, node)
+        else:
+            ops.unassign(sched, node)
         sched.work[col.TAKEN, count] = node
         count += 1
         node = following
@@ -77,14 +80,6 @@ def invert(sched: LinkedSchedule) -> bool:
             ops.assign(sched, node, carrier, at)
         at = node
     return count > 1
-
-
-@inlined
-def _detach(sched: LinkedSchedule, node: int) -> None:
-    if sched.nodes[node, col.KIND] == col.EXPLORE:
-        ops.remove(sched, node)
-    else:
-        ops.unassign(sched, node)
 
 
 @inlined
@@ -153,7 +148,7 @@ def splice(sched: LinkedSchedule) -> bool:
     target = sched.hints[nodes[at_one, col.PLACE], col.NEAR + ops.draw(sched, col.NEIGHBOURS)]
     if target < 0:
         return False
-    one, other, at_other = (nodes[at_one, col.ROBOT], nodes[target, col.ROBOT], nodes[target, col.BEFORE])
+    one, other, at_other = nodes[at_one, col.ROBOT], nodes[target, col.ROBOT], nodes[target, col.BEFORE]
     by_carrier = ops.is_carrier(sched, one)
     if by_carrier != ops.is_carrier(sched, other) or (by_carrier and one == other):
         return False

@@ -119,7 +119,7 @@ def _partner(sched: LinkedSchedule, transfer: int) -> int:
 def swap_tails_at(sched: LinkedSchedule, at_one: int, at_other: int) -> bool:
     """Exchange what is behind a node each in two sorties; return whether that is possible and changes anything."""
     nodes = sched.nodes
-    rover, head_one, head_other = (nodes[at_one, col.ROBOT], ops.head_of(sched, at_one), ops.head_of(sched, at_other))
+    rover, head_one, head_other = nodes[at_one, col.ROBOT], ops.head_of(sched, at_one), ops.head_of(sched, at_other)
     if rover != nodes[at_other, col.ROBOT] or head_one == head_other:
         return False
     first_one, first_other = nodes[at_one, col.AFTER], nodes[at_other, col.AFTER]
@@ -196,9 +196,9 @@ def drop_if_empty(sched: LinkedSchedule, head: int) -> bool:
     if nodes[head, col.KIND] != col.UNDOCK or nodes[head, col.BEFORE] != last or (sched.recover and last == head):
         return False
     if last != head:
-        if nodes[last, col.KIND] != col.DOCK or (
-            nodes[last, col.CARRIER] != nodes[head, col.CARRIER] and ops.draw(sched, 2)
-        ):
+        if nodes[last, col.KIND] != col.DOCK:
+            return False
+        if nodes[last, col.CARRIER] != nodes[head, col.CARRIER] and ops.draw(sched, 2):
             return False
         ops.remove(sched, last)
     ops.remove(sched, head)
@@ -218,12 +218,9 @@ def merge(sched: LinkedSchedule) -> bool:
     if not sched.recover and ops.draw(sched, 2):
         return True
     down = choices.random_transfer(sched, col.UNDOCK)
-    if (
-        down < 0
-        or sched.nodes[down, col.ROBOT] != rover
-        or ops.head_of(sched, last) == down
-        or sched.nodes[down, col.AFTER] == down
-    ):
+    if down < 0 or sched.nodes[down, col.ROBOT] != rover:
+        return False
+    if ops.head_of(sched, last) == down or sched.nodes[down, col.AFTER] == down:
         return False
     head, first, end = ops.head_of(sched, last), sched.nodes[down, col.AFTER], sched.nodes[down, col.BEFORE]
     ops.link(sched, last, first, rover)

@@ -34,6 +34,7 @@ class Results:
     """Who has found and proven what, by the engines' names, for one situation. Proofs are of makespans."""
 
     def __init__(self, situation: Situation, objective: Objective) -> None:
+        self.situation, self.objective = situation, objective
         self._incumbent = Incumbent(situation, objective)
         self._finder = ""
         self._shortest_ms: dict[str, int] = {}
@@ -88,11 +89,8 @@ class Results:
     def finished(self, elapsed_s: float, *, time_is_up: bool) -> Finished:
         """Return the joint result of all engines."""
         outcome, detail = self._without_plan(time_is_up) if self.plan is None else self._with_plan(self.plan)
-        trouble = [
-            f"{name} {end.outcome}{f' ({end.detail})' if end.detail else ''}"
-            for name, end in self._ends.items()
-            if end.outcome in _FAILURES
-        ]
+        failed = {name: end for name, end in self._ends.items() if end.outcome in _FAILURES}
+        trouble = [f"{name} {end.outcome}{f' ({end.detail})' if end.detail else ''}" for name, end in failed.items()]
         trouble += [f"{name}: {counted(count, 'plan')} refused by the checker" for name, count in self._refused.items()]
         return Finished(
             outcome=outcome,
@@ -132,7 +130,7 @@ GIVEN = "the one before"  # name of the finder of `start`
 Latest = Callable[[], Plan | None]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class PortfolioMember:
     """An engine of a portfolio."""
 
@@ -158,7 +156,6 @@ class Portfolio:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield `start` if it is valid, the plans that are better, then `Finished`; see `Engine`."""
         self.info.require(objective)
         begun = self._clock()
         results = Results(situation, objective)
@@ -166,9 +163,9 @@ class Portfolio:
             yield Improved(plan=start, elapsed_s=self._clock() - begun)
         members = tuple(member for member in self._members if member.suits(situation))
         if budget.seconds is None:
-            events = self._in_turn(members, situation, budget, objective, results)
+            events = self._in_turn(members, budget, results)
         else:
-            events = _SideBySide(situation, objective, results, members, self._clock, begun + budget.seconds).events()
+            events = _SideBySide(members, results, self._clock, begun + budget.seconds).events()
         with closing(events):
             for name, event in events:
                 if isinstance(event, Improved):
@@ -184,18 +181,13 @@ class Portfolio:
         yield results.finished(elapsed_s, time_is_up=time_is_up)
 
     def _in_turn(
-        self,
-        members: tuple[PortfolioMember, ...],
-        situation: Situation,
-        budget: Budget,
-        objective: Objective,
-        results: Results,
+        self, members: tuple[PortfolioMember, ...], budget: Budget, results: Results
     ) -> Generator[tuple[str, Event]]:
         for member in members:
             try:
-                engine = member.make(self._clock, lambda: results.plan)
+                engine, start = member.make(self._clock, lambda: results.plan), results.plan
                 if engine.info.deterministic_steps:
-                    for event in engine.solve(situation, budget, objective=objective, start=results.plan):
+                    for event in engine.solve(results.situation, budget, objective=results.objective, start=start):
                         yield member.name, event
             except Exception as error:  # a crash ends this member only
                 yield member.name, error
@@ -206,17 +198,9 @@ class Portfolio:
 class _SideBySide:
     """The members of a portfolio in threads, the first of them in the lead, until a moment of the clock."""
 
-    def __init__(
-        self,
-        situation: Situation,
-        objective: Objective,
-        results: Results,
-        members: tuple[PortfolioMember, ...],
-        clock: Clock,
-        end: float,
-    ) -> None:
-        self._situation, self._objective, self._results, self._clock = situation, objective, results, clock
+    def __init__(self, members: tuple[PortfolioMember, ...], results: Results, clock: Clock, end: float) -> None:
         self._lead, *self._waiting = members
+        self._results, self._clock = results, clock
         self._begun, self._end = clock(), end
         self._proven = False
         self._race = Race(clock)
@@ -271,11 +255,11 @@ class _SideBySide:
                     self._enter(member)
 
     def _enter(self, member: PortfolioMember) -> None:
-        left = Budget(seconds=max(1e-3, self._end - self._clock()))
-        start = self._results.plan
+        left, results = Budget(seconds=max(1e-3, self._end - self._clock())), self._results
+        start = results.plan
 
         def search(clock: Clock) -> Iterator[Improved | Finished]:
-            engine = member.make(clock, lambda: self._results.plan)
-            return engine.solve(self._situation, left, objective=self._objective, start=start)
+            engine = member.make(clock, lambda: results.plan)
+            return engine.solve(results.situation, left, objective=results.objective, start=start)
 
         self._race.enter(member.name, search)

@@ -16,7 +16,7 @@ from marsupial.library.choices import planner_for
 from marsupial.library.missions import reachable_area
 from marsupial.maps.describe import describe
 from marsupial.mission.placement import place_team
-from marsupial.model.mapreading import MapReading
+from marsupial.model.grid import MapReading
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Scenario
 from marsupial_service.analyses.maps import decoded_image, yaml_header
