@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 import typer
 from browser import Browser, chromium, missing, tab
+from hypothesis import HealthCheck, settings
 from patience import HANG_S
 
 if TYPE_CHECKING:
@@ -48,7 +49,9 @@ LONG = (
 
 
 def pytest_configure() -> None:
-    """Have the commands' options read once, not whenever a test calls `main`: that takes 40 ms."""
+    """Let examples take the time they need; have the commands' options read once, not at each call (40 ms)."""
+    settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+    settings.load_profile("patient")
     typer.main.get_command = cache(typer.main.get_command)
 
 

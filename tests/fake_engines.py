@@ -1,7 +1,5 @@
 """An engine that answers as it is told, and briefings and plans to ask it about."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

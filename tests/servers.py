@@ -1,7 +1,5 @@
 """Servers in processes of their own, for tests and the trial: started, waited for, killed, started again."""
 
-from __future__ import annotations
-
 import os
 import secrets
 import signal
@@ -11,6 +9,7 @@ import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Self
 
 from patience import HANG_S, until
 from talk import HOST, Reply, ask
@@ -50,7 +49,7 @@ class Server:
         self._told = 0
         self._process: subprocess.Popen[bytes] | None = None
 
-    def __enter__(self) -> Server:
+    def __enter__(self) -> Self:
         self.start()
         return self
 

@@ -120,14 +120,8 @@ def one_room(*, goal: SituationGoal | None = None) -> Situation:
 
     Best: move 0 to 10 000, undock to 15 001, explore to 19 002 ms. The carrier has a home where it starts.
     """
-    return situation_of(
-        [carrier(home="home"), rover(on="c1")],
-        {"t1": room(12)},
-        {"m1": door(10)},
-        {"c1_start": hall(0)},
-        homes={"home": hall(0)},
-        goal=goal,
-    )
+    team, targets = [carrier(home="home"), rover(on="c1")], {"t1": room(12)}
+    return situation_of(team, targets, {"m1": door(10)}, {"c1_start": hall(0)}, homes={"home": hall(0)}, goal=goal)
 
 
 def two_rooms() -> Situation:
@@ -135,22 +129,14 @@ def two_rooms() -> Situation:
 
     The rover has to be picked up at the first door, carried to the other one and set down there.
     """
-    return situation_of(
-        [carrier(), rover(on="c1")],
-        {"t1": room(-12, 1), "t2": room(22, 2)},
-        {"m1": door(-10, 1), "m2": door(20, 2)},
-        {"c1_start": hall(0)},
-    )
+    team, targets = [carrier(), rover(on="c1")], {"t1": room(-12, 1), "t2": room(22, 2)}
+    return situation_of(team, targets, {"m1": door(-10, 1), "m2": door(20, 2)}, {"c1_start": hall(0)})
 
 
 def rover_left_behind(*, free_at_ms: int = 0) -> Situation:
     """Return: a rover on the ground in room 1, a target in room 2, an empty carrier between: it has to be fetched."""
-    return situation_of(
-        [carrier(), rover(free_at_ms=free_at_ms)],
-        {"t1": room(22, 2)},
-        {"m1": door(-10, 1), "m2": door(20, 2)},
-        {"c1_start": hall(0), "r1_start": room(-11, 1)},
-    )
+    team, meetings = [carrier(), rover(free_at_ms=free_at_ms)], {"m1": door(-10, 1), "m2": door(20, 2)}
+    return situation_of(team, {"t1": room(22, 2)}, meetings, {"c1_start": hall(0), "r1_start": room(-11, 1)})
 
 
 def relay() -> Situation:
@@ -178,13 +164,8 @@ def in_flight() -> Situation:
 
 def no_capacity() -> Situation:
     """Return: a carrier that can't carry, a rover on the ground; each has a target it can explore by itself."""
-    return situation_of(
-        [carrier(), rover()],
-        {"t1": hall(10), "t2": room(3)},
-        {"m1": door(1)},
-        {"c1_start": hall(0), "r1_start": room(2)},
-        types=default_types(0),
-    )
+    team, starts = [carrier(), rover()], {"c1_start": hall(0), "r1_start": room(2)}
+    return situation_of(team, {"t1": hall(10), "t2": room(3)}, {"m1": door(1)}, starts, types=default_types(0))
 
 
 def out_of_reach() -> Situation:

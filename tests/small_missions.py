@@ -12,6 +12,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from marsupial.library import recording
 from marsupial.maps.footprint import standable
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer, Observers
@@ -126,25 +127,25 @@ def greedy_strategy() -> Strategy:
 Kind = TypeVar("Kind", bound=MissionEvent)
 
 
-class Recorder(Observer):
-    """Keeps all events."""
+class Recorder(recording.Recorder):
+    """Records events, and what is told of each planning, in memory."""
 
     def __init__(self) -> None:
-        self.events: list[MissionEvent] = []
+        super().__init__()
+        self.reports: list[PlanningReport] = []
 
-    def event(self, event: MissionEvent) -> None:
-        self.events.append(event)
+    def planned(self, report: PlanningReport) -> None:
+        self.reports.append(report)
 
     def of(self, kind: type[Kind]) -> list[Kind]:
         return [event for event in self.events if isinstance(event, kind)]
 
 
 class Watcher(Recorder):
-    """Remembers events and reports, and notes every physical impossibility in `faults`."""
+    """Records, and notes every physical impossibility in `faults`."""
 
     def __init__(self, grid: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot]) -> None:
         super().__init__()
-        self.reports: list[PlanningReport] = []
         self.faults: list[str] = []
         self._grid = grid
         self._known = np.full_like(grid.cells, UNKNOWN)
@@ -156,13 +157,10 @@ class Watcher(Recorder):
         self._lost: set[str] = set()
         self._before: dict[str, tuple[Cell | None, str | None]] = {}
 
-    def planned(self, report: PlanningReport) -> None:
-        self.reports.append(report)
-
     def event(self, event: MissionEvent) -> None:
         if self.events and event.t_ms < self.events[-1].t_ms:
             self._fault(event, "time goes back")
-        self.events.append(event)
+        super().event(event)
         match event:
             case Revealed():
                 self._reveal(event)

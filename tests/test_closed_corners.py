@@ -50,14 +50,14 @@ def test_what_lies_behind_a_closed_corner_is_none_of_the_missions_business() -> 
         assert (ended.status, ended.remaining, ended.coverage) == (Status.COMPLETE, (), 1.0)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(scenarios())
 def test_a_mission_leaves_no_frontier(scenario: Scenario) -> None:
     ended = flown(scenario, "heuristic")
     assert (ended.status, ended.remaining, ended.coverage) == (Status.COMPLETE, (), 1.0)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(scenarios())
 def test_the_clairvoyant_leaves_only_frontiers_that_robots_can_get_to(scenario: Scenario) -> None:
     # it need not look at walls: what can be reached has been seen

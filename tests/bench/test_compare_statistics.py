@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -64,19 +62,17 @@ def coverage(maps: int, starts: int, teams: int, *, map_spread: float, of_these_
     return held / SETS
 
 
+OVER_MAPS = ((8, 3, 2, 0.0), (5, 1, 4, 0.0), (8, 3, 2, 0.15), (40, 2, 2, 0.0))
+OVER_STARTS = ((1, 6, 18, 0.0), (2, 8, 3, 0.0), (4, 5, 2, 0.15))
+
+
 @pytest.mark.parametrize(
-    ("maps", "starts", "teams", "lost"), [(8, 3, 2, 0.0), (5, 1, 4, 0.0), (8, 3, 2, 0.15), (40, 2, 2, 0.0)]
+    ("maps", "starts", "teams", "lost", "spread"),
+    [*((*sizes, 0.1) for sizes in OVER_MAPS), *((*sizes, 0.3) for sizes in OVER_STARTS)],
 )
-def test_intervals_over_maps_hold_the_mean_of_all_such_maps_in_95_of_100_data_sets(
-    maps: int, starts: int, teams: int, lost: float
+def test_intervals_hold_the_mean_of_all_such_maps_or_of_these_in_95_of_100_data_sets(
+    maps: int, starts: int, teams: int, lost: float, spread: float
 ) -> None:
-    share = coverage(maps, starts, teams, map_spread=0.1, of_these_maps=False, lost=lost)
-    assert share == pytest.approx(0.95, abs=0.02)
-
-
-@pytest.mark.parametrize(("maps", "starts", "teams", "lost"), [(1, 6, 18, 0.0), (2, 8, 3, 0.0), (4, 5, 2, 0.15)])
-def test_intervals_over_starts_hold_the_mean_of_these_maps_in_95_of_100_data_sets(
-    maps: int, starts: int, teams: int, lost: float
-) -> None:
-    share = coverage(maps, starts, teams, map_spread=0.3, of_these_maps=True, lost=lost)
+    of_these = (maps, starts, teams, lost) in OVER_STARTS
+    share = coverage(maps, starts, teams, map_spread=spread, of_these_maps=of_these, lost=lost)
     assert share == pytest.approx(0.95, abs=0.02)

@@ -95,11 +95,14 @@ def test_a_picture_says_where_its_starts_are_from(tmp_path: Path, yard: str, fie
     assert f">{told}</text>" in figure.read_text()
 
 
-def test_a_picture_of_another_kind_is_a_wrong_usage(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, yard: str
+@pytest.mark.parametrize(
+    ("option", "name", "told"), [("--out", "yard.bmp", "can't write .bmp"), ("--clean", "a.png", "must end in .yaml")]
+)
+def test_a_file_of_another_kind_is_a_wrong_usage(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, yard: str, option: str, name: str, told: str
 ) -> None:
-    assert main(["map", yard, "--out", str(tmp_path / "yard.bmp")]) == 2
-    assert "can't write .bmp" in capsys.readouterr().err
+    assert main(["map", yard, "--no-picture", option, str(tmp_path / name)]) == 2
+    assert told in capsys.readouterr().err
 
 
 def test_a_map_is_written_without_specks_and_closed(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -118,8 +121,3 @@ def test_a_map_is_written_without_specks_and_closed(capsys: pytest.CaptureFixtur
     assert (clean.resolution_m, clean.origin_m) == (0.05, (1.5, -2.0, 0.25))
     assert clean.cells[29, 30] == FLOOR
     assert {int(bounded.cells[0, 0]), int(bounded.cells[37, 10])} == {UNKNOWN, OBSTACLE}
-
-
-def test_a_map_is_written_as_yaml_only(capsys: pytest.CaptureFixture[str], tmp_path: Path, yard: str) -> None:
-    assert main(["map", yard, "--no-picture", "--clean", str(tmp_path / "clean.png")]) == 2
-    assert "must end in .yaml" in capsys.readouterr().err

@@ -4,6 +4,8 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
 
+from patience import awaited
+
 from marsupial.cluster.places import NodePlace, Places
 
 
@@ -53,8 +55,7 @@ async def test_a_place_that_nobody_takes_goes_back_soon_and_one_elsewhere_at_onc
     assert await places.find(0.5, {"node"}, lambda: True) == NodePlace(0.5, "node", 2)
     assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", "kept")
     places.offer(NodePlace(1.0, "node", "unwanted"))
-    while "unwanted" not in ray.given_back:
-        await asyncio.sleep(0.01)
+    await awaited(lambda: "unwanted" in ray.given_back)
     assert ray.given_back == ["old", "unwanted"]
 
 

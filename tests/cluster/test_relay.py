@@ -5,6 +5,8 @@ import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
+from patience import awaited
+
 from marsupial.cluster.relay import Relay
 from marsupial.processes.channel import MAX_BYTES, MESSAGE, Channel
 
@@ -29,8 +31,7 @@ async def test_frames_larger_than_what_goes_at_once_arrive_whole_both_ways() -> 
         frames = [await asyncio.to_thread(other.receive_frame) for _ in range(2)]
         assert frames == [(MESSAGE, large), (MESSAGE, b"last")]
         await asyncio.to_thread(other.send_frame, MESSAGE, large)
-        while not taken:
-            await asyncio.sleep(0.01)
+        await awaited(lambda: taken)
         assert taken == [(MESSAGE, large)]
 
 
@@ -70,5 +71,4 @@ async def test_one_that_is_not_listened_to_waits() -> None:
         await asyncio.sleep(0.05)
         assert taken == []
         relay.listen(on=True)
-        while not taken:
-            await asyncio.sleep(0.01)
+        await awaited(lambda: taken)

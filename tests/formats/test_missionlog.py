@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from synthetic_mission import mission_started, synthetic_mission
 
@@ -174,7 +174,7 @@ later_events = st.one_of(
 )
 
 
-@settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@settings(max_examples=300)
 @given(later_events)
 def test_every_event_comes_back_exactly(event: m.MissionEvent) -> None:
     events = parse_log(text_of(START, event)).events
@@ -182,7 +182,7 @@ def test_every_event_comes_back_exactly(event: m.MissionEvent) -> None:
     assert text_of(*events) == text_of(START, event)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(starts)
 def test_every_mission_comes_back_exactly(event: m.MissionEvent) -> None:
     assert parse_log(text_of(event)).events == (event,)

@@ -37,7 +37,7 @@ def test_a_situation_reads_back_as_the_same(name: str) -> None:
 
 
 @given(odd_situations())
-@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 def test_odd_situations_read_back_too(situation: Situation) -> None:
     assert situation_from_json(situation_to_json(situation)) == situation
 
@@ -122,15 +122,10 @@ def test_robots_of_one_name_and_of_unknown_types_are_named() -> None:
     assert "robots[2].type: unknown robot type 'lorry'" in fault_of(json.dumps(data))
 
 
-@pytest.mark.parametrize("text", ["", "{", "[1]", "7", "{" * 3, '{"a": 1}}', "[" * 100_000])
-def test_text_that_is_no_json_mapping_is_refused(text: str) -> None:
-    with pytest.raises(SituationError):
+@pytest.mark.parametrize("text", ["", "{", "[1]", "7", "{" * 3, '{"a": 1}}', "[" * 100_000, '{"b": 2, "b": 3}'])
+def test_text_that_is_no_json_mapping_or_gives_a_field_twice_is_refused(text: str) -> None:
+    with pytest.raises(SituationError, match="'b' is given twice" if '"b"' in text else None):
         situation_from_json(text)
-
-
-def test_a_field_given_twice_is_refused() -> None:
-    with pytest.raises(SituationError, match="'b' is given twice"):
-        situation_from_json('{"a": 1, "b": 2, "b": 3}')
 
 
 def test_a_number_that_json_cannot_hold_is_refused() -> None:

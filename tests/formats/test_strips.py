@@ -47,7 +47,7 @@ def all_runs(cells: list[list[int]], shown: int) -> tuple[int, ...]:
     return tuple(runs)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(maps, st.integers(0, 1))
 def test_all_cells_come_back(size: tuple[int, list[list[int]]], shown: int) -> None:
     width, cells = size

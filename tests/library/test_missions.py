@@ -219,7 +219,7 @@ HOMEWARD = Scenario(
 
 
 @pytest.mark.parametrize("strategy", EVERYBODY)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(scenarios())
 @example(SHORT_SIGHTED)
 @example(HOMEWARD)

@@ -82,13 +82,10 @@ def test_robots_on_cells_of_their_own_and_drawn_starts_are_not_odd(tmp_path: Pat
     assert load_scenario(str(path)).warnings() == []
 
 
-def test_a_file_that_is_nearly_right_is_suggested(tmp_path: Path) -> None:
+def test_a_file_that_is_nearly_right_is_suggested_and_one_of_another_kind_refused(tmp_path: Path) -> None:
     (tmp_path / "square.map").write_text(SQUARE)
     with pytest.raises(ScenarioError, match=r"did you mean .*square\.map"):
         load_scenario(str(tmp_path / "sqare.map"))
-
-
-def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("hello")
     with pytest.raises(MapError, match="unknown kind of map"):
         load_scenario(str(tmp_path / "notes.txt"))

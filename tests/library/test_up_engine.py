@@ -63,15 +63,10 @@ def test_the_engine_is_found_by_the_kind_of_problem(up: Any) -> None:
     assert "marsupial" in up.get_all_applicable_engines(up_problem(one_room()).kind)
 
 
-def test_problems_of_another_domain_are_refused(up: Any) -> None:
-    problem = up_problem(one_room())
-    problem.clear_actions()
-    with up.OneshotPlanner(name="marsupial") as planner, pytest.raises(UPUsageError, match="its own domain only"):
-        planner.solve(problem)
-
-
-def test_what_contradicts_itself_is_told(up: Any) -> None:
-    problem = up_problem(one_room())
-    problem.set_initial_value(problem.fluent("num_docked")(problem.object("c1")), 7)
-    with up.OneshotPlanner(name="marsupial") as planner, pytest.raises(UPUsageError, match="on c1, not 7"):
-        planner.solve(problem)
+def test_problems_of_another_domain_and_what_contradicts_itself_are_refused(up: Any) -> None:
+    other, odd = up_problem(one_room()), up_problem(one_room())
+    other.clear_actions()
+    odd.set_initial_value(odd.fluent("num_docked")(odd.object("c1")), 7)
+    for problem, told in ((other, "its own domain only"), (odd, "on c1, not 7")):
+        with up.OneshotPlanner(name="marsupial") as planner, pytest.raises(UPUsageError, match=told):
+            planner.solve(problem)

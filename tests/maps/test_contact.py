@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from at_once import flood
 from drawn_maps import draw, on_map, picture, random_cells, rover, where
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from marsupial.maps.footprint import Contact, disc
@@ -36,7 +36,6 @@ def test_past_one_obstacle_the_corner_is_touched() -> None:
     assert touched("...", ".r#", "...", radius_m=0.6) == ["xxx", "xxx", "xxx"]
 
 
-@settings(deadline=None)
 @given(truth=random_cells(smallest=2, largest=14), radius=st.sampled_from(RADII), data=st.data())
 def test_what_is_touched_and_free_is_connected_to_the_robot(
     truth: CellArray, radius: float, data: st.DataObject
@@ -47,7 +46,6 @@ def test_what_is_touched_and_free_is_connected_to_the_robot(
     assert not (found & (truth != OBSTACLE) & ~flood(found & (truth != OBSTACLE), [at])).any()
 
 
-@settings(deadline=None)
 @given(truth=random_cells(smallest=2, largest=14), radius=st.sampled_from(RADII), data=st.data())
 def test_whether_a_robot_can_go_on_is_settled_by_touch(truth: CellArray, radius: float, data: st.DataObject) -> None:
     at = _start(truth, data)

@@ -37,7 +37,6 @@ def test_the_radius_is_in_metres() -> None:
     assert picture(standable(draw(*rows, resolution_m=0.5), carrier(radius_m=1.2)))[2] == "..x.."
 
 
-@settings(deadline=None)
 @given(cells=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN)), radius=RADII)
 def test_a_robot_stands_where_nothing_that_bars_it_is_nearer_than_its_radius(cells: CellArray, radius: float) -> None:
     kind = carrier(radius_m=radius)
@@ -46,7 +45,6 @@ def test_a_robot_stands_where_nothing_that_bars_it_is_nearer_than_its_radius(cel
     assert np.array_equal(footprint.possible, _clear_of((cells != FLOOR) & (cells != UNKNOWN), radius))
 
 
-@settings(deadline=None)
 @given(truth=random_cells(), radius=RADII, data=st.data())
 def test_cells_revealed_bit_by_bit_give_what_they_give_at_once(
     truth: CellArray, radius: float, data: st.DataObject
@@ -80,7 +78,7 @@ def _clear_of(barred: Mask, radius: float) -> Mask:
     return np.asarray(~barred & (distance >= radius - 1e-9))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(cells=random_cells(), radius=RADII)
 def test_one_cell_alone_is_judged_as_on_the_whole_map(cells: CellArray, radius: float) -> None:
     grid = Grid(cells=cells, resolution_m=1.0)

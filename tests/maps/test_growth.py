@@ -65,7 +65,7 @@ def moved(robot: PlacedRobot, reach: Reach, data: st.DataObject) -> PlacedRobot:
     return robot
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(truth=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH)), seed=st.integers(0, 2**32 - 1), data=st.data())
 def test_reach_and_frontiers_that_grew_are_those_found_anew(truth: CellArray, seed: int, data: st.DataObject) -> None:
     rng = np.random.default_rng(seed)

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from drawn_maps import carrier, draw, picture, random_cells
-from hypothesis import given, settings
+from hypothesis import given
 from scipy import ndimage
 
 from marsupial.formats.mapfiles.read import read_map
@@ -11,7 +11,6 @@ from marsupial.maps.reach import groups, largest_reach, parts
 from marsupial.model.grid import FLOOR, OBSTACLE, CellArray
 
 
-@settings(deadline=None)
 @given(cells=random_cells(codes=(OBSTACLE, FLOOR)))
 def test_parts_are_those_of_scipy_in_the_same_order(cells: CellArray) -> None:
     labels, count = parts(cells == FLOOR)
@@ -28,7 +27,6 @@ def test_where_no_robot_fits_the_reach_is_empty() -> None:
     assert not largest_reach(draw(".#.", "#.#"), carrier()).any()
 
 
-@settings(deadline=None)
 @given(cells=random_cells(codes=(OBSTACLE, FLOOR)))
 def test_groups_are_those_of_scipy(cells: CellArray) -> None:
     mask = cells == FLOOR

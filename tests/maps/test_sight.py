@@ -106,7 +106,6 @@ def test_who_has_looked_round_would_see_nothing_unknown_whatever_else_is_known(
     assert sorted(hoped.tolist()) == sorted(seen.tolist())
 
 
-@settings(deadline=None)  # compiled when it is called first
 @given(cells=random_cells(largest=16), data=st.data())
 def test_the_first_to_see_some_cells_is_the_first_of_whose_view_they_are(cells: CellArray, data: st.DataObject) -> None:
     grid, _, range_cells = _case(cells, data)
@@ -124,7 +123,7 @@ def test_the_first_to_see_some_cells_is_the_first_of_whose_view_they_are(cells: 
     assert sight.first_to_see(stands, wanted.ravel(), window, range_cells) == (seeing[0] if seeing else None)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(cells=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, UNKNOWN)), data=st.data())
 def test_what_is_seen_is_what_rays_meet(cells: CellArray, data: st.DataObject) -> None:
     grid, cell, range_cells = _case(cells, data)

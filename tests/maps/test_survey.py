@@ -128,7 +128,7 @@ def test_who_can_explore_a_target_is_told() -> None:
     assert found.situation.travel("carrier", "s_c", target.name) is None
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 9999))
 def test_travel_tables_hold_the_shortest_paths_of_each_type_while_the_map_grows(seed: int) -> None:
     """There is one type that is as the rover but slow, and one whose diagonal steps are shorter."""
@@ -162,7 +162,7 @@ def test_a_meeting_point_is_a_place_for_all_types_that_get_there() -> None:
 
 
 @given(random_cells((OBSTACLE, FLOOR, FLOOR, ROUGH, UNKNOWN), 4), st.data())
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 def test_all_types_with_a_pose_at_a_meeting_point_can_dock_there(cells: CellArray, data: st.DataObject) -> None:
     grid = Grid(cells=cells, resolution_m=0.5)
     kinds = (carrier(radius_m=0.1), carrier("large", radius_m=0.45), rover(), rover("small", radius_m=0.0))

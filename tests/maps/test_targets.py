@@ -190,7 +190,6 @@ def test_a_frontier_beside_which_a_robot_stands_is_not_too_narrow(rows: tuple[st
 MIXED = random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN), smallest=2, largest=14)
 
 
-@settings(deadline=None)
 @given(cells=MIXED, radius=st.sampled_from([0.2, 1.2, 1.5, 2.3]), data=st.data())
 def test_what_is_said_of_a_refused_frontier_fits_where_robots_can_stand(
     cells: CellArray, radius: float, data: st.DataObject
@@ -261,7 +260,6 @@ def test_every_frontier_cell_is_a_targets_or_refused() -> None:
     assert len(left) == 1
 
 
-@settings(deadline=None)
 @given(cells=MIXED, data=st.data())
 def test_targets_have_names_of_their_own_and_members_in_sight(cells: CellArray, data: st.DataObject) -> None:
     grid = Grid(cells=cells, resolution_m=1.0)
@@ -278,7 +276,7 @@ def test_targets_have_names_of_their_own_and_members_in_sight(cells: CellArray, 
             assert reach.by_type[name][cell.y, cell.x]
 
 
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(
     truth=random_cells(smallest=2, largest=16),
     radius=st.sampled_from([0.0, 0.7, 1.0, 1.2, 1.5, 2.0, 2.3, 3.1]),
@@ -307,7 +305,7 @@ def test_a_robot_that_goes_to_targets_until_none_is_left_knows_all_it_could_reac
     assert (known[wanted] != UNKNOWN).all()
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(truth=random_cells(smallest=4, largest=16), data=st.data())
 def test_a_carrier_with_a_rover_explores_all_that_either_can_reach(truth: CellArray, data: st.DataObject) -> None:
     start, _ = _start(truth, CARRIER, data)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from at_once import origins
 from drawn_maps import aboard, carrier, draw, mask_of, picture, random_cells, rover, standing, where
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from marsupial.maps.growth import reach_of
@@ -115,7 +115,6 @@ def test_cells_of_a_window_are_found_again_on_the_map() -> None:
     assert mask_of("x.")[Window(0, 1, 0, 1).cut].all()
 
 
-@settings(deadline=None)
 @given(truth=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH)), data=st.data())
 def test_a_territory_that_grew_equals_one_made_at_once(truth: CellArray, data: st.DataObject) -> None:
     height, width = truth.shape

@@ -39,7 +39,7 @@ def test_what_is_unknown_in_a_view_is_counted() -> None:
 
 
 @pytest.mark.parametrize("most", [0, views.MOST_CELLS])
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(truth=random_cells(codes=(OBSTACLE, FLOOR, FLOOR)), data=st.data())
 def test_views_stay_those_of_a_fresh_look_while_the_map_is_revealed(
     most: int, truth: CellArray, data: st.DataObject

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mission_fakes import drive, meet
 from situations import (
@@ -66,13 +66,9 @@ def test_a_plan_that_still_fits_stays_as_it_is() -> None:
     assert carried_over(plan.actions, situation, itself(situation)) == plan
 
 
-def test_targets_take_their_new_names() -> None:
+def test_targets_take_their_new_names_and_times_are_those_of_the_new_moment() -> None:
     plan = carried_over([drive(EXPLORE, "c1", "old", "s")], one_hall(), {"old": "t2"})
     assert words(plan) == ["(explore c1 c1_start t2)"]
-
-
-def test_times_are_those_of_the_new_moment() -> None:
-    plan = carried_over([drive(EXPLORE, "c1", "t2", "s")], one_hall(), {"t2": "t2"})
     assert [(action.start_ms, action.duration_ms) for action in plan.actions] == [(0, 30_000)]
 
 
@@ -105,12 +101,8 @@ def test_a_docking_that_is_under_way_is_not_planned_again() -> None:
 
 
 def test_an_undocking_that_is_under_way_is_not_planned_again() -> None:
-    situation = situation_of(
-        [carrier(), rover(free_at_ms=4000)],
-        {"t1": room(12)},
-        {"m1": door(10)},
-        {"c1_start": hall(10), "r1_start": room(10)},
-    )
+    team = [carrier(), rover(free_at_ms=4000)]
+    situation = situation_of(team, {"t1": room(12)}, {"m1": door(10)}, {"c1_start": hall(10), "r1_start": room(10)})
     actions = [meet(UNDOCK, "r1", "c1", "m1"), drive(EXPLORE, "r1", "t1", "m1")]
     plan = carried_over(actions, situation, itself(situation))
     assert words(plan) == ["(explore r1 r1_start t1)"]
@@ -142,7 +134,6 @@ def moments(draw: st.DrawFn) -> tuple[Sequence[Action], Situation, dict[str, str
     return kept, now, renamed
 
 
-@settings(deadline=None)
 @given(moments())
 def test_whatever_comes_out_is_accepted_by_the_checker(
     moment: tuple[Sequence[Action], Situation, dict[str, str]],
@@ -155,7 +146,6 @@ def test_whatever_comes_out_is_accepted_by_the_checker(
         assert plan.actions
 
 
-@settings(deadline=None)
 @given(situations(goals=False))
 def test_the_greedy_plan_of_a_moment_is_carried_over_to_that_moment_whole(situation: Situation) -> None:
     plan, _ = serve(situation)

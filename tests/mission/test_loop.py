@@ -118,18 +118,15 @@ def test_without_the_wish_to_recover_a_mission_is_over_when_all_is_seen() -> Non
 
 
 @pytest.mark.parametrize("strategy", [greedy_strategy, Heuristic])
-def test_a_team_that_has_to_return_home_does(strategy: Callable[[], Temporal | Heuristic]) -> None:
-    ended, watcher = fly(drawn_grid(*TWO_ANNEXES), [carrier_at(5, 1), rover_on("c1")], strategy(), goal=HOME)
-    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
-    assert ended.aboard == ("r1",)
-    assert watcher.cell["c1"] == Cell(5, 1)
-    assert watcher.faults == []
-
-
-def test_robots_may_start_on_the_ground_and_rovers_have_no_home_to_return_to() -> None:
-    ended, watcher = fly(drawn_grid(*ANNEX), [carrier_at(1, 3), rover_at(9, 3)], greedy_strategy(), goal=HOME)
+@pytest.mark.parametrize(
+    ("lines", "home", "rover"), [(TWO_ANNEXES, Cell(5, 1), rover_on("c1")), (ANNEX, Cell(1, 3), rover_at(9, 3))]
+)
+def test_a_team_that_has_to_return_home_does_but_rovers_on_the_ground_have_none(
+    strategy: Callable[[], Temporal | Heuristic], lines: tuple[str, ...], home: Cell, rover: PlacedRobot
+) -> None:
+    ended, watcher = fly(drawn_grid(*lines), [carrier_at(*home), rover], strategy(), goal=HOME)
     assert (ended.status, ended.coverage, ended.aboard) == (Status.COMPLETE, 1.0, ("r1",))
-    assert watcher.cell["c1"] == Cell(1, 3)
+    assert watcher.cell["c1"] == home
     assert watcher.faults == []
 
 
@@ -211,13 +208,10 @@ def test_a_rover_that_is_still_docking_at_the_time_limit_is_not_aboard() -> None
     assert (ended.status, ended.aboard, ended.retrievals) == (Status.TIME_LIMIT, (), 0)
 
 
-def test_planning_that_is_charged_does_not_overrun_the_time_limit() -> None:
+def test_charged_planning_does_not_overrun_the_time_limit_and_what_completes_at_it_is_complete() -> None:
     slow = Timed(greedy_strategy(), wall_s=60.0)
     ended, _ = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], slow, time_ms=2500, planning_time=PlanningTime.CHARGED)
     assert (ended.status, ended.t_ms) == (Status.TIME_LIMIT, 2500)
-
-
-def test_a_mission_that_completes_at_its_time_limit_is_complete() -> None:
     ended, _ = fly(drawn_grid(*CORRIDOR), [carrier_at(1, 1)], greedy_strategy(), time_ms=4000)
     assert (ended.status, ended.t_ms) == (Status.COMPLETE, 4000)
 

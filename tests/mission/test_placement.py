@@ -81,14 +81,11 @@ def test_a_rover_that_can_not_stand_where_carriers_do_starts_near_them_all_the_s
     assert place_team(scenario, 1)[1].cell == Cell(9, 1)
 
 
-def test_a_robot_without_room_is_named() -> None:
-    with pytest.raises(ScenarioError, match=r"team\[7\]\.start: no room on the map for c8 to start"):
-        place_team(scenario_of(*carriers(8)), 1)
-
-
-def test_a_map_without_ground_has_room_for_nobody() -> None:
-    with pytest.raises(ScenarioError, match=r"team\[0\]\.start"):
-        place_team(scenario_of(*carriers(1), lines=("###", "#,#", "###")), 1)
+@pytest.mark.parametrize(("lines", "number"), [(CORRIDOR, 8), (("###", "#,#", "###"), 1)])
+def test_a_robot_without_room_is_named(lines: Sequence[str], number: int) -> None:
+    told = rf"team\[{number - 1}\]\.start: no room on the map for c{number} to start"
+    with pytest.raises(ScenarioError, match=told):
+        place_team(scenario_of(*carriers(number), lines=lines), 1)
 
 
 def test_unknown_ground_is_no_place_to_start() -> None:

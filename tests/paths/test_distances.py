@@ -92,7 +92,7 @@ def test_what_was_apart_is_searched_again_only_where_it_may_be_connected_now() -
     assert np.isinf(found[4, :4]).all()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 9999), st.sampled_from((1.0, 1.2, SQRT2)))
 def test_distances_stay_those_of_dijkstra_while_rooms_are_opened(seed: int, diagonal: float) -> None:
     """Opened from one corner, as robots do, a few cells at a time, with places that stay and places that don't."""
@@ -113,7 +113,7 @@ def test_distances_stay_those_of_dijkstra_while_rooms_are_opened(seed: int, diag
         kept = places
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 9999), st.sampled_from((1.0, SQRT2)))
 def test_no_way_is_shorter_than_by_what_was_opened(seed: int, diagonal: float) -> None:
     rng = np.random.default_rng(seed)

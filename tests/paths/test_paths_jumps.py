@@ -30,7 +30,7 @@ GROUNDS = st.builds(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(GROUNDS, st.sampled_from((1.0, 1.2, SQRT2)), st.integers(0, 9999))
 def test_jumps_find_the_lengths_of_the_search_that_settles_every_cell(mask: Mask, diagonal: float, seed: int) -> None:
     cells = np.flatnonzero(mask)
@@ -46,7 +46,7 @@ def test_jumps_find_the_lengths_of_the_search_that_settles_every_cell(mask: Mask
     assert found == pytest.approx(field.ravel()[wanted], abs=1e-9)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(GROUNDS, st.integers(0, 9999))
 def test_what_is_opened_is_told_and_what_is_closed_as_well(mask: Mask, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -59,7 +59,7 @@ def test_what_is_opened_is_told_and_what_is_closed_as_well(mask: Mask, seed: int
         assert jumps.load(before) is None
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.data(), GROUNDS, st.sampled_from((0.0, fields.RAGGED, 10.0)))
 def test_a_matrix_stays_that_of_dijkstra_while_the_map_grows(data: st.DataObject, whole: Mask, ragged: float) -> None:
     """With few remembered cells that change, as places do; a map in which something is closed again is one more."""

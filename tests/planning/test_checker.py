@@ -179,13 +179,8 @@ def test_a_rover_aboard_is_bound_to_a_busy_carrier() -> None:
 
 
 def test_a_carrier_that_docks_one_rover_can_not_dock_another() -> None:
-    situation = situation_of(
-        [carrier(), rover(1), rover(2)],
-        {},
-        {"m1": door(0)},
-        {"c1_start": hall(0), "r1_start": room(0), "r2_start": room(0)},
-        types=default_types(2),
-    )
+    starts = {"c1_start": hall(0), "r1_start": room(0), "r2_start": room(0)}
+    situation = situation_of([carrier(), rover(1), rover(2)], {}, {"m1": door(0)}, starts, types=default_types(2))
     there = (
         move(0, 1, "c1", "c1_start", "m1"),
         move(0, 1, "r1", "r1_start", "m1"),

@@ -65,7 +65,7 @@ def test_unified_planning_accepts_what_the_checker_accepts(name: str) -> None:
         assert up_validate(situation, plan).valid
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(situations(), st.data())
 def test_the_checker_agrees_with_unified_planning(situation: Situation, data: st.DataObject) -> None:
     """But for actions with an origin or carrier too many, which PDDL leaves out."""

@@ -199,6 +199,7 @@ def test_closing_early_ends_the_planner_at_once() -> None:
 @pytest.mark.parametrize(
     ("search", "outcome"),
     [
+        ("eat_memory", Outcome.MEMORY),
         ("never_answer", Outcome.TIMEOUT),
         ("segfault", Outcome.CRASHED),
         ("raise_error", Outcome.CRASHED),
@@ -207,15 +208,10 @@ def test_closing_early_ends_the_planner_at_once() -> None:
     ],
 )
 def test_how_a_planner_ends_is_told_apart(search: str, outcome: Outcome) -> None:
-    solver = ProcessEngine(INFO, getattr(unruly_planners, search), ())
+    memory = {"memory_bytes": GIB // 2} if outcome is Outcome.MEMORY else {}
+    solver = ProcessEngine(INFO, getattr(unruly_planners, search), (), **memory)
     (end,) = solver.solve(one_room(), Budget(seconds=0.5) if outcome is Outcome.TIMEOUT else AMPLE)
     assert end.outcome is outcome
-
-
-def test_a_planner_that_eats_memory_is_told_apart() -> None:
-    solver = ProcessEngine(INFO, unruly_planners.eat_memory, (), memory_bytes=GIB // 2)
-    (end,) = solver.solve(one_room(), AMPLE)
-    assert end.outcome is Outcome.MEMORY
 
 
 def test_a_crash_after_a_plan_is_still_a_crash() -> None:

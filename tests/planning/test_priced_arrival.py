@@ -49,13 +49,9 @@ def test_what_is_worth_more_is_reached_first_though_it_takes_longer() -> None:
 
 def two_doors() -> Situation:
     """Return: one carrier with two rovers; one rover can explore both rooms, or two rovers one each and sooner."""
-    return situation_of(
-        [carrier(), rover(1, on="c1"), rover(2, on="c1")],
-        {"t1": room(20), "t2": room(35)},
-        {"m1": door(20), "m2": door(30)},
-        {"c1_start": hall(0)},
-        types=default_types(capacity=2),
-    )
+    team, targets = [carrier(), rover(1, on="c1"), rover(2, on="c1")], {"t1": room(20), "t2": room(35)}
+    meetings, starts = {"m1": door(20), "m2": door(30)}, {"c1_start": hall(0)}
+    return situation_of(team, targets, meetings, starts, types=default_types(capacity=2))
 
 
 def undocks(plan: Plan) -> int:

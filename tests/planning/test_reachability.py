@@ -16,7 +16,7 @@ from situations import (
     situation_of,
 )
 
-from marsupial.model.situation import UNREACHABLE, SituationGoal
+from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
 from marsupial.planning.reachability import hopeless_targets, impossible, matching, obstacles, reach
 
 
@@ -49,19 +49,17 @@ def test_hopeless_targets_are_named_with_the_reason() -> None:
     }
 
 
-def test_without_its_second_carrier_the_relay_is_impossible() -> None:
-    situation = relay().restricted(robots=frozenset({"c1", "r1"}))
-    assert impossible(situation) == "no rover can get to t1, not even carried"
-
-
-def test_the_wrong_rover_alone_can_not_help() -> None:
-    situation = full_carrier().restricted(robots=frozenset({"c1", "r1"}))
-    assert impossible(situation) == "no robot of the team is of a type that can explore t1"
-
-
-def test_one_carrier_with_one_place_can_not_take_two_rovers_home() -> None:
-    situation = bring_them_home().restricted(robots=frozenset({"c1", "r1", "r2"}))
-    assert impossible(situation) == "no place aboard for r2: of the carriers only c1 can get there, with 1 place in all"
+@pytest.mark.parametrize(
+    ("situation", "left", "why"),
+    [
+        (relay(), {"c1", "r1"}, "no rover can get to t1, not even carried"),
+        (full_carrier(), {"c1", "r1"}, "no robot of the team is of a type that can explore t1"),
+        (bring_them_home(), {"c1", "r1", "r2"},
+         "no place aboard for r2: of the carriers only c1 can get there, with 1 place in all"),
+    ],
+)  # fmt: skip
+def test_what_a_part_of_the_team_can_not_do_is_impossible(situation: Situation, left: set[str], why: str) -> None:
+    assert impossible(situation.restricted(robots=frozenset(left))) == why
 
 
 def test_every_obstacle_is_named_and_rovers_that_are_aboard_keep_their_places() -> None:
@@ -89,14 +87,8 @@ def test_a_target_nobody_comes_back_from_can_not_be_explored_where_all_have_to_c
 
 
 def test_a_carrier_has_to_come_home_from_its_targets() -> None:
-    situation = situation_of(
-        [carrier(home="h1")],
-        {"t1": hall(5)},
-        {},
-        {"c1_start": hall(0)},
-        homes={"h1": hall(0)},
-        goal=SituationGoal(return_home=True),
-    )
+    team, targets, starts = [carrier(home="h1")], {"t1": hall(5)}, {"c1_start": hall(0)}
+    situation = situation_of(team, targets, {}, starts, homes={"h1": hall(0)}, goal=SituationGoal(return_home=True))
     assert impossible(situation) is None
     trap = {kind: table.copy() for kind, table in situation.travel_ms.items()}
     trap["carrier"][situation.place_index["t1"]] = UNREACHABLE

@@ -38,7 +38,7 @@ def test_an_action_without_a_path_is_left_for_the_checker_to_refuse() -> None:
     assert not check(out_of_reach(), retime(out_of_reach(), [impossible])).valid
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(situations())
 def test_a_valid_plan_stays_valid_and_gets_no_longer(situation: Situation) -> None:
     for event in Greedy().solve(situation, Budget(steps=2)):

@@ -80,24 +80,20 @@ def check(events: Sequence[MissionEvent], times: Sequence[int], answers: Sequenc
         assert answer["area"] == pytest.approx(playback.coverage_at(t_ms).open_m2)
 
 
-@pytest.mark.parametrize("events", [EVENTS, GROWN], ids=["as it was", "in a frame that grows"])
-def test_the_page_shows_what_the_playback_says(events: tuple[MissionEvent, ...]) -> None:
-    question = (
-        ASK + "lines.forEach((line) => mission.append(line)); const known = mission.knownMap();"
-        "answer(times.map((t) => ask(known, t, frame)));"
-    )
-    check(events, TIMES, asked(question, events, times=TIMES, frame=frame_of(events)))
+AT_ONCE = "lines.forEach((line) => mission.append(line)); const known = mission.knownMap();"
+LINE_BY_LINE = (
+    "mission.append(lines[0]); const known = mission.knownMap();"
+    "for (const line of lines.slice(1)) {"
+    "  mission.append(line); ask(known, mission.to, frame); ask(known, mission.to / 2, frame);"
+    "}"
+)
+"""The mission grows, and is asked between any two lines."""
 
 
 @pytest.mark.parametrize("events", [EVENTS, GROWN], ids=["as it was", "in a frame that grows"])
-def test_a_mission_that_grows_may_be_asked_between_any_two_lines(events: tuple[MissionEvent, ...]) -> None:
-    question = ASK + (
-        "mission.append(lines[0]); const known = mission.knownMap();"
-        "for (const line of lines.slice(1)) {"
-        "  mission.append(line); ask(known, mission.to, frame); ask(known, mission.to / 2, frame);"
-        "}"
-        "answer(times.map((t) => ask(known, t, frame)));"
-    )
+@pytest.mark.parametrize("comes", [AT_ONCE, LINE_BY_LINE], ids=["at once", "line by line"])
+def test_the_page_shows_what_the_playback_says(events: tuple[MissionEvent, ...], comes: str) -> None:
+    question = f"{ASK}{comes}answer(times.map((t) => ask(known, t, frame)));"
     check(events, TIMES, asked(question, events, times=TIMES, frame=frame_of(events)))
 
 

@@ -1,8 +1,7 @@
 """A database that breaks off right after a commit: what was committed is there, and who wrote it is told otherwise."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
+from typing import Self
 
 from marsupial_service.store import Store
 from marsupial_service.store.engine import Connection, StoreRows
@@ -27,7 +26,7 @@ class LostAnswers:
         self._inner: Connection = broken
         store._writer._connection = self
 
-    def _anew(self) -> LostAnswers:
+    def _anew(self) -> Self:
         self._inner = self._connect()
         return self
 

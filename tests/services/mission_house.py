@@ -1,7 +1,5 @@
 """Missions in a folder, for tests, and clients that drive our simulator through them."""
 
-from __future__ import annotations
-
 import asyncio
 import hashlib
 import json
@@ -12,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractAsyncContextManager, closing, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import psutil
 from entry_house import followed, opened, settings_of
@@ -165,7 +163,7 @@ class Hosted:
         except BaseException as error:
             self._failure.append(error)
 
-    def __enter__(self) -> Hosted:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

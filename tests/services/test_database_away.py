@@ -1,6 +1,5 @@
 """A database that is killed and comes back: what servers do meanwhile, and that they miss nothing."""
 
-import asyncio
 import json
 import time
 from collections.abc import AsyncIterator, Iterator
@@ -10,6 +9,7 @@ from typing import cast
 import pytest
 from databases import PostgresServer, postgres_server
 from mission_house import run
+from patience import awaited, until
 from servers import Server
 from service_house import client, problem
 
@@ -70,8 +70,7 @@ def test_a_server_hears_of_keys_and_says_that_it_lives_though_a_read_fails_meanw
         secret = theirs.add("fleet", ["plan"], 1.0, 1000.0)
 
         async def heard() -> None:
-            while keys.find(secret, 1001.0) is None:
-                await asyncio.sleep(0.02)
+            await awaited(lambda: keys.find(secret, 1001.0))
 
         run(heard())
         assert not failures
@@ -108,8 +107,7 @@ def test_while_the_database_is_away_requests_are_put_off_and_streams_end_and_the
     with Server(tmp_path / "data", "--store", database.database()) as server, client(server) as http:
         job = {**http.get("/v1/demo-data/yard").json(), "planner": "anytime", "budget": {"seconds": 2}}
         made = http.post("/v1/jobs", json=job).json()["links"]
-        while http.get(made["self"]).json()["best"] is None:
-            time.sleep(0.05)
+        until(lambda: http.get(made["self"]).json()["best"])
         with http.stream("GET", made["events"]) as stream:
             lines = stream.iter_lines()
             next(lines)

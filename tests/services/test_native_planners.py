@@ -11,13 +11,13 @@ import pytest
 from launcher_tree import below_launcher_of
 from patience import HANG_S
 from servers import Server
-from service_house import client
+from service_house import client as client_of
+from small_missions import Recorder
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.situations import situation_of
-from marsupial.mission.observer import Observer
-from marsupial.model import Budget, Outcome, PlanningReport, Status
+from marsupial.model import Budget, Outcome, Status
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial_client import Client
@@ -38,25 +38,15 @@ def planner(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(tmp_path_factory.mktemp("service")) as found, client(found) as http:
+    with Server(tmp_path_factory.mktemp("service")) as found, client_of(found) as http:
         assert http.get("/readyz").status_code == 200
         yield found
 
 
 @pytest.fixture
 def http(running: Server) -> Iterator[httpx.Client]:
-    with client(running) as found:
+    with client_of(running) as found:
         yield found
-
-
-class Reports(Observer):
-    """Keeps what is told of each planning."""
-
-    def __init__(self) -> None:
-        self.all: list[PlanningReport] = []
-
-    def planned(self, report: PlanningReport) -> None:
-        self.all.append(report)
 
 
 @contextmanager
@@ -81,17 +71,15 @@ def leaving_nothing(server: Server) -> Iterator[set[psutil.Process]]:
     assert not psutil.wait_procs(list(seen), HANG_S)[1]
 
 
-def explore(
-    server: Server, planner: str, reports: Reports, cancelled: Callable[[], bool], patience_s: float = 60.0
-) -> Status:
+def explore(client: Client, planner: str, observer: Recorder, cancelled: Callable[[], bool]) -> Status:
     return simulate_by(
-        Client(server.url, patience_s=patience_s),
+        client,
         builtin_scenario("lobby"),
         strategy="temporal",
         planner=planner,
         budget=Budget(seconds=0.4),
         seed=1,
-        observer=reports,
+        observer=observer,
         stopping=lambda: nullcontext(cancelled),
     ).status
 
@@ -110,22 +98,25 @@ def test_a_job_is_given_a_valid_plan(running: Server, http: httpx.Client, planne
 
 
 def test_a_mission_is_planned_with_it(running: Server, planner: str) -> None:
-    reports = Reports()
+    told = Recorder()
     with leaving_nothing(running):
-        assert explore(running, planner, reports, lambda: len(reports.all) >= 2) is Status.CANCELLED
-    assert {report.planner for report in reports.all} == {planner}
-    assert all(report.outcome in ANSWERS and not report.refused for report in reports.all), reports.all
+        client = Client(running.url, patience_s=HANG_S)
+        assert explore(client, planner, told, lambda: len(told.reports) >= 2) is Status.CANCELLED
+    assert {report.planner for report in told.reports} == {planner}
+    assert all(report.outcome in ANSWERS and not report.refused for report in told.reports), told.reports
 
 
 @pytest.mark.slow
 def test_nothing_of_a_mission_outlives_a_server_that_is_killed(tmp_path: Path, planner: str) -> None:
-    reports = Reports()
-    with Server(tmp_path) as server, leaving_nothing(server):
+    told = Recorder()
+    with Server(tmp_path) as server, leaving_nothing(server) as seen:
+        client = Client(server.url, patience_s=HANG_S)
 
         def kill() -> bool:
-            if reports.all:
+            if told.reports and seen:
                 server.process.kill()
+                client._session.service.patience_s = 0.1
             return False
 
         with pytest.raises(UsageError, match="can't be reached"):
-            explore(server, planner, reports, kill, patience_s=0.1)
+            explore(client, planner, told, kill)

@@ -23,7 +23,7 @@ def test_a_ring_has_a_corner_where_it_turns_only() -> None:
     assert polygons(np.ones((2, 3), dtype=np.bool_)) == [[[(0, 0), (3, 0), (3, 2), (0, 2), (0, 0)]]]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(mask=MASKS)
 def test_a_cell_is_in_a_polygon_just_if_it_is_in_the_mask(mask: Mask) -> None:
     found = polygons(mask)

@@ -38,8 +38,7 @@ def test_a_server_that_is_killed_leaves_no_process_on_the_cluster(
         until_ready(server)
         job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 100}}
         made = http.post("/v1/jobs", json=job).json()
-        while http.get(made["links"]["self"]).json()["best"] is None:
-            time.sleep(0.05)
+        until(lambda: http.get(made["links"]["self"]).json()["best"])
         ours = [process for process in nodes.planning() if process.pid not in before]
         assert len(ours) >= 3
         server.kill()
@@ -54,8 +53,7 @@ def test_what_is_planned_waits_for_a_cluster_that_is_lost_and_goes_on_when_it_is
         until_ready(server)
         job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 20}}
         running = http.post("/v1/jobs", json=job).json()["links"]["self"]
-        while http.get(running).json()["best"] is None:
-            time.sleep(0.05)
+        until(lambda: http.get(running).json()["best"])
         head.kill()
         while (answer := http.get("/readyz")).status_code == 200:
             time.sleep(0.2)

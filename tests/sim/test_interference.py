@@ -1,14 +1,12 @@
 """Robots that keep out of each other's footprints: they wait, go around or make room, and all arrive."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import pytest
 from drawn_maps import draw, where
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from small_missions import Recorder, carrier_at, kinds_of, rover_at, rover_on
 
@@ -248,7 +246,6 @@ def crowds(draw_: st.DrawFn) -> tuple[tuple[str, ...], int, int]:
 
 
 @given(crowds())
-@settings(deadline=None)
 def test_no_two_robots_ever_overlap_and_every_drive_ends(found: tuple[tuple[str, ...], int, int]) -> None:
     rows, count, seed = found
     rng = random.Random(seed)

@@ -50,8 +50,9 @@ def test_at_first_robots_on_the_ground_see_what_is_round_them() -> None:
     assert (5, 1) not in known_cells(world)
 
 
-def test_obstacles_are_seen_and_seen_across_by_nobody() -> None:
-    world = world_of(carrier_at(2, 1), lines=("#######", "#..#..#", "#######"))
+@pytest.mark.parametrize("solid", ["#", "?"])
+def test_obstacles_and_what_the_map_does_not_know_are_seen_as_solid_and_seen_across_by_nobody(solid: str) -> None:
+    world = world_of(carrier_at(2, 1), lines=("#######", f"#..{solid}..#", "#######"))
     assert world.grid.cells[1, 3] == OBSTACLE
     assert (4, 1) not in known_cells(world)
 
@@ -65,12 +66,6 @@ def test_terrain_is_recognised_when_seen_and_does_not_block_sight() -> None:
 def test_cells_next_to_the_footprint_are_known_even_out_of_sight() -> None:
     world = world_of(carrier_at(2, 2), lines=("#####", "#.#.#", "##.##", "#.#.#", "#####"), carrier_range_m=0.5)
     assert known_cells(world) == {(2, 2), (1, 2), (3, 2), (2, 1), (2, 3)}
-
-
-def test_what_the_map_does_not_know_is_solid() -> None:
-    world = world_of(carrier_at(1, 1), lines=("#####", "#.?.#", "#####"))
-    assert world.grid.cells[1, 2] == OBSTACLE
-    assert (3, 1) not in known_cells(world)
 
 
 def test_cells_are_passed_at_the_times_of_the_route() -> None:
@@ -196,12 +191,7 @@ def test_a_busy_robot_takes_no_command() -> None:
         ([rover_on("c1", 1), rover_at(2, 1, 2)], lambda world: world.dock("r2", "c1"), "r2 can't dock on c1"),
         ([carrier_at(3, 1, 2), rover_on("c1")], lambda world: world.undock("r1", "c2", EAST[3]), "r1 is not on c2"),
     ],
-    ids=[
-        "a carried robot drives",
-        "a drive starts elsewhere",
-        "the carrier is full",
-        "the rover is on another carrier",
-    ],
+    ids=["a carried robot drives", "a drive starts elsewhere", "the carrier is full", "the rover is elsewhere"],
 )
 def test_a_command_is_refused_that_does_not_fit_where_robots_are(
     team: list[PlacedRobot], command: Callable[[SimulatedWorld], None], refusal: str

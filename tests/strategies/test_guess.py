@@ -88,12 +88,8 @@ def test_in_as_many_squares_as_there_is_ground_for_rovers_only_a_rover_has_to_be
 
 def shared_ground() -> Situation:
     """A rover on the ground, and one aboard, where rovers can drive wherever carriers can."""
-    return situation_of(
-        [carrier(), rover(1), rover(2, on="c1")],
-        {"t1": door(10), "t2": room(12)},
-        {"m1": door(10)},
-        {"c1_start": door(0), "r1_start": door(2)},
-    )
+    team, targets = [carrier(), rover(1), rover(2, on="c1")], {"t1": door(10), "t2": room(12)}
+    return situation_of(team, targets, {"m1": door(10)}, {"c1_start": door(0), "r1_start": door(2)})
 
 
 def test_a_rover_on_the_ground_drives_on_where_rovers_share_the_carriers_ground() -> None:

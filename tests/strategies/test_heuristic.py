@@ -49,25 +49,16 @@ def test_a_carrier_explores_what_it_can_itself() -> None:
 
 def test_the_nearest_of_the_connecting_meeting_points_is_taken() -> None:
     # "it will move to the nearest connecting meeting point"
-    situation = situation_of(
-        [carrier(), rover(on="c1")],
-        {"t1": room(20)},
-        {"near": door(5, 1), "middle": door(8), "far": door(16)},
-        {"c1_start": hall(0)},
-    )
+    meetings = {"near": door(5, 1), "middle": door(8), "far": door(16)}
+    situation = situation_of([carrier(), rover(on="c1")], {"t1": room(20)}, meetings, {"c1_start": hall(0)})
     connects = {"middle": frozenset({"t1"}), "far": frozenset({"t1"})}
     assert decide(situation, {"c1": seconds(t1=20)}, connects)[0] == "(move c1 c1_start middle)"
 
 
 def test_one_rover_is_set_down_and_the_other_kept() -> None:
     # "and deploy a rover there"
-    situation = situation_of(
-        [carrier(), rover(1, "c1"), rover(2, "c1")],
-        {"t1": room(12), "t2": room(14)},
-        {"m1": door(10)},
-        {"c1_start": hall(0)},
-        types=default_types(2),
-    )
+    team, targets = [carrier(), rover(1, "c1"), rover(2, "c1")], {"t1": room(12), "t2": room(14)}
+    situation = situation_of(team, targets, {"m1": door(10)}, {"c1_start": hall(0)}, types=default_types(2))
     plan = decide(situation, {"c1": seconds(t1=12, t2=14)}, {"m1": frozenset({"t1", "t2"})})
     assert [a for a in plan if a.startswith("(undock")] == ["(undock r1 c1 m1)"]
 
@@ -75,12 +66,8 @@ def test_one_rover_is_set_down_and_the_other_kept() -> None:
 def test_the_rover_explores_all_its_area_nearest_first_and_returns() -> None:
     # "will then explore the targets reachable from the meeting point. As soon as it has finished exploring them, it
     # will return to the meeting point."
-    situation = situation_of(
-        [carrier(), rover(on="c1")],
-        {"t1": room(16), "t2": room(12), "t3": room(25, 1)},
-        {"m1": door(10)},
-        {"c1_start": hall(0)},
-    )
+    targets = {"t1": room(16), "t2": room(12), "t3": room(25, 1)}
+    situation = situation_of([carrier(), rover(on="c1")], targets, {"m1": door(10)}, {"c1_start": hall(0)})
     plan = decide(situation, {"c1": seconds(t1=16, t2=12, t3=40)}, {"m1": frozenset({"t1", "t2"})})
     assert plan == [
         "(move c1 c1_start m1)",
@@ -92,12 +79,8 @@ def test_the_rover_explores_all_its_area_nearest_first_and_returns() -> None:
 
 
 def test_a_rover_on_the_ground_goes_on_with_its_area_and_its_carrier_takes_other_targets() -> None:
-    situation = situation_of(
-        [carrier(), rover()],
-        {"t1": room(12), "t2": hall(30)},
-        {"m1": door(10)},
-        {"c1_start": hall(10), "r1_start": room(11)},
-    )
+    starts = {"c1_start": hall(10), "r1_start": room(11)}
+    situation = situation_of([carrier(), rover()], {"t1": room(12), "t2": hall(30)}, {"m1": door(10)}, starts)
     plan = decide(situation, {"c1": seconds(t1=2, t2=20)}, {"m1": frozenset({"t1"})}, {"r1": "m1"})
     assert plan == ["(explore c1 c1_start t2)", "(explore r1 r1_start t1)", "(move r1 t1 m1)"]
 
@@ -114,13 +97,8 @@ def test_a_rover_that_has_finished_waits_at_its_meeting_point() -> None:
 
 
 def two_rooms_with_the_rover_in_the_wrong_one(**options: int) -> Situation:
-    return situation_of(
-        [carrier(), rover()],
-        {"t1": room(22, 2)},
-        {"m1": door(-10, 1), "m2": door(20, 2)},
-        {"c1_start": hall(0), "r1_start": room(-11, 1)},
-        types=default_types(**options),
-    )
+    meetings, starts = {"m1": door(-10, 1), "m2": door(20, 2)}, {"c1_start": hall(0), "r1_start": room(-11, 1)}
+    return situation_of([carrier(), rover()], {"t1": room(22, 2)}, meetings, starts, types=default_types(**options))
 
 
 def test_a_carrier_without_a_rover_first_retrieves_one() -> None:
@@ -160,12 +138,8 @@ def test_a_rover_with_nothing_left_to_explore_is_retrieved_before_a_busy_one() -
 
 
 def test_a_target_that_the_nearest_carrier_can_not_serve_is_left_to_another() -> None:
-    situation = situation_of(
-        [carrier(1), carrier(2), rover(on="c2")],
-        {"t1": room(12)},
-        {"m1": door(10)},
-        {"c1_start": hall(9), "c2_start": hall(0)},
-    )
+    team = [carrier(1), carrier(2), rover(on="c2")]
+    situation = situation_of(team, {"t1": room(12)}, {"m1": door(10)}, {"c1_start": hall(9), "c2_start": hall(0)})
     plan = decide(situation, {"c1": seconds(t1=3), "c2": seconds(t1=12)}, {"m1": frozenset({"t1"})})
     assert plan[:2] == ["(move c2 c2_start m1)", "(undock r1 c2 m1)"]
 
@@ -173,13 +147,8 @@ def test_a_target_that_the_nearest_carrier_can_not_serve_is_left_to_another() ->
 def test_the_rover_set_down_is_of_a_type_that_gets_from_there_to_the_target() -> None:
     types = (*default_types(2), PlanningType(name="climber", role=Role.ROVER, dock_ms=8_000, undock_ms=4_000))
     robots = [carrier(), rover(on="c1"), replace(rover(2, "c1"), type="climber")]
-    situation = situation_of(
-        robots,
-        {"t1": Spot(22_000, {"rover": 1, "climber": 2})},
-        {"m1": Spot(20_000, {"carrier": 0, "climber": 2})},
-        {"c1_start": hall(0)},
-        types=types,
-    )
+    targets, starts = {"t1": Spot(22_000, {"rover": 1, "climber": 2})}, {"c1_start": hall(0)}
+    situation = situation_of(robots, targets, {"m1": Spot(20_000, {"carrier": 0, "climber": 2})}, starts, types=types)
     assert "(undock r2 c1 m1)" in decide(situation, {"c1": seconds(t1=22)}, {"m1": frozenset({"t1"})})
 
 
@@ -213,12 +182,8 @@ def test_no_target_is_explored_twice_and_no_carrier_serves_two(briefing: Briefin
 @given(st.lists(st.lists(st.integers(1, 30), min_size=3, max_size=3), min_size=1, max_size=3))
 def test_the_assignment_is_optimal(costs: list[list[int]]) -> None:
     targets = ["t1", "t2", "t3"]
-    situation = situation_of(
-        [carrier(i + 1) for i in range(len(costs))],
-        {name: hall(5) for name in targets},
-        {},
-        {f"c{i + 1}_start": hall(0) for i in range(len(costs))},
-    )
+    team, starts = [carrier(i + 1) for i in range(len(costs))], {f"c{i + 1}_start": hall(0) for i in range(len(costs))}
+    situation = situation_of(team, {name: hall(5) for name in targets}, {}, starts)
     direct = {f"c{i + 1}": dict(zip(targets, row, strict=True)) for i, row in enumerate(costs)}
     plan = decision_on(brief(situation, direct)).plan
     total = sum(direct[action.robot][action.place] for action in plan.actions)
@@ -229,11 +194,7 @@ def test_the_assignment_is_optimal(costs: list[list[int]]) -> None:
 
 @pytest.mark.parametrize("free_at_ms", [0, 9_000])
 def test_a_carrier_that_is_still_docking_counts_as_that_much_farther(free_at_ms: int) -> None:
-    situation = situation_of(
-        [carrier(1, free_at_ms=free_at_ms), carrier(2)],
-        {"t1": hall(4)},
-        {},
-        {"c1_start": hall(0), "c2_start": hall(10)},
-    )
+    team = [carrier(1, free_at_ms=free_at_ms), carrier(2)]
+    situation = situation_of(team, {"t1": hall(4)}, {}, {"c1_start": hall(0), "c2_start": hall(10)})
     plan = decide(situation, {"c1": seconds(t1=4), "c2": seconds(t1=6)})
     assert plan == (["(explore c2 c2_start t1)"] if free_at_ms else ["(explore c1 c1_start t1)"])

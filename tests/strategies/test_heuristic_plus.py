@@ -30,26 +30,16 @@ def test_a_carrier_with_the_rover_aboard_goes_not_one_that_would_have_to_fetch_o
 
 
 def test_the_target_of_a_rover_on_the_ground_is_left_to_it() -> None:
-    situation = situation_of(
-        [carrier(), rover(1), rover(2, "c1")],
-        {"t1": room(14), "t2": hall(90)},
-        {"m1": door(10)},
-        {"c1_start": hall(10), "r1_start": room(10)},
-        types=default_types(2),
-    )
+    team, starts = [carrier(), rover(1), rover(2, "c1")], {"c1_start": hall(10), "r1_start": room(10)}
+    situation = situation_of(team, {"t1": room(14), "t2": hall(90)}, {"m1": door(10)}, starts, types=default_types(2))
     assert decide(situation) == ["(explore c1 c1_start t2)", "(explore r1 r1_start t1)", "(move r1 t1 m1)"]
 
 
 @pytest.mark.parametrize(("start", "undocks"), [(8, 0), (6, 1)])
 def test_another_rover_is_set_down_in_an_area_where_that_is_20_s_sooner(start: int, undocks: int) -> None:
     # the other one would be at the target after 5 + 20 seconds, the one on the ground after 44 or 48
-    situation = situation_of(
-        [carrier(), rover(1), rover(2, "c1")],
-        {"t1": room(30)},
-        {"m1": door(20)},
-        {"c1_start": hall(20), "r1_start": room(start)},
-        types=default_types(2),
-    )
+    team, starts = [carrier(), rover(1), rover(2, "c1")], {"c1_start": hall(20), "r1_start": room(start)}
+    situation = situation_of(team, {"t1": room(30)}, {"m1": door(20)}, starts, types=default_types(2))
     plan = decide(situation)
     assert sum("undock" in action for action in plan) == undocks
     assert sum("explore" in action for action in plan) == 1
@@ -57,24 +47,16 @@ def test_another_rover_is_set_down_in_an_area_where_that_is_20_s_sooner(start: i
 
 def test_no_rover_is_fetched_for_a_target_of_another_on_the_ground() -> None:
     # r2 would be there after 56 s, r1 after 120
-    situation = situation_of(
-        [carrier(), rover(1), rover(2)],
-        {"t1": room(60, 1)},
-        {"m1": door(59, 1), "m2": door(21, 2)},
-        {"c1_start": hall(20), "r1_start": room(0, 1), "r2_start": room(21, 2)},
-    )
+    targets, starts = {"t1": room(60, 1)}, {"c1_start": hall(20), "r1_start": room(0, 1), "r2_start": room(21, 2)}
+    situation = situation_of([carrier(), rover(1), rover(2)], targets, {"m1": door(59, 1), "m2": door(21, 2)}, starts)
     plan = decide(situation)
     assert "(explore r1 r1_start t1)" in plan
     assert not any("dock" in action for action in plan)
 
 
 def test_a_rover_finishes_its_area_before_it_is_fetched() -> None:
-    situation = situation_of(
-        [carrier(), rover()],
-        {"own": room(-12, 1), "other": room(22, 2)},
-        {"m1": door(-10, 1), "m2": door(20, 2)},
-        {"c1_start": hall(0), "r1_start": room(-11, 1)},
-    )
+    targets, meetings = {"own": room(-12, 1), "other": room(22, 2)}, {"m1": door(-10, 1), "m2": door(20, 2)}
+    situation = situation_of([carrier(), rover()], targets, meetings, {"c1_start": hall(0), "r1_start": room(-11, 1)})
     assert decide(situation) == [
         "(move c1 c1_start m1)",
         "(move c1 m1 m2)",
@@ -99,12 +81,8 @@ def test_the_rover_that_makes_the_whole_soonest_is_fetched() -> None:
 
 
 def test_a_rover_without_work_explores_what_no_carrier_was_sent_to() -> None:
-    situation = situation_of(
-        [carrier(), rover()],
-        {"t1": hall(12), "t2": door(3)},
-        {"m1": door(1)},
-        {"c1_start": hall(11), "r1_start": room(1)},
-    )
+    starts = {"c1_start": hall(11), "r1_start": room(1)}
+    situation = situation_of([carrier(), rover()], {"t1": hall(12), "t2": door(3)}, {"m1": door(1)}, starts)
     assert decide(situation)[:2] == ["(explore c1 c1_start t1)", "(explore r1 r1_start t2)"]
 
 

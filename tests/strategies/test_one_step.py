@@ -35,12 +35,8 @@ def test_the_sum_of_arrivals_decides_not_the_nearest_pair() -> None:
 
 @pytest.mark.parametrize(("busy_ms", "rover_name"), [(0, "r1"), (9_000, "r2")])
 def test_a_robot_that_is_busy_arrives_later(busy_ms: int, rover_name: str) -> None:
-    situation = situation_of(
-        [carrier(1, free_at_ms=busy_ms), carrier(2), rover(1, "c1"), rover(2, "c2")],
-        {"t1": room(12)},
-        {"m1": door(10)},
-        {"c1_start": hall(0), "c2_start": hall(-5)},
-    )
+    team = [carrier(1, free_at_ms=busy_ms), carrier(2), rover(1, "c1"), rover(2, "c2")]
+    situation = situation_of(team, {"t1": room(12)}, {"m1": door(10)}, {"c1_start": hall(0), "c2_start": hall(-5)})
     assert decide(situation)[-1] == f"(explore {rover_name} m1 t1)"
 
 
@@ -56,12 +52,8 @@ def test_a_carrier_without_a_rover_fetches_one_from_the_ground() -> None:
 
 
 def test_a_rover_with_a_target_of_its_own_is_not_fetched() -> None:
-    situation = situation_of(
-        [carrier(), rover()],
-        {"own": room(-90, 1), "other": room(22, 2)},
-        {"m1": door(-10, 1), "m2": door(20, 2)},
-        {"c1_start": hall(0), "r1_start": room(-11, 1)},
-    )
+    targets, meetings = {"own": room(-90, 1), "other": room(22, 2)}, {"m1": door(-10, 1), "m2": door(20, 2)}
+    situation = situation_of([carrier(), rover()], targets, meetings, {"c1_start": hall(0), "r1_start": room(-11, 1)})
     assert decide(situation) == ["(explore r1 r1_start own)"]
 
 

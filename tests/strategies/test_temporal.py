@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import pytest
 from fake_engines import FakeEngine, WithPrices, brief, found, in_order
-from hypothesis import given, settings
+from hypothesis import given
 from situations import (
     carrier,
     default_types,
@@ -237,13 +237,8 @@ def test_a_plan_that_is_hardly_better_is_not_worth_leaving_the_way_for() -> None
 
 def doors(apart_s: int) -> tuple[Situation, Plan, Plan]:
     """Return two targets behind one door, and plans for them by one rover and by two."""
-    situation = situation_of(
-        [carrier(), rover(1, on="c1"), rover(2, on="c1")],
-        {"t1": room(10), "t2": room(10 + apart_s)},
-        {"m1": door(10)},
-        {"c1_start": hall(0)},
-        types=default_types(capacity=2),
-    )
+    team, targets = [carrier(), rover(1, on="c1"), rover(2, on="c1")], {"t1": room(10), "t2": room(10 + apart_s)}
+    situation = situation_of(team, targets, {"m1": door(10)}, {"c1_start": hall(0)}, types=default_types(capacity=2))
     alone, together = Timeline.of(situation), Timeline.of(situation)
     alone.undock("r1", "m1")
     alone.explore("r1", "t1")
@@ -341,7 +336,6 @@ def _plans(situation: Situation) -> Sequence[Plan | None]:
 
 
 @given(situations())
-@settings(deadline=None)
 def test_whatever_it_decides_is_accepted_by_the_checker(situation: Situation) -> None:
     for previous in _plans(situation):
         for engine in (Greedy(), FakeEngine(), FakeEngine(Finished(outcome=Outcome.TIMEOUT))):

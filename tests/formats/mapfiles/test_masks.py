@@ -43,11 +43,7 @@ def test_a_mask_of_another_frame_is_looked_up_by_place() -> None:
 
 def test_a_turned_mask_is_looked_up_by_place() -> None:
     mask = occupancy_of([0, 0, 100], origin_m=(2, 0, np.pi / 2))
-    assert occupancy_on(mask, grid_of([FLOOR] * 2, [FLOOR] * 2, [FLOOR] * 2))[::-1].tolist() == [
-        [-1, 100],
-        [-1, 0],
-        [-1, 0],
-    ]
+    assert occupancy_on(mask, grid_of(*[[FLOOR] * 2] * 3))[::-1].tolist() == [[-1, 100], [-1, 0], [-1, 0]]
 
 
 def test_a_cell_takes_the_lowest_step_that_its_limit_does_not_exceed() -> None:
@@ -172,17 +168,23 @@ def test_transparent_pixels_leave_the_cell_as_it_is(tmp_path: Path) -> None:
     assert read_mask(grass_grid([[FLOOR, FLOOR, ROUGH]]), path, {9: GRASS}).cells.tolist() == [[GRASS, FLOOR, ROUGH]]
 
 
-def test_a_mask_of_another_size_is_named(tmp_path: Path) -> None:
-    path = mask_of(tmp_path, [[0, 0]])
-    assert problems_of(grass_grid([[FLOOR]]), path, {0: FLOOR}) == ["size: must be that of the map, 1 x 1, got 2 x 1"]
-
-
-def test_all_greys_without_a_code_are_named(tmp_path: Path) -> None:
-    path = mask_of(tmp_path, [[255, 100, 100, 7]])
-    assert problems_of(grass_grid([[FLOOR] * 4]), path, {255: FLOOR}) == [
-        "grey 7: has no terrain code (1 cell)",
-        "grey 100: has no terrain code (2 cells)",
-    ]
+@pytest.mark.parametrize(
+    ("width", "greys", "codes", "problems"),
+    [
+        (1, [0, 0], {0: FLOOR}, "size: must be that of the map, 1 x 1, got 2 x 1"),
+        (4, [255, 100, 100, 7], {255: FLOOR},
+         "grey 7: has no terrain code (1 cell)\ngrey 100: has no terrain code (2 cells)"),
+        (1, [0], {0: 9, 300: FLOOR, 1: UNKNOWN},
+         "grey 300: must be from 0 to 255\n"
+         "grey 0: terrain code 9 is none of the map's classes [0, 1, 2, 3]\n"
+         "grey 1: terrain code 255 is none of the map's classes [0, 1, 2, 3]"),
+    ],
+    ids=["another size", "greys without a code", "codes that the map does not have"],
+)  # fmt: skip
+def test_a_mask_that_does_not_fit_is_refused_with_all_faults(
+    tmp_path: Path, width: int, greys: list[int], codes: dict[int, int], problems: str
+) -> None:
+    assert problems_of(grass_grid([[FLOOR] * width]), mask_of(tmp_path, [greys]), codes) == problems.splitlines()
 
 
 def test_of_a_picture_of_all_greys_the_first_are_named_and_the_others_counted(tmp_path: Path) -> None:
@@ -190,12 +192,3 @@ def test_of_a_picture_of_all_greys_the_first_are_named_and_the_others_counted(tm
     problems = problems_of(grass_grid([[FLOOR] * 256]), path, {255: FLOOR})
     assert problems[:2] == ["grey 0: has no terrain code (1 cell)", "grey 1: has no terrain code (1 cell)"]
     assert (len(problems), problems[-1]) == (11, "and 245 more faults like these")
-
-
-def test_codes_the_map_does_not_have_are_named(tmp_path: Path) -> None:
-    path = mask_of(tmp_path, [[0]])
-    assert problems_of(grass_grid([[FLOOR]]), path, {0: 9, 300: FLOOR, 1: UNKNOWN}) == [
-        "grey 300: must be from 0 to 255",
-        "grey 0: terrain code 9 is none of the map's classes [0, 1, 2, 3]",
-        "grey 1: terrain code 255 is none of the map's classes [0, 1, 2, 3]",
-    ]

@@ -58,20 +58,13 @@ def test_other_ways_to_write_the_same_map_do_no_harm(tmp_path: Path, text: str) 
     assert read_movingai(write(tmp_path, text)).grid.cells.tolist() == [[R, O, O], [F, O, F]]
 
 
-def test_rows_of_the_wrong_width_are_named_by_line(tmp_path: Path) -> None:
-    text = "type octile\nheight 3\nwidth 3\nmap\n...\n..\n....\n"
-    assert map_problems(write(tmp_path, text)) == [
-        "line 6: has 2 cells, but width is 3",
-        "line 7: has 4 cells, but width is 3",
-    ]
-
-
-def test_unknown_characters_are_named_by_line_and_column(tmp_path: Path) -> None:
-    text = "type octile\nheight 2\nwidth 3\nmap\n..x\n.\xe9\n"
+def test_rows_of_the_wrong_width_and_unknown_characters_are_named_by_place(tmp_path: Path) -> None:
+    text = "type octile\nheight 3\nwidth 3\nmap\n..x\n.\xe9\n....\n"
     assert map_problems(write(tmp_path, text.encode("latin-1"))) == [
         "line 5: unknown character 'x' in column 3",
         "line 6: has 2 cells, but width is 3",
         "line 6: unknown character '\\\\xe9' in column 2",
+        "line 7: has 4 cells, but width is 3",
     ]
 
 

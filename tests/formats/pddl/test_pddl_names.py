@@ -28,13 +28,10 @@ def test_a_name_that_pddl_cannot_hold_is_escaped(name: str, word: str) -> None:
     assert decode_name(word) == name
 
 
-def test_robot_types_get_a_suffix() -> None:
+def test_robot_types_get_a_suffix_and_words_that_no_encoding_gives_are_left_alone() -> None:
     assert encode_type("rover") == "rover_type"
     assert encode_type("robot") == "n-robot_type"
     assert encode_type("Big one") == "n--42-ig-20-one_type"
-
-
-def test_words_that_no_encoding_gives_are_left_alone() -> None:
     assert decode_name("n-foo") == "n-foo"
     assert decode_name("n-ffffffff-") == "n-ffffffff-"
     assert decode_type("heavy") == "heavy"

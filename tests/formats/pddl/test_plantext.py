@@ -137,14 +137,14 @@ def test_missing_durations_follow_from_the_situation() -> None:
 
 
 @given(situations())
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 def test_plans_of_drawn_situations_read_back(situation: Situation) -> None:
     plan, _ = serve(situation)
     assert read_plan_text(write_plan_text(plan, situation), situation) == plan
 
 
 @given(situations(), st.integers(1, 999))
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 def test_a_smaller_epsilon_than_ours_makes_no_difference(situation: Situation, micros: int) -> None:
     plan, _ = serve(situation)
     lines = []
@@ -204,7 +204,7 @@ def test_an_overlap_beyond_the_printed_digits_is_left_to_the_checker() -> None:
 
 
 @given(situations())
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_plans_printed_without_gaps_and_with_durations_in_hundredths_are_valid(situation: Situation) -> None:
     plan, _ = serve(situation)
     lines = [_as_lpg_prints(step) for step in steps_of(plan, situation)]

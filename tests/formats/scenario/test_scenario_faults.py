@@ -338,7 +338,7 @@ _PATHS = sorted(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(path=st.sampled_from(_PATHS), junk=_JUNK)
 def test_junk_in_any_field_is_refused_or_read_but_never_breaks_the_reader(
     path: str, junk: Any, tmp_path_factory: pytest.TempPathFactory

@@ -7,7 +7,7 @@ from itertools import count, pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from situations import (
     SOLVABLE,
@@ -275,13 +275,11 @@ def test_closing_early_ends_the_search() -> None:
     events.close()  # type: ignore[attr-defined]
 
 
-@settings(deadline=None)
 @given(situations())
 def test_what_is_called_optimal_is_and_what_is_called_unsolvable_too(situation: Situation) -> None:
     confirm(reduced(situation))
 
 
-@settings(deadline=None)
 @given(situations(), st.data())
 def test_the_same_where_detours_are_shorter_and_roads_are_closed(situation: Situation, data: st.DataObject) -> None:
     confirm(disturbed(reduced(situation), data))

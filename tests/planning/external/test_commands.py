@@ -180,13 +180,9 @@ Path(prefix + {endings[1]!r}).write_text(";; Version LPG" + chr(10) + chr(10) + 
 
 def test_robots_that_are_busy_at_first_are_waited_for(tmp_path: Path) -> None:
     situation = read_problem(problem_text(in_flight(), records=False))
-    text = write_greedy_plan(situation)
+    text = write_plan_text(serve(situation)[0], situation)
     makespans, end = solve(stand_in(tmp_path, f"say({text!r})"), in_flight())
     assert makespans, end.detail
-
-
-def write_greedy_plan(situation: Situation) -> str:
-    return write_plan_text(serve(situation)[0], situation)
 
 
 def test_rubbish_is_no_plan(tmp_path: Path) -> None:
@@ -198,23 +194,38 @@ def test_rubbish_is_no_plan(tmp_path: Path) -> None:
     assert end.detail.isprintable()
 
 
-def test_wrong_and_unreadable_plans_are_counted_with_the_first_reason(tmp_path: Path) -> None:
-    makespans, end = solve(stand_in(tmp_path, "say('0: (fly c1)' + 2 * chr(10) + HALF)"))
-    assert (makespans, end.outcome) == ([], Outcome.NO_PLAN)
-    assert "2 refused (first: unreadable, line 1: (fly c1): unknown action fly)" in end.detail
+@pytest.mark.parametrize(
+    ("body", "makespans", "told"),
+    [
+        ("say('0: (fly c1)' + 2 * chr(10) + HALF)", [],
+         "2 refused (first: unreadable, line 1: (fly c1): unknown action fly)"),
+        ("say(HALF + chr(10) + GOOD)", [30_001], "1 plan accepted, 1 refused (first: wrong, 10.000 s, at the end: "),
+        ("say(GOOD); sys.exit(137)", [30_001], "exit code 137"),
+        ("say(';; Problem unsolvable!')", [], "which is not so"),
+    ],
+    ids=["wrong and unreadable", "a right one after a wrong one", "an exit code after a plan", "a wrong proof"],
+)  # fmt: skip
+def test_what_is_right_of_what_a_planner_says_is_taken_and_what_is_not_told(
+    tmp_path: Path, body: str, makespans: list[int], told: str
+) -> None:
+    found, end = solve(stand_in(tmp_path, body))
+    assert (found, end.outcome) == (makespans, Outcome.SATISFICING if makespans else Outcome.NO_PLAN)
+    assert told in end.detail
 
 
-def test_a_wrong_plan_does_not_hide_a_longer_one_that_is_right(tmp_path: Path) -> None:
-    makespans, end = solve(stand_in(tmp_path, "say(HALF + chr(10) + GOOD)"))
-    assert (makespans, end.outcome) == ([30_001], Outcome.SATISFICING)
-    assert "1 plan accepted, 1 refused (first: wrong, 10.000 s, at the end: " in end.detail
-
-
-@pytest.mark.parametrize("body", ["print('boiler pressure', file=sys.stderr)", "say('boiler pressure')"])
-def test_an_exit_code_without_a_plan_is_a_crash_with_the_end_of_what_was_said(tmp_path: Path, body: str) -> None:
-    _, end = solve(stand_in(tmp_path, f"{body}; sys.exit(3)"))
-    assert end.outcome is Outcome.CRASHED
-    assert "exit code 3, saying: boiler pressure" in end.detail
+@pytest.mark.parametrize(
+    ("body", "outcome", "told"),
+    [
+        ("print('no steam', file=sys.stderr); sys.exit(3)", Outcome.CRASHED, "exit code 3, saying: no steam"),
+        ("say('no steam'); sys.exit(3)", Outcome.CRASHED, "exit code 3, saying: no steam"),
+        ("os.kill(os.getpid(), 9)", Outcome.KILLED, "signal"),
+        ("os.kill(os.getpid(), 11)", Outcome.CRASHED, "signal"),
+    ],
+)
+def test_how_a_planner_ends_without_a_plan_is_told_apart(tmp_path: Path, body: str, outcome: Outcome, told: str):
+    _, end = solve(stand_in(tmp_path, body))
+    assert end.outcome is outcome
+    assert told in end.detail
 
 
 def test_a_planner_that_ends_without_a_plan_is_told_with_what_it_said(tmp_path: Path) -> None:
@@ -234,19 +245,6 @@ def test_a_planner_whose_time_is_up_without_a_plan_is_told_with_what_it_said(tmp
     assert end.detail == "stopped at the end of its time, saying: one; 0 plans accepted"
 
 
-def test_an_exit_code_after_a_plan_takes_nothing_from_the_plan(tmp_path: Path) -> None:
-    makespans, end = solve(stand_in(tmp_path, "say(GOOD); sys.exit(137)"))
-    assert (makespans, end.outcome) == ([30_001], Outcome.SATISFICING)
-    assert "exit code 137" in end.detail
-
-
-@pytest.mark.parametrize(("signum", "outcome"), [(9, Outcome.KILLED), (11, Outcome.CRASHED)])
-def test_a_planner_ended_by_a_signal_is_told_apart(tmp_path: Path, signum: int, outcome: Outcome) -> None:
-    _, end = solve(stand_in(tmp_path, f"os.kill(os.getpid(), {signum})"))
-    assert end.outcome is outcome
-    assert "signal" in end.detail
-
-
 @pytest.mark.parametrize(
     "claim",
     [
@@ -262,12 +260,6 @@ def test_a_planner_that_says_unsolvable_is_believed(tmp_path: Path, claim: str, 
     _, end = solve(stand_in(tmp_path, f"say({claim!r}); sys.exit({code})"), one_way())
     assert end.outcome is Outcome.UNSOLVABLE
     assert "nsolvable" in end.detail or "no solution" in end.detail
-
-
-def test_a_planner_that_says_unsolvable_is_not_believed_where_there_is_a_plan(tmp_path: Path) -> None:
-    _, end = solve(stand_in(tmp_path, "say(';; Problem unsolvable!')"))
-    assert end.outcome is Outcome.NO_PLAN
-    assert "which is not so" in end.detail
 
 
 def test_giving_up_is_not_a_proof(tmp_path: Path) -> None:
@@ -371,13 +363,8 @@ told["domain"], told["problem"] = ((folder / name).read_text() for name in ("dom
     solve(stand_in(tmp_path, body, "-d={domain} {problem}:{plan} '$HOME; a b' {} *"))
     told = json.loads((tmp_path / "told").read_text())
     folder = told["folder"]
-    assert told["words"] == [
-        f"-d={folder}/domain.pddl",
-        f"{folder}/problem.pddl:{folder}/plan",
-        "$HOME; a b",
-        "{}",
-        "*",
-    ]
+    files = [f"-d={folder}/domain.pddl", f"{folder}/problem.pddl:{folder}/plan"]
+    assert told["words"] == [*files, "$HOME; a b", "{}", "*"]
     assert (told["mode"], os.path.realpath(folder)) == (0o700, told["here"])
     assert told["domain"] == domain_text()
     assert told["problem"] == problem_text(one_hall(), records=False)

@@ -134,7 +134,7 @@ def serve(situation: Situation) -> Plan:
     return event.plan
 
 
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(situations())
 def test_parts_have_disjoint_robots_and_targets_and_keep_the_limit(situation: Situation) -> None:
     limit = PartSize(rovers=1, targets=2)
@@ -151,7 +151,7 @@ def test_parts_have_disjoint_robots_and_targets_and_keep_the_limit(situation: Si
         assert len(part.of_role(Role.ROVER)) <= 1 or part.goal.recover_rovers or part.goal.return_home
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(situations(goals=False))
 def test_plans_of_parts_are_valid_together(situation: Situation) -> None:
     engine = Decomposed(Greedy(), PartSize(rovers=1, targets=2))

@@ -140,7 +140,7 @@ def test_any_names_may_occur_in_a_situation(encode: Callable[[Situation], object
     assert encode(odd)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(situations())
 def test_every_action_of_a_valid_plan_is_among_the_words(situation: Situation) -> None:
     known = words(situation)

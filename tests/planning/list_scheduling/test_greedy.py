@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from situations import (
     SOLVABLE,
     Spot,
@@ -66,26 +66,17 @@ def test_where_the_best_plan_is_seen_by_eye_it_is_found(situation: Situation, be
     assert solve(situation)[0][-1].makespan_ms == best_ms
 
 
-def test_a_rover_goes_by_itself_where_that_is_sooner_than_being_carried() -> None:
-    situation = situation_of(
-        [carrier(), rover()],
-        {"t1": room(12)},
-        {"m1": door(1), "m2": door(12)},
-        {"c1_start": hall(0), "r1_start": room(4)},
-    )
-    (plan,), _ = solve(situation)
-    assert steps(plan) == ["(explore r1 r1_start t1)"]
-
-
-def test_a_carrier_takes_a_rover_along_where_that_is_sooner_than_driving() -> None:
-    situation = situation_of(
-        [carrier(), rover()],
-        {"t1": room(102)},
-        {"m1": door(1), "m2": door(100)},
-        {"c1_start": hall(0), "r1_start": room(1)},
-    )
-    (plan,), _ = solve(situation)
-    assert steps(plan)[-4:] == ["(dock r1 c1 m1)", "(move c1 m1 m2)", "(undock r1 c1 m2)", "(explore r1 m2 t1)"]
+@pytest.mark.parametrize(
+    ("target", "far_door", "start", "last"),
+    [
+        (12, 12, 4, ["(explore r1 r1_start t1)"]),
+        (102, 100, 1, ["(dock r1 c1 m1)", "(move c1 m1 m2)", "(undock r1 c1 m2)", "(explore r1 m2 t1)"]),
+    ],
+)
+def test_a_rover_drives_or_is_carried_whichever_is_sooner(target: int, far_door: int, start: int, last: list[str]):
+    meetings, starts = {"m1": door(1), "m2": door(far_door)}, {"c1_start": hall(0), "r1_start": room(start)}
+    (plan,), _ = solve(situation_of([carrier(), rover()], {"t1": room(target)}, meetings, starts))
+    assert steps(plan)[-4:] == last
 
 
 def test_a_full_carrier_makes_room_for_the_rover_that_is_needed() -> None:
@@ -103,12 +94,8 @@ def test_two_robots_share_the_work() -> None:
 
 
 def test_a_far_target_is_not_left_for_the_end() -> None:
-    situation = situation_of(
-        [carrier(1), carrier(2)],
-        {"near": hall(4), "mid": hall(8), "far": hall(-10)},
-        {},
-        {"c1_start": hall(0), "c2_start": hall(1)},
-    )
+    targets, starts = {"near": hall(4), "mid": hall(8), "far": hall(-10)}, {"c1_start": hall(0), "c2_start": hall(1)}
+    situation = situation_of([carrier(1), carrier(2)], targets, {}, starts)
     assert solve(situation)[0][-1].makespan_ms == 10_000
 
 
@@ -228,28 +215,18 @@ def test_more_rounds_help_on_a_big_situation() -> None:
 
 
 def test_a_carrier_that_is_nearer_but_busy_is_passed_over() -> None:
-    situation = situation_of(
-        [carrier(1, free_at_ms=60_000), carrier(2)],
-        {"t1": hall(5)},
-        {},
-        {"c1_start": hall(5), "c2_start": hall(0)},
-    )
-    (plan,), _ = solve(situation)
+    team, starts = [carrier(1, free_at_ms=60_000), carrier(2)], {"c1_start": hall(5), "c2_start": hall(0)}
+    (plan,), _ = solve(situation_of(team, {"t1": hall(5)}, {}, starts))
     assert steps(plan) == ["(explore c2 c2_start t1)"]
 
 
 def test_a_meeting_off_the_line_is_weighed_by_the_whole_way() -> None:
-    situation = situation_of(
-        [carrier(), rover(on="c1")],
-        {"t1": room(20)},
-        {"m1": Spot(8_000, {"carrier": 0, "rover": 0}), "m2": Spot(19_000, {"carrier": 0, "rover": 0})},
-        {"c1_start": hall(0)},
-    )
+    meetings = {"m1": Spot(8_000, {"carrier": 0, "rover": 0}), "m2": Spot(19_000, {"carrier": 0, "rover": 0})}
+    situation = situation_of([carrier(), rover(on="c1")], {"t1": room(20)}, meetings, {"c1_start": hall(0)})
     (plan,), _ = solve(situation)
     assert "(undock r1 c1 m2)" in steps(plan)
 
 
-@settings(deadline=None)
 @given(situations())
 def test_every_plan_passes_the_checker_and_its_absence_is_proven(situation: Situation) -> None:
     """Where all roads lead both ways, greedy finds a plan unless there is none."""
@@ -259,7 +236,6 @@ def test_every_plan_passes_the_checker_and_its_absence_is_proven(situation: Situ
     assert finished.outcome is (Outcome.SATISFICING if plans else Outcome.UNSOLVABLE), finished.detail
 
 
-@settings(deadline=None)
 @given(situations())
 def test_what_is_served_can_be_carried_out(situation: Situation) -> None:
     plan, unserved = serve(situation)
@@ -268,7 +244,6 @@ def test_what_is_served_can_be_carried_out(situation: Situation) -> None:
     assert unserved == {target.name for target in situation.targets} - plan.explored
 
 
-@settings(deadline=None)
 @given(with_closed_roads())
 def test_one_way_roads_make_no_invalid_plans(situation: Situation) -> None:
     plans, finished = solve(situation, Budget(steps=3))

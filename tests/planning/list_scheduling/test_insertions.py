@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from situations import full_carrier, many_rooms, one_hall, one_room, relay, rover_left_behind, situations
 
 from marsupial.model.situation import Situation
@@ -67,7 +67,6 @@ def test_a_mended_table_equals_a_new_one_on_a_big_situation(seed: int) -> None:
     mended_equals_new(many_rooms(3, 2, 12, 6, seed=seed))
 
 
-@settings(deadline=None)
 @given(situations(goals=False))
 def test_a_mended_table_equals_a_new_one(situation: Situation) -> None:
     mended_equals_new(situation)

@@ -1,7 +1,7 @@
 import threading
 from contextlib import closing
 
-from hypothesis import given, settings
+from hypothesis import given
 from situations import SOLVABLE, many_rooms, one_room, situations
 
 from marsupial.model import MAKESPAN, Budget, Improved, Plan, Situation
@@ -29,7 +29,6 @@ def test_a_plan_of_list_scheduling_keeps_its_score() -> None:
         assert search.score == MAKESPAN.value(situation, plan)
 
 
-@settings(deadline=None)
 @given(situations())
 def test_times_mended_step_by_step_are_those_of_the_plan(situation: Situation) -> None:
     for plan in listed(situation):

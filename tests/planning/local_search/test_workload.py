@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from situations import carrier, door, hall, many_rooms, one_hall, room, rover, situation_of, situations, two_rooms
 
 from marsupial.model import EPSILON_MS, Budget, Improved, Outcome, Situation, SituationGoal
@@ -65,12 +65,8 @@ def test_the_bound_is_said_by_local_search_where_it_is_the_better_one() -> None:
 
 def test_a_ride_from_a_place_in_the_room_itself_counts_for_nothing() -> None:
     """A rover could drive from where the carrier is to the target, but not to get there: it is set down at a door."""
-    situation = situation_of(
-        [carrier(1), carrier(2), rover(on="c1")],
-        {"t0": hall(-5), "t1": room(12)},
-        {"m1": door(10)},
-        {"c1_start": hall(0), "c2_start": hall(-5)},
-    )
+    team, targets = [carrier(1), carrier(2), rover(on="c1")], {"t0": hall(-5), "t1": room(12)}
+    situation = situation_of(team, targets, {"m1": door(10)}, {"c1_start": hall(0), "c2_start": hall(-5)})
     road = situation.travel_ms["rover"].copy()
     road[situation.place_index["c1_start"], situation.place_index["t1"]] = 1
     changed = replace(situation, travel_ms={**situation.travel_ms, "rover": road})
@@ -86,7 +82,6 @@ def test_no_plan_for_many_rooms_ends_before_it(seed: int, *, recover: bool) -> N
     assert 0 < bound_ms(situation) <= found
 
 
-@settings(deadline=None)
 @given(situations())
 def test_no_plan_ends_before_it(situation: Situation) -> None:
     found = shortest_ms(situation)

@@ -1,8 +1,7 @@
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterator
+from typing import Self
 
 import pytest
 from patience import HANG_S, until
@@ -80,10 +79,10 @@ class Listening:
 
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
-    ) -> Listening:
+    ) -> Self:
         return self
 
-    def __iter__(self) -> Listening:
+    def __iter__(self) -> Self:
         return self
 
     def __next__(self) -> Improved | Finished:
@@ -239,7 +238,7 @@ def test_once_the_makespan_is_proven_the_lead_still_gets_targets_reached_sooner(
     proven = threading.Event()
     slow, quick = late(3), late()
     watch = Watch()
-    lead = member("lead", found(slow), lambda clock: _wait(proven), found(quick), watch.leap, never)
+    lead = member("lead", found(slow), lambda clock: until(proven.is_set), found(quick), watch.leap, never)
     prover = member("prover", lambda clock: proven.set(), optimal(slow.makespan_ms), never)
     plans, finished = solve(lead, prover, clock=watch)
     assert plans == [slow, quick]
@@ -257,18 +256,11 @@ def test_the_lead_goes_on_from_the_proven_plan_where_another_has_found_it() -> N
     assert [start for _, start in asked] == [None, late()]
 
 
-def _wait(event: threading.Event) -> None:
-    assert event.wait(HANG_S)
-
-
 @pytest.mark.parametrize("budget", BOTH)
 def test_the_highest_bound_that_no_plan_refutes_counts(budget: Budget) -> None:
     bounds = (9_000, 12_000, 40_000)
-    crew = [
-        member(f"e{bound}", found(late()), Finished(outcome=Outcome.SATISFICING, lower_bound_ms=bound))
-        for bound in bounds
-    ]
-    _, finished = solve(*crew, budget=budget)
+    ends = [Finished(outcome=Outcome.SATISFICING, lower_bound_ms=bound) for bound in bounds]
+    _, finished = solve(*(member(f"e{end.lower_bound_ms}", found(late()), end) for end in ends), budget=budget)
     assert (finished.outcome, finished.lower_bound_ms) == (Outcome.SATISFICING, 12_000)
 
 

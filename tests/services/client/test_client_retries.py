@@ -101,18 +101,12 @@ def test_what_breaks_is_tried_again_after_growing_pauses(failure: Answer) -> Non
     assert max(PAUSES) <= LONGEST_PAUSE_S
 
 
-def test_retry_after_is_waited_for() -> None:
-    busy = httpx2.Response(503, headers={"Retry-After": "7"})
-    transport = Scripted(busy, busy, OK)
-    service(transport).ask("GET", "/v1/limits")
+def test_retry_after_is_waited_for_but_who_is_to_be_asked_at_once_is_not_asked_without_pause() -> None:
+    busy, at_once = (httpx2.Response(503, headers={"Retry-After": after}) for after in ("7", "0"))
+    service(Scripted(busy, busy, OK)).ask("GET", "/v1/limits")
     assert PAUSES == [7.0, 7.0]
-
-
-def test_one_who_is_busy_and_asks_to_be_asked_at_once_is_not_asked_without_pause() -> None:
-    busy = httpx2.Response(503, headers={"Retry-After": "0"})
-    transport = Scripted(*[busy] * 9, OK)
-    service(transport).ask("GET", "/v1/limits")
-    assert sum(PAUSES) > 3.0
+    service(Scripted(*[at_once] * 9, OK)).ask("GET", "/v1/limits")
+    assert sum(PAUSES[2:]) > 3.0
 
 
 def test_one_who_is_busy_for_longer_than_patience_is_told_at_once() -> None:

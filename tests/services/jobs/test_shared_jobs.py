@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from databases import PostgresServer
 from job_house import open_jobs, request, submit, told
-from patience import HANG_S
+from patience import HANG_S, awaited
 from strange_tasks import Waits
 
 from marsupial_service.schemas.words import JobOutcome
@@ -28,8 +28,7 @@ async def test_a_job_of_one_server_runs_at_another_which_hears_of_its_cancelling
             for jobs in (second, first):
                 await jobs.cancel(job)
         async with asyncio.timeout(HANG_S):
-            while first._attempts or second._attempts:
-                await asyncio.sleep(0.02)
+            await awaited(lambda: not first._attempts and not second._attempts)
         assert [e.type for e in await events][-1] == "end"
         assert {(await first.of("me", job)).outcome for job in held} == {JobOutcome.CANCELLED}
 

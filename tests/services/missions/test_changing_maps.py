@@ -1,17 +1,212 @@
 """Robots that report one by one by a map that changes and grows: nobody drives into what is reported as an obstacle."""
 
 import json
+import random
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
-from mission_house import Hosted, again
-from roaming import RoamingTeam, brief_of_a_part
+from mission_house import Hosted, again, body, brief_from
 
 from marsupial.formats.missionlog import parse_log
+from marsupial.generators.builtin import builtin_scenario
+from marsupial.maps.footprint import fits
 from marsupial.mission.playback import Playback
+from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray
+from marsupial.model.runs import Runs, known_runs
+from marsupial_service.missions.frames import MissionFrame, laid_out
 from marsupial_service.missions.state import MissionState
-from marsupial_service.missions.values import Control, MissionBatch, MissionReport, PendingInput
+from marsupial_service.missions.values import (
+    Control,
+    MissionBatch,
+    MissionBrief,
+    MissionReport,
+    PendingInput,
+    RobotUpdate,
+)
 from marsupial_service.schemas.words import EventType
+
+SIGHT = 6
+"""Cells that a robot sees on each side."""
+
+
+def brief_of_a_part(margin: int = 8) -> tuple[MissionBrief, CellArray, Cell]:
+    """Return a mission that knows a part of the lobby's frame around its team, the lobby, and where the part begins."""
+    asked = body("lobby")
+    truth = builtin_scenario("lobby").grid.solid().cells
+    starts = [robot["cell"] for robot in asked["team"] if "cell" in robot]
+    corner = Cell(*(max(0, min(cell[axis] for cell in starts) - margin) for axis in (0, 1)))
+    size = [min(truth.shape[1 - axis], max(c[axis] for c in starts) + margin) - corner[axis] for axis in (0, 1)]
+    asked["frame"] |= {"width": size[0], "height": size[1], "origin_m": [3.7, -1.3, 0.4]}
+    for robot in asked["team"]:
+        if "cell" in robot:
+            robot["cell"] = [robot["cell"][0] - corner.x, robot["cell"][1] - corner.y]
+    del asked["area"]
+    return brief_from(asked), truth, corner
+
+
+@dataclass
+class Rover:
+    """A robot as its own computer knows it: where it is on the lattice, and how far it is on its drive."""
+
+    at: Cell | None
+    count: int = 0
+    t_ms: int = 0
+    drive: int | None = None
+    way: list[Cell] = field(default_factory=list)
+    stopped: bool = False
+
+
+class RoamingTeam:
+    """Does what it is commanded; `report` returns what one of its robots, or the team, says next."""
+
+    def __init__(self, brief: MissionBrief, truth: CellArray, corner: Cell, seed: int) -> None:
+        self.draw = random.Random(seed)
+        self.brief = brief
+        self.truth, self.corner = truth, corner
+        self.slam = truth.copy()
+        self.state = MissionState(brief)
+        self.last = self.state.cells.copy()
+        self.robots = {robot.name: Rover(robot.cell) for robot in brief.robots}
+        self.kinds = {robot.name: next(k for k in brief.kinds if k.name == robot.type) for robot in brief.robots}
+        self.handovers: dict[int, tuple[str, str, Cell | None]] = {}
+        self.frame = MissionFrame.of(brief.grid)
+        self.now_ms = self.n = 0
+
+    def obey(self, batch: MissionBatch) -> None:
+        for event in batch.events:
+            self.state.publish(event)
+            for command in json.loads(event.data)["commands"] if event.type == "commands" else ():
+                self._obey(command)
+
+    def _obey(self, command: Mapping[str, Any]) -> None:
+        robot = self.robots[command["robot"]]
+        if command["name"] == "stop":
+            robot.stopped = True
+        elif command["name"] == "drive":
+            robot.drive, robot.stopped = command["id"], False
+            frame = self.state.frame
+            robot.way = [Cell(x + frame.x, y + frame.y) for x, y in command["route"]]
+            assert robot.way[0] == robot.at
+        else:
+            frame, cell = self.state.frame, command.get("cell")
+            put = None if cell is None else Cell(cell[0] + frame.x, cell[1] + frame.y)
+            self.handovers[command["id"]] = (command["robot"], command["carrier"], put)
+
+    def driving(self) -> Iterator[tuple[str, Rover]]:
+        """Yield who drives on, not told to stop."""
+        for name, robot in self.robots.items():
+            if robot.drive is not None and not robot.stopped:
+                yield name, robot
+
+    def tell(self, report: MissionReport) -> None:
+        before = self.state.frame
+        self.state.take(report, b"")
+        told = self.state.cells
+        self.last = np.where(told == UNKNOWN, laid_out(self.last, before, self.state.frame), told)
+
+    def barred(self, name: str, *, lost: bool = True) -> bool:
+        """Say whether a robot drives to where it can't stand, by what was reported, beyond its next cell.
+
+        Both cells beside a diagonal step count; cells that are `lost` bar it, or else count as what they were.
+        """
+        frame, way = self.state.frame, self.robots[name].way[1:]
+        grid = frame.grid(self.brief.grid, self.state.cells if lost else self.last)
+        corners = [(a.x, b.y) for a, b in pairwise(way)] + [(b.x, a.y) for a, b in pairwise(way)]
+        ahead = [Cell(x, y) for x, y in {*way[1:], *corners} - set(way[:1])]
+        return not fits(grid, self.kinds[name], *(Cell(x - frame.x, y - frame.y) for x, y in ahead))
+
+    def report(self) -> MissionReport:
+        """Let a robot, or now and then the team, get on for a moment, and return what it says."""
+        team = self.draw.random() < 0.15
+        names = list(self.robots) if team or not self.n else [self.draw.choice(list(self.robots))]
+        self.now_ms += self.draw.choice([0, 100, 400])
+        finished: list[int] = []
+        for name in names:
+            finished += self._get_on(name)
+        if self.n and self.draw.random() < 0.3:
+            self._flip(self.robots[names[0]])
+        seen = [(name, self._view(self.robots[name].at)) for name in names if self.robots[name].at is not None]
+        frame = self._frame_for([cells for _, cells in seen])
+        notes = tuple(self._note(name, frame) for name in names if self.robots[name].at is not None)
+        robot = self.robots[names[0]]
+        more: dict[str, Any] = {"n": robot.count + 1, "robot": names[0], "t_ms": max(robot.t_ms, self._lagging())}
+        if len(names) > 1:
+            self.n += 1
+            more = {"n": self.n, "t_ms": max(self.now_ms, self.state.t_ms)}
+        else:
+            robot.count, robot.t_ms = more["n"], more["t_ms"]
+        revealed = {name: self._runs(cells, frame) for name, cells in seen}
+        if len(names) > 1:  # they look at one map
+            revealed = dict(list(revealed.items())[:1])
+        return MissionReport(
+            revealed=tuple(revealed.items()), robots=notes, finished=tuple(finished), frame=frame, **more
+        )
+
+    def _lagging(self) -> int:
+        """Return the time on a robot's clock: a little late at times."""
+        return max(0, self.now_ms - self.draw.choice([0, 0, 30, 300]))
+
+    def _get_on(self, name: str) -> list[int]:
+        robot, over = self.robots[name], []
+        if robot.drive is not None:
+            steps = 1 if robot.stopped else self.draw.randint(1, 3)
+            robot.way = robot.way[min(steps, len(robot.way) - 1) :]
+            robot.at = robot.way[0]
+            if robot.stopped or len(robot.way) == 1:
+                over.append(robot.drive)
+                robot.drive = None
+        for number, (rover, carrier, put) in list(self.handovers.items()):
+            if name in (rover, carrier) and self.draw.random() < 0.5:
+                over.append(number)
+                del self.handovers[number]
+                self.robots[rover].at = put
+        return over
+
+    def _flip(self, teller: Rover) -> None:
+        """Let some cells of the map be something else, or what they are again; often ahead of who tells of it."""
+        height, width = self.slam.shape
+        x, y = self.draw.randrange(width), self.draw.randrange(height)
+        if teller.drive is not None and self.draw.random() < 0.5:
+            ahead = self.draw.choice(teller.way[:SIGHT])
+            x, y = max(0, ahead.x + self.corner.x), max(0, ahead.y + self.corner.y)
+        part = slice(y, y + self.draw.randint(1, 3)), slice(x, x + self.draw.randint(1, 3))
+        code = self.draw.choice([OBSTACLE, FLOOR, UNKNOWN, None, None])
+        self.slam[part] = self.truth[part] if code is None else code
+
+    def _view(self, at: Cell | None) -> MissionFrame:
+        return MissionFrame(at.x - SIGHT, at.y - SIGHT, 2 * SIGHT + 1, 2 * SIGHT + 1)
+
+    def _frame_for(self, views: list[MissionFrame]) -> MissionFrame:
+        """Return a frame that holds what is told: that of the mission as the robot knows it, or only what it needs."""
+        frame = views[0] if views and self.draw.random() < 0.3 else self.frame
+        for view in views:
+            frame = frame.grown(view)
+        self.frame = self.frame.grown(frame)
+        return frame
+
+    def _runs(self, view: MissionFrame, frame: MissionFrame) -> Runs:
+        """Return what the map shows in a window, and what it doesn't show any more, in a frame."""
+        cells = np.full((view.height, view.width), OBSTACLE, dtype=np.uint8)
+        x, y = view.x + self.corner.x, view.y + self.corner.y
+        low, left = max(0, y), max(0, x)
+        part = self.slam[low : max(low, y + view.height), left : max(left, x + view.width)]
+        cells[low - y : low - y + part.shape[0], left - x : left - x + part.shape[1]] = part
+        cells[cells == UNKNOWN] = 254  # as `known_runs` leaves out what is unknown
+        runs = list(known_runs(laid_out(cells, view, frame)))
+        runs[2::3] = [UNKNOWN if code == 254 else code for code in runs[2::3]]
+        return tuple(runs)
+
+    def _note(self, name: str, frame: MissionFrame) -> RobotUpdate:
+        """Say where a robot is, or would be if it were told to stop."""
+        robot = self.robots[name]
+        assert robot.at is not None
+        cell = robot.way[1] if robot.drive is not None else robot.at
+        return RobotUpdate(name=name, cell=Cell(cell.x - frame.x, cell.y - frame.y))
+
 
 SEEDS = [1, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 40))]
 

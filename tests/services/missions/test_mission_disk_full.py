@@ -13,6 +13,7 @@ import httpx
 import pytest
 from entry_house import followed
 from mission_house import Driver, body, open_missions, started, team
+from patience import awaited
 from service_house import problem
 from undisturbed import undisturbed
 
@@ -139,8 +140,7 @@ async def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
         file.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (pack(b"log {}"),))
     monkeypatch.setenv(failpoints.VARIABLE, "before_commit=disk_full")
     async with open_missions(tmp_path) as missions:
-        while "the store can't be written" not in caplog.text:
-            await asyncio.sleep(0.01)
+        await awaited(lambda: "the store can't be written" in caplog.text)
         missions._store._writer._points = failpoints.failpoints({})
         events = [event async for event in followed(missions, mission)]
         assert events[-1].type == "end"

@@ -7,7 +7,7 @@ import pytest
 from entry_house import followed
 from lost_answers import LostAnswers
 from mission_house import Driver, body, brief, brief_from, open_missions, send, started, team
-from patience import HANG_S
+from patience import HANG_S, awaited
 from undisturbed import undisturbed
 
 from marsupial.formats.missionlog import parse_log
@@ -100,8 +100,7 @@ async def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(p
             assert events[-1].type == "end"
             ended = await missions.get(record.id, owner)
             found.append((ended.status, ended.reason))
-        while missions._supervisors:
-            await asyncio.sleep(0.02)
+        await awaited(lambda: not missions._supervisors)
     assert found == [("cancelled", "no report came for 2 s"), ("cancelled", "its key has expired or was revoked")]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from entry_house import opened, settings_of
 from mission_house import Driver, started, team
-from patience import HANG_S
+from patience import HANG_S, awaited
 from situations import job_source, many_rooms
 
 from marsupial.model.planning import Budget
@@ -78,12 +78,10 @@ async def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_a
     slots, runner, settings = Slots(1), FullRunner(), settings_of(JobSettings, slots=1)
     async with opened(tmp_path, lambda store: Jobs(store, settings, runner=runner, slots=slots)) as jobs:
         await jobs.submit(WANTED, owner="me")
-        while not slots.in_use:
-            await asyncio.sleep(0.02)
+        await awaited(lambda: slots.in_use)
         async with asyncio.timeout(HANG_S):
             with slots.taken(await slots.for_owner("me")):
                 assert runner.asked == 1
-            while runner.asked == 1:
-                await asyncio.sleep(0.02)
+            await awaited(lambda: runner.asked > 1)
         (record,) = await jobs.list("me")
         assert (record.state.value, record.attempts) == ("queued", 0)

@@ -1,10 +1,8 @@
 """Stories of whole missions: what is said to the user, and robots in the rooms that it is played with."""
 
-import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Any
 
 from fake_ros import FakeRos, rooms, settings_text, team
 from servers import Server
@@ -43,8 +41,3 @@ async def play(**more: str) -> AsyncIterator[tuple[FakeRos, Talk]]:
     grid = rooms()
     async with FakeRos(grid, team(grid)) as ros:
         yield ros, Talk(more)
-
-
-async def until(holds: Callable[[], Any]) -> None:
-    while not holds():
-        await asyncio.sleep(0.01)

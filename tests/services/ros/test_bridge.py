@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("websockets")
 
 import numpy as np
-from patience import HANG_S
-from ros_stories import drive, play, until
+from patience import HANG_S, awaited
+from ros_stories import drive, play
 from servers import Server
 
 from marsupial.model.grid import UNKNOWN
@@ -39,9 +39,9 @@ async def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server:
     state = tmp_path / "state.json"
     async with play() as (ros, talk):
         first = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path, state)))
-        await until(lambda: "/rover1/undock" in ros.running or "/rover2/undock" in ros.running)
+        await awaited(lambda: "/rover1/undock" in ros.running or "/rover2/undock" in ros.running)
         await ros.cut()
-        await until(lambda: ros.connections == 2 and ros.running)
+        await awaited(lambda: ros.connections == 2 and ros.running)
         await asyncio.sleep(0.3)
         assert state.exists()
         first.cancel()
@@ -65,13 +65,13 @@ async def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server:
 
     async with play() as (ros, talk):
         first = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path, state)))
-        await until(lambda: "/carrier1/follow_path" in ros.running)
+        await awaited(lambda: "/carrier1/follow_path" in ros.running)
         first.cancel()
         await asyncio.gather(first, return_exceptions=True)
         ros.redraw = coarser
         second = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path, state)))
         passed = "/map: a message was passed over: the resolution of the map has changed: it was 0.25 m, now 0.5 m"
-        await until(lambda: {passed, "waiting for a map on /map"} <= set(talk.said) or second.done())
+        await awaited(lambda: {passed, "waiting for a map on /map"} <= set(talk.said) or second.done())
         ros.redraw = lambda message: message
         outcome = await second
     assert outcome.ended["status"] == "complete", (outcome, talk.said)
@@ -84,7 +84,7 @@ async def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next
     async with play() as (ros, talk):
         bridge, client = talk.bridge(server, ros, tmp_path, state)
         first = asyncio.ensure_future(drive(bridge, client))
-        await until(lambda: bridge._fleet.gathered.any)
+        await awaited(lambda: bridge._fleet.gathered.any)
         bridge._keep()  # as it does when something else is told just then
         assert json.loads(state.read_text())["gathered"]["finished"]
         first.cancel()
@@ -99,7 +99,7 @@ async def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(
     monkeypatch.setattr("marsupial_ros.bridge.STOP_S", HANG_S)
     async with play() as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await until(lambda: any(action.endswith("follow_path") for action in ros.running))
+        await awaited(lambda: any(action.endswith("follow_path") for action in ros.running))
         ros.speedup = 1.0  # so that no robot gets there before it is stopped
         talk.stops = 1
         outcome = await work
@@ -111,11 +111,11 @@ async def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(
 async def test_a_user_who_stops_twice_leaves_at_once_with_all_goals_cancelled(server: Server, tmp_path: Path) -> None:
     async with play() as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await until(lambda: len(ros.running) == 2)
+        await awaited(lambda: len(ros.running) == 2)
         ros.speedup = 1.0  # so that no robot gets there before it is stopped
         talk.stops = 2
         outcome = await work
-        await until(lambda: not ros.running)
+        await awaited(lambda: not ros.running)
     assert outcome.ended is None
     assert {goal["id"] for goal in ros.goals[:2]} <= set(ros.cancelled)
 
@@ -126,7 +126,7 @@ async def test_a_carrier_that_is_silent_or_repeats_its_transforms_is_told_and_lo
 ) -> None:
     async with play(waits="{silent_s: 5, lost_s: 15, stuck_s: 1000}") as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await until(lambda: "/carrier2/follow_path" in ros.running)
+        await awaited(lambda: "/carrier2/follow_path" in ros.running)
         if repeats:
             ros.bodies["carrier2"].stamp_s = ros.now_s
         else:
@@ -143,9 +143,9 @@ async def test_a_robot_that_shuffles_and_gets_nowhere_is_stuck_and_the_mission_g
 ) -> None:
     async with play(waits="{silent_s: 60, lost_s: 120, stuck_s: 20, handover_s: 120}") as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await until(lambda: "/carrier2/follow_path" in ros.running)
+        await awaited(lambda: "/carrier2/follow_path" in ros.running)
         ros.bodies["carrier2"].wedged = True
-        await until(lambda: "carrier2: drive failed: no progress for 20 s" in talk.said or work.done())
+        await awaited(lambda: "carrier2: drive failed: no progress for 20 s" in talk.said or work.done())
         ros.bodies["carrier2"].wedged = False
         outcome = await work
     assert outcome.ended["status"] == "complete", (outcome, talk.said)
@@ -157,7 +157,7 @@ async def test_what_is_missing_before_a_mission_is_told_by_name(server: Server, 
     async with play() as (ros, talk):
         ros.bodies["carrier2"].mute = True
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await until(lambda: any("carrier2" in text for text in talk.said))
+        await awaited(lambda: any("carrier2" in text for text in talk.said))
         talk.stops = 1
         assert (await work).mission is None
     assert "waiting for carrier2 (no map -> carrier2/base_link on /tf)" in talk.said

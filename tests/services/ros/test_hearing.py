@@ -97,24 +97,23 @@ def test_updates_of_a_map_that_was_passed_over_change_nothing() -> None:
     assert chart.grid.cells.tolist() == [[FLOOR, FLOOR]]
 
 
-def test_a_transform_that_is_repeated_is_no_news(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("heard", "silent_s", "fresh_s"),
+    [
+        ({10.0: 9.0, 11.0: 9.0, 12.0: 9.0, 40.0: 9.0}, 31.0, 40.0),  # one that is repeated is no news
+        ({100.0: 40.0, 101.0: 41.0}, 60.0, 5000.0),  # at last one that is stamped ahead
+    ],
+)
+def test_a_transform_is_as_old_as_its_stamp_where_time_is_told(
+    tmp_path: Path, heard: dict[float, float], silent_s: float, fresh_s: float
+) -> None:
     ears = Ears(tmp_path)
-    for now_s in (10.0, 11.0, 12.0, 40.0):
+    for now_s, stamp_s in heard.items():
         ears.clock.tell(now_s)
-        ears.tf("carrier1", 2.0, 9.0)
-    assert ears.silent_for(40.0) == 31.0
-    ears.tf("carrier1", 2.0, 40.0)
-    assert ears.silent_for(40.0) == 0.0
-
-
-def test_a_transform_is_as_old_as_its_stamp_where_time_is_told(tmp_path: Path) -> None:
-    ears = Ears(tmp_path)
-    for now_s in (100.0, 101.0):
-        ears.clock.tell(now_s)
-        ears.tf("carrier1", 2.0, now_s - 60.0)
-    assert ears.silent_for(101.0) == 60.0
-    ears.tf("carrier1", 2.0, 5000.0)  # stamped ahead
-    assert ears.silent_for(101.0) == 0.0
+        ears.tf("carrier1", 2.0, stamp_s)
+    assert ears.silent_for(now_s) == silent_s
+    ears.tf("carrier1", 2.0, fresh_s)
+    assert ears.silent_for(now_s) == 0.0
 
 
 @pytest.mark.parametrize("offset_s", [-1e6, 0.0, 1e6])

@@ -12,8 +12,8 @@ import pytest
 pytest.importorskip("websockets")
 
 from fake_ros import FakeRos, settings_text
-from patience import HANG_S
-from ros_stories import Talk, drive, play, until
+from patience import HANG_S, awaited
+from ros_stories import Talk, drive, play
 from servers import Server
 
 import marsupial_ros.bridge as bridges
@@ -92,12 +92,12 @@ async def test_a_bridge_that_goes_leaves_no_goal_and_closes_as_normal(
     async with play() as (ros, talk):
         bridge, client = talk.bridge(server, ros, tmp_path, tmp_path / "state")
         work = asyncio.ensure_future(drive(bridge, client))
-        await until(lambda: under_way(ros))
+        await awaited(lambda: under_way(ros))
         ros.speedup = 1.0  # so that nothing ends by itself
         ros.stubborn = len(ros.running)  # the first requests to cancel are passed over
         await end(talk, bridge, work)
         assert ros.running == []
-        await until(lambda: ros.closes)
+        await awaited(lambda: ros.closes)
     assert ros.closes == [NORMAL]
 
 
@@ -106,14 +106,14 @@ async def test_a_bridge_whose_service_is_gone_for_good_leaves_no_goal(tmp_path: 
         with Server(tmp_path / "data") as own:
             bridge, client = talk.bridge(own, ros, tmp_path)
             work = asyncio.ensure_future(drive(bridge, client))
-            await until(lambda: drives(ros))
+            await awaited(lambda: drives(ros))
             ros.speedup = 1.0
             own.kill()
             client._session.service.patience_s = 0.5
             with pytest.raises(ClientError):
                 await work
             assert ros.running == []
-            await until(lambda: ros.closes)
+            await awaited(lambda: ros.closes)
     assert ros.closes == [NORMAL]
 
 
@@ -122,7 +122,7 @@ async def test_a_mission_that_no_service_ends_is_left(tmp_path: Path, monkeypatc
     async with play() as (ros, talk):
         with Server(tmp_path / "data") as own:
             work = asyncio.ensure_future(drive(*talk.bridge(own, ros, tmp_path, tmp_path / "state")))
-            await until(lambda: drives(ros))
+            await awaited(lambda: drives(ros))
             ros.speedup = 1.0
             own.kill()
             talk.stops = 1
@@ -137,11 +137,11 @@ async def test_goals_that_do_not_end_keep_the_bridge_for_a_while_only_and_are_to
     monkeypatch.setattr(bridges, "LEAVE_S", 0.2)
     async with play() as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await until(lambda: len(ros.running) == 2)
+        await awaited(lambda: len(ros.running) == 2)
         ros.speedup, ros.stubborn = 0.1, 10**6
         talk.stops = 2
         await work
-        await until(lambda: ros.closes)
+        await awaited(lambda: ros.closes)
     assert ros.closes == [NORMAL]
     assert len([text for text in talk.said if text.endswith("was cancelled, but is not known to have ended")]) == 2
 
@@ -151,16 +151,16 @@ async def test_goals_are_cancelled_over_a_connection_that_comes_back_and_none_is
 ) -> None:
     async with play() as (ros, talk):
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await until(lambda: len(ros.running) == 2)
+        await awaited(lambda: len(ros.running) == 2)
         ros.speedup = 0.1
         sent = len(ros.goals)
         talk.stops = 2
         await ros.cut()
-        await until(lambda: not ros.running)  # their ends are told to nobody, as the first connection is gone
+        await awaited(lambda: not ros.running)  # their ends are told to nobody, as the first connection is gone
         assert len(ros.goals) == sent
         work.cancel()
         await asyncio.gather(work, return_exceptions=True)
-        await until(lambda: len(ros.closes) == 2)
+        await awaited(lambda: len(ros.closes) == 2)
     assert ros.closes == [BROKEN, NORMAL]
 
 
@@ -177,13 +177,13 @@ async def test_a_command_that_is_asked_to_end_twice_cancels_its_goals(
         process = await asyncio.create_subprocess_exec(
             *command, "--json", "--state", str(tmp_path / "state"), stdout=asyncio.subprocess.PIPE, stderr=quiet
         )
-        await until(lambda: len(ros.running) == 2)
+        await awaited(lambda: len(ros.running) == 2)
         ros.speedup = 1.0
         process.send_signal(number)
-        await until(lambda: ros.cancelled or not drives(ros))
+        await awaited(lambda: ros.cancelled or not drives(ros))
         process.send_signal(number)
         out, _ = await process.communicate()
         assert json.loads(out)["status"] == "cancelled"
         assert ros.running == []
-        await until(lambda: ros.closes)
+        await awaited(lambda: ros.closes)
     assert ros.closes == [NORMAL]

@@ -22,9 +22,6 @@ def test_temporal_planning_without_rovers_plans_anew_when_a_robot_knows_what_is_
     assert told <= {Cause.START, Cause.ROBOT_FREE, Cause.GONE, Cause.CARRIED_OUT, Cause.EXPLORED}
 
 
-def test_planners_that_go_by_makespan_alone_do_so_too() -> None:
+def test_planners_that_go_by_makespan_alone_do_so_too_and_teams_with_rovers_do_not() -> None:
     assert Cause.GONE in causes(plans_of(builtin_scenario("lobby", 3, 0), "greedy"))
-
-
-def test_teams_with_rovers_do_not() -> None:
     assert Cause.NEW in causes(plans_of(builtin_scenario("lobby", 1, 1)))

@@ -77,9 +77,6 @@ def test_parameters_follow_the_name() -> None:
 def test_parameters_that_make_no_sense_are_refused(text: str) -> None:
     with pytest.raises(UsageError, match="strategy bidding"):
         with_parameters(Bidding, text)
-
-
-def test_a_rule_without_parameters_says_so() -> None:
     with pytest.raises(UsageError, match="takes no parameters"):
         with_parameters(ClosestFrontier, "far=1")
 
