@@ -1,6 +1,6 @@
 """The experiment of Wurm et al. 2008: segments of the map against the closest frontier, in two real offices.
 
-References: Wurm, Stachniss, Burgard, IROS 2008, section VI-A, Figs. 2 to 5.
+References: Wurm, Stachniss, Burgard, IROS 2008, sections IV and VI-A, Figs. 2 to 5.
 """
 
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from statistics import fmean
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
+from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
 from marsupial.bench.compare.tables import ReportTable, gain_text, percent
 from marsupial.bench.suite.maps import LASER_FOLDER
 from marsupial.formats.mapfiles.read import read_map
@@ -90,8 +90,8 @@ def _faster(by_map: dict[str, list[Pairing]]) -> Finding:
         statement="Assigning robots to segments explores significantly faster than the closest frontier",
         where="section VI-A, Fig. 5",
         criterion="for each map and team the 95 % interval of the gain is above zero",
-        verdict=share_verdict([pairing.ahead for pairing in pairings]),
-        evidence=tuple(map(_line, pairings)),
+        held=[pairing.ahead for pairing in pairings],
+        evidence=list(map(_line, pairings)),
     )
 
 
@@ -103,8 +103,8 @@ def _more_in_the_larger(by_map: dict[str, list[Pairing]]) -> Finding:
         statement="The gain is bigger on the map of the Cartesium, which has several large rooms",
         where="section VI-A, Fig. 5",
         criterion="the mean gain over all teams is greater on the second map than on the first",
-        verdict=share_verdict([known[1] > known[0] if len(known) == 2 else None]),
-        evidence=tuple(f"{name}: {percent(mean)} in the mean over teams" for name, mean in means.items()),
+        held=[known[1] > known[0] if len(known) == 2 else None],
+        evidence=[f"{name}: {percent(mean)} in the mean over teams" for name, mean in means.items()],
     )
 
 
@@ -122,8 +122,8 @@ def _less_in_large_teams(by_map: dict[str, list[Pairing]]) -> Finding:
         statement="The gain decreases for large teams in small environments",
         where="section VI-A, Fig. 5",
         criterion="on each map the gain is greatest with fewer robots than the largest team has",
-        verdict=share_verdict(held),
-        evidence=tuple(evidence),
+        held=held,
+        evidence=evidence,
     )
 
 
@@ -139,8 +139,8 @@ def _more_robots_are_quicker(outcome: ComparisonOutcome) -> Finding:
         statement="The time to explore still gets smaller as robots are added",
         where="section VI-A",
         criterion="on each map the largest team has a shorter mean time with segments than the smallest",
-        verdict=share_verdict(held),
-        evidence=tuple(evidence),
+        held=held,
+        evidence=evidence,
     )
 
 
@@ -152,8 +152,8 @@ def _planning(outcome: ComparisonOutcome) -> Finding:
         statement="Temporal planning explores at least as fast as segments",
         where="no statement of the paper: what marsupial claims of itself",
         criterion="for each map and team its mean time is not longer",
-        verdict=share_verdict([None if p.gain is None else p.gain >= 0 for p in pairings]),
-        evidence=tuple(map(_line, pairings)),
+        held=[None if p.gain is None else p.gain >= 0 for p in pairings],
+        evidence=list(map(_line, pairings)),
     )
 
 
