@@ -169,8 +169,8 @@ EXPERIMENT = Experiment(
     setting="Worlds of 25 x 25 cells with 0 to 40 obstacles of a cell, their places the same for all missions; what "
     "lies outside counts as occupied. Two robots start beside each other, where is drawn, see the eight cells around "
     "them and hop to one of the eight neighbours each step, diagonals included, but not between two obstacles that "
-    "touch at a corner. They may share a cell, unless carried out with --interference: then the partner is an obstacle, "
-    "as in the paper. A step is a second of the simulated clock. The weights are those that the paper recommends: "
+    "touch at a corner. With --interference, the partner is an obstacle, as in the paper; without, they may share a "
+    "cell. A step is a second of the simulated clock. The weights are those that the paper recommends: "
     "W_p = 2, W_n = 2, W_c = 1; for Sheng's function w_1 = w_2 = 1 and w_3 = 0, as in the paper's comparison.",
     runs=40,
     paper_runs=10,

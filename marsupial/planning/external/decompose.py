@@ -5,8 +5,8 @@ by itself that has targets in reach. Robots of parts are disjoint. Targets go, t
 that can be there soonest, as long as that part has room: what no part has room for is left to a later replanning. Of
 the meeting points a part keeps the best two for each thing it may need one for. Merged, the parts' plans are one plan.
 
-The paper does not split: its planner gets the whole problem, and section V-A of Wurm et al. 2010 expects worse plans for
-teams of far more than 24 robots.
+Wurm et al. 2010 don't split: their planner gets the whole problem, and their section V-A expects worse plans for teams
+of far more than 24 robots.
 """
 
 from collections.abc import Iterable, Iterator
