@@ -66,11 +66,12 @@ class Experiment:
     title: str
     setting: str  # what is simulated
     runs: int  # missions per case, unless the caller asks for another number
-    paper_runs: int | None  # missions behind the paper's means; None if it does not say
-    planner: str  # unless the caller asks for another
     comparison: Callable[[ExperimentTerms], Comparison]
-    figures: Callable[[ComparisonOutcome], Iterator[Figure]]
     findings: Callable[[ComparisonOutcome], list[Finding]]
+    paper_runs: int | None = None  # missions behind the paper's means; None if it does not say
+    # unless the caller asks for another; what `auto` adds, proofs that makespans are best, costs as much again
+    planner: str = "anytime"
+    figures: Callable[[ComparisonOutcome], Iterator[Figure]] = lambda outcome: iter(())
     tables: Callable[[ComparisonOutcome], list[ReportTable]] = lambda outcome: []  # printed numbers beside ours
     overview: bool = True  # whether to add the usual tables and figures of a comparison
     parts: Mapping[str, str] = field(default_factory=dict)  # further experiments of the paper, by subfolder

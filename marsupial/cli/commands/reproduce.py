@@ -57,6 +57,7 @@ def reproduce(
     if whole is None:
         raise UsageError(unknown_name("paper", paper, [*PAPERS, *PARTS]))
     from marsupial.bench.compare.statements import ExperimentTerms
+    from marsupial.bench.suite.maps import LASER_FOLDER
     from marsupial.cli.work import comparing
     from marsupial.cli.work.missions import changed
     from marsupial.model.planning import Budget
@@ -72,7 +73,7 @@ def reproduce(
     for folder, part in {"": whole, **parts}.items():
         # --runs is for the experiment itself: its parts may be single missions, as in the paper.
         asked = runs if part is whole else None
-        terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or wurm2008.MAPS)
+        terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or LASER_FOLDER)
         comparison = part.comparison(terms)
         cases = {case: changed(one, interference=interference) for case, one in comparison.scenarios.items()}
         comparison = replace(comparison, scenarios=cases)

@@ -174,7 +174,6 @@ EXPERIMENT = Experiment(
     "W_p = 2, W_n = 2, W_c = 1; for Sheng's function w_1 = w_2 = 1 and w_3 = 0, as in the paper's comparison.",
     runs=40,
     paper_runs=10,
-    planner="anytime",
     comparison=comparison,
     figures=_figures,
     findings=findings,

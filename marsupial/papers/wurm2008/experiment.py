@@ -24,7 +24,6 @@ from marsupial.papers.wurm2008.figure import segments_figure
 
 NAME, CLUTTER = "wurm2008", "wurm2008-clutter"
 TEAMS = {"fr079": (2, 3, 4, 5, 6), "cartesium": (2, 3, 4, 5, 6, 7, 8)}
-MAPS = LASER_FOLDER  # default folder of the real maps
 
 SHOWN_TEAM = 3
 """Robots of the mission of Figs. 2 and 3."""
@@ -72,7 +71,7 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
     yield gain_figure(outcome, TIME, outcome.scenarios, name="figure-5", of_paper="Fig. 5 of the paper")
     yield measure_figure(outcome, TIME, outcome.scenarios, name="times")
     name = next(iter(TEAMS))
-    if outcome.rows and (file := MAPS / f"{name}.yaml").exists():
+    if outcome.rows and (file := LASER_FOLDER / f"{name}.yaml").exists():
         yield segments_figure(explorers(name, read_map(file).grid, _robot(), SHOWN_TEAM))
 
 
@@ -181,7 +180,6 @@ EXPERIMENT = Experiment(
     "during the mission from the partial map, as its section IV describes.",
     runs=6,
     paper_runs=20,
-    planner="anytime",
     comparison=comparison,
     figures=_figures,
     findings=findings,
