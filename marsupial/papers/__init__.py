@@ -24,8 +24,10 @@ PAPERS: Mapping[str, str] = {
 PARTS: Mapping[str, str] = {
     "alkhawaldah-weights": "marsupial.papers.alkhawaldah.weights:EXPERIMENT",
     "mei-corner": "marsupial.papers.mei2006.experiment:CORNER_EXPERIMENT",
+    "wurm2008-clutter": "marsupial.papers.wurm2008.experiment:CLUTTER_EXPERIMENT",
+    "alkhawaldah-triples": "marsupial.papers.alkhawaldah.triples:EXPERIMENT",
 }
-"""Parts of these experiments."""
+"""Parts of these experiments, and further ones that are carried out by their own names alone."""
 
 
 def experiment(name: str) -> Experiment | None:

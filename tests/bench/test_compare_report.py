@@ -19,7 +19,7 @@ from marsupial.bench.compare.pairs import notable_pairs
 from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import Curve, MissionRow
-from marsupial.bench.compare.statements import StatementVerdict, share_verdict
+from marsupial.bench.compare.statements import Finding, StatementVerdict
 from marsupial.bench.compare.tables import main_table, markdown, measure_table
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
@@ -212,11 +212,18 @@ def test_drawing_letters_that_the_font_lacks_changes_no_filter_of_other_threads(
     warnings.warn("set while a figure is drawn", stacklevel=1)  # an error but for the filter
 
 
-def test_a_statement_for_several_places_may_hold_in_part() -> None:
-    assert share_verdict([True, False]) is StatementVerdict.PARTLY
-    assert share_verdict([True, False, False]) is StatementVerdict.FAILS
-    assert share_verdict([True, None]) is StatementVerdict.OPEN
-    assert share_verdict([]) is StatementVerdict.OPEN
+@pytest.mark.parametrize(
+    ("held", "verdict"),
+    [
+        ([True, False], StatementVerdict.PARTLY),
+        ([True, False, False], StatementVerdict.FAILS),
+        ([True, None], StatementVerdict.OPEN),
+        ([], StatementVerdict.OPEN),
+    ],
+)
+def test_a_statement_for_several_places_may_hold_in_part(held: list[bool | None], verdict: StatementVerdict) -> None:
+    finding = Finding(statement="It is fast", where="section 1", criterion="it is", held=held, evidence=[])
+    assert finding.verdict is verdict
 
 
 def test_maps_of_a_suite_are_told_by_kind_and_each_map_is_a_unit() -> None:

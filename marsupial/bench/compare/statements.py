@@ -35,8 +35,18 @@ class Finding:
     statement: str
     where: str  # its place in the paper
     criterion: str  # the test on the data
-    verdict: StatementVerdict
-    evidence: tuple[str, ...]  # the figures
+    held: Sequence[bool | None]  # in each place that the statement is about; None without data
+    evidence: Sequence[str]  # the figures
+
+    @property
+    def verdict(self) -> StatementVerdict:
+        """Whether the statement holds in all of its places, as `READING` says."""
+        known = [one for one in self.held if one is not None]
+        if not known or len(known) < len(self.held):
+            return StatementVerdict.OPEN
+        if all(known):
+            return StatementVerdict.HOLDS
+        return StatementVerdict.PARTLY if 2 * sum(known) >= len(known) else StatementVerdict.FAILS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,24 +66,15 @@ class Experiment:
     title: str
     setting: str  # what is simulated
     runs: int  # missions per case, unless the caller asks for another number
-    paper_runs: int | None  # missions behind the paper's means; None if it does not say
-    planner: str  # unless the caller asks for another
     comparison: Callable[[ExperimentTerms], Comparison]
-    figures: Callable[[ComparisonOutcome], Iterator[Figure]]
     findings: Callable[[ComparisonOutcome], list[Finding]]
+    paper_runs: int | None = None  # missions behind the paper's means; None if it does not say
+    # unless the caller asks for another; what `auto` adds, proofs that makespans are best, costs as much again
+    planner: str = "anytime"
+    figures: Callable[[ComparisonOutcome], Iterator[Figure]] = lambda outcome: iter(())
     tables: Callable[[ComparisonOutcome], list[ReportTable]] = lambda outcome: []  # printed numbers beside ours
     overview: bool = True  # whether to add the usual tables and figures of a comparison
     parts: Mapping[str, str] = field(default_factory=dict)  # further experiments of the paper, by subfolder
-
-
-def share_verdict(held: Sequence[bool | None]) -> StatementVerdict:
-    """Return the verdict on a statement about several places; None stands for a place without data."""
-    known = [one for one in held if one is not None]
-    if not known or len(known) < len(held):
-        return StatementVerdict.OPEN
-    if all(known):
-        return StatementVerdict.HOLDS
-    return StatementVerdict.PARTLY if 2 * sum(known) >= len(known) else StatementVerdict.FAILS
 
 
 def reading(runs: int, paper_runs: int | None) -> str:

@@ -6,7 +6,7 @@ A map is drawn by the number in its name (`marsupial.generators.builtin`); the s
 of the missions, which begin with `first_seed`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,11 +34,16 @@ class MapSuite:
         """Return the maps as scenarios are named; raise a `UsageError` if a laser map is missing."""
         if not self.laser:
             return list(self.maps)
-        files = [LASER_FOLDER / f"{name}.yaml" for name in self.maps]
-        if missing := [file.name for file in files if not file.is_file()]:
-            place = LASER_FOLDER.resolve()
-            raise UsageError(f"laser maps are missing: {', '.join(missing)}; they are looked for in {place}")
-        return [str(file) for file in files]
+        return [str(file) for file in laser_files(self.maps, LASER_FOLDER)]
+
+
+def laser_files(names: Iterable[str], folder: Path) -> list[Path]:
+    """Return the files of laser maps; raise a `UsageError` if one is missing."""
+    files = [folder / f"{name}.yaml" for name in names]
+    if missing := [file.name for file in files if not file.is_file()]:
+        place = f"they are looked for in {folder.resolve()}; docs/comparisons.md says where to get them"
+        raise UsageError(f"laser maps are missing: {', '.join(missing)}; {place}")
+    return files
 
 
 FOOTPRINT = ("partition", "turned", "comb", "cavern", "halls", "spiral", "grid")

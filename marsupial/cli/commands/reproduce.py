@@ -44,23 +44,27 @@ def reproduce(
 
     mei: one robot on floor plans and among random obstacles, 10 runs, energy and distance; energy-aware routes.
 
+    Further experiments: wurm2008-clutter, with clutter on the second map; alkhawaldah-triples, a sweep of three
+    weights. Parts by themselves: alkhawaldah-weights, mei-corner.
+
     Example: marsupial reproduce wurm2010 --out wurm2010
     """
     from marsupial.errors import UsageError
-    from marsupial.papers import PAPERS, experiment
+    from marsupial.papers import PAPERS, PARTS, experiment
     from marsupial.wording import unknown_name
 
-    whole = experiment(paper) if paper in PAPERS else None
+    whole = experiment(paper)
     if whole is None:
-        raise UsageError(unknown_name("paper", paper, PAPERS))
+        raise UsageError(unknown_name("paper", paper, [*PAPERS, *PARTS]))
     from marsupial.bench.compare.statements import ExperimentTerms
+    from marsupial.bench.suite.maps import LASER_FOLDER
     from marsupial.cli.work import comparing
     from marsupial.cli.work.missions import changed
     from marsupial.model.planning import Budget
     from marsupial.papers.wurm2008 import experiment as wurm2008
     from marsupial.planning.engines import mission_engine
 
-    if maps is not None and paper != wurm2008.NAME:
+    if maps is not None and paper not in (wurm2008.NAME, wurm2008.CLUTTER):
         raise UsageError(f"--maps: {paper} is carried out on maps of its own; only {wurm2008.NAME} takes others")
     budget = Budget(steps=steps)
     planner = planner or whole.planner
@@ -69,7 +73,7 @@ def reproduce(
     for folder, part in {"": whole, **parts}.items():
         # --runs is for the experiment itself: its parts may be single missions, as in the paper.
         asked = runs if part is whole else None
-        terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or wurm2008.MAPS)
+        terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or LASER_FOLDER)
         comparison = part.comparison(terms)
         cases = {case: changed(one, interference=interference) for case, one in comparison.scenarios.items()}
         comparison = replace(comparison, scenarios=cases)

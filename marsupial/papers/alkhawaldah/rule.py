@@ -1,6 +1,6 @@
 """Bids for frontier cells by unknown neighbours, distance from the other robot, and route length.
 
-References: Al-Khawaldah, Livatino, Lee, sections II-B and III, Eq. 1.
+References: Al-Khawaldah, Livatino, Lee, section 3 ("Experimental Work"), Eq. 1.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """The sweep of weights of Al-Khawaldah et al.: which weights of the bidding function explore fast.
 
-References: Al-Khawaldah, Livatino, Lee, section II-B, Figs. 3 to 7.
+References: Al-Khawaldah, Livatino, Lee, section 3 ("Experimental Work"), Figs. 3 to 7.
 """
 
 from collections.abc import Iterable, Iterator
@@ -13,7 +13,7 @@ from marsupial.arrays import Flags, Floats
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
 from marsupial.bench.compare.figures import Figure, SquareMap, squares_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
+from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
 from marsupial.bench.compare.tables import ReportTable
 from marsupial.papers.alkhawaldah.experiment import CELLS, ROBOTS, WEIGHTS, cell_world
 
@@ -100,7 +100,7 @@ def _recommended(times: Floats) -> float:
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return the findings on the statements of section II-B."""
+    """Return the findings on the statements of section 3."""
     times = {world: _times(outcome, world) for world in WORLDS}
     return [_never_great(times), _near_the_line(times), _recommended_is_good(times)]
 
@@ -113,10 +113,10 @@ def _never_great(times: dict[str, Floats]) -> Finding:
     greatest = {world: max((max(pair) for pair in _pairs(t)), default=None) for world, t in times.items()}
     return Finding(
         statement="Neither W_p nor W_n should ever go beyond 6 or 7 beside W_c = 1",
-        where="section II-B, Figs. 3 to 7",
+        where="section 3, Figs. 3 to 7",
         criterion=f"in each world no pair among the best 10 % has a weight above {GREATEST:g}",
-        verdict=share_verdict([None if most is None else most <= GREATEST for most in greatest.values()]),
-        evidence=tuple(f"{world}: up to {most:g}" for world, most in greatest.items() if most is not None),
+        held=[None if most is None else most <= GREATEST for most in greatest.values()],
+        evidence=[f"{world}: up to {most:g}" for world, most in greatest.items() if most is not None],
     )
 
 
@@ -129,11 +129,11 @@ def _near_the_line(times: dict[str, Floats]) -> Finding:
     chance = share(product(VALUES, VALUES))
     return Finding(
         statement="The best weights scatter around the line of slope 1",
-        where="section II-B, Figs. 3 to 7",
+        where="section 3, Figs. 3 to 7",
         criterion=f"in each world a greater share of the best pairs than of all pairs ({100 * chance:.0f} %) has one "
         f"weight at most {RATIO:g} times the other",
-        verdict=share_verdict([shares[world] > chance if world in shares else None for world in times]),
-        evidence=tuple(f"{world}: {100 * share:.0f} % of the best pairs" for world, share in shares.items()),
+        held=[shares[world] > chance if world in shares else None for world in times],
+        evidence=[f"{world}: {100 * share:.0f} % of the best pairs" for world, share in shares.items()],
     )
 
 
@@ -141,12 +141,12 @@ def _recommended_is_good(times: dict[str, Floats]) -> Finding:
     known = {world: t for world, t in times.items() if not np.isnan(_recommended(t))}
     return Finding(
         statement="W_p = W_n = 2 gives times within or very close to the best 10 %",
-        where="section II-B",
+        where="section 3",
         criterion="in each world its time is within the best 20 % of the range",
-        verdict=share_verdict([_position(known[w]) <= 2 * BEST if w in known else None for w in times]),
-        evidence=tuple(
+        held=[_position(known[w]) <= 2 * BEST if w in known else None for w in times],
+        evidence=[
             f"{w}: {_recommended(t):.0f} steps, at {100 * _position(t):.0f} % of the range" for w, t in known.items()
-        ),
+        ],
     )
 
 
@@ -161,8 +161,6 @@ EXPERIMENT = Experiment(
     setting="The worlds and robots of Table 2 and two of other sizes, with the same obstacles and starts for every "
     "pair of weights: W_n and W_p from 0 to 10 in steps of 1, where the paper has steps of 0.1, with W_c = 1.",
     runs=1,
-    paper_runs=None,
-    planner="anytime",
     comparison=comparison,
     figures=_figures,
     findings=findings,

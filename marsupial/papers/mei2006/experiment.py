@@ -11,7 +11,7 @@ import numpy as np
 from marsupial.bench.compare.cells import DISTANCE, ENERGY, ComparisonOutcome
 from marsupial.bench.compare.figures import COLOURS, INK, Figure, as_figure, coverage_figure, mean_coverage
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
+from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
 from marsupial.generators.builtin import explorers
 from marsupial.generators.canvas import close_border
@@ -216,16 +216,16 @@ def corner_findings(outcome: ComparisonOutcome) -> list[Finding]:
 def _routes_save(outcome: ComparisonOutcome) -> Finding:
     found = path_table(cuts_corners=True) if outcome.rows else None
     held: list[bool | None] = [None, None]
-    evidence: tuple[str, ...] = ()
+    evidence = []
     if found is not None:
         held = [abs(found.saved - PRINTED_SAVED) <= NEAR_SAVED, abs(found.longer - PRINTED_LONGER) <= NEAR_LONGER]
         saved, longer = 100 * found.saved, 100 * found.longer
-        evidence = (f"{len(found.shortest)} pairs: {saved:.2f} % saved, {longer:.2f} % longer",)
+        evidence = [f"{len(found.shortest)} pairs: {saved:.2f} % saved, {longer:.2f} % longer"]
     return Finding(
         statement="On average energy-efficient paths save 8.4 % energy and are 0.7 % longer than shortest paths",
         where="section V-B",
         criterion=f"our means are within {100 * NEAR_SAVED:.1f} and {100 * NEAR_LONGER:.1f} points of these",
-        verdict=share_verdict(held),
+        held=held,
         evidence=evidence,
     )
 
@@ -246,8 +246,8 @@ def _much_less(outcome: ComparisonOutcome) -> Finding:
         "widest frontier",
         where="section V-C, Figs. 8 and 9",
         criterion=f"on both maps it saves {100 * MUCH:.0f} % or more of each in the mean",
-        verdict=share_verdict([None if gain is None else gain >= MUCH for both in gains.values() for gain in both]),
-        evidence=tuple(_line(name, both) for name, both in gains.items()),
+        held=[None if gain is None else gain >= MUCH for both in gains.values() for gain in both],
+        evidence=[_line(name, both) for name, both in gains.items()],
     )
 
 
@@ -259,8 +259,8 @@ def _less_among_random_obstacles(outcome: ComparisonOutcome) -> Finding:
         statement="Among random obstacles it saves as well, but less: 10.1 % of the distance and 9.3 % of the energy",
         where="section V-C, Fig. 10",
         criterion="it saves some of each in the mean, and less than on either structured map",
-        verdict=share_verdict(held),
-        evidence=(_line(RANDOM, gains),),
+        held=held,
+        evidence=[_line(RANDOM, gains)],
     )
 
 
@@ -284,8 +284,8 @@ def _ahead_at_first(outcome: ComparisonOutcome) -> Finding:
         where="section V-C, Figs. 11 to 13",
         criterion="on each map its mean coverage is greater than that of orientation for a while, and less when "
         "orientation's missions end",
-        verdict=share_verdict(held),
-        evidence=tuple(evidence),
+        held=held,
+        evidence=evidence,
     )
 
 
@@ -296,8 +296,8 @@ def _planning(outcome: ComparisonOutcome) -> Finding:
         statement="Temporal planning takes less distance than orientation",
         where="no statement of the paper: what marsupial claims of itself",
         criterion="on both structured maps its mean distance is less",
-        verdict=share_verdict([None if both[0] is None else both[0] > 0 for both in gains.values()]),
-        evidence=tuple(_line(name, both) for name, both in gains.items()),
+        held=[None if both[0] is None else both[0] > 0 for both in gains.values()],
+        evidence=[_line(name, both) for name, both in gains.items()],
     )
 
 
@@ -314,7 +314,6 @@ EXPERIMENT = Experiment(
     setting=f"One robot, a point that sees 10 m far in line of sight, starts anywhere in {SETTING}",
     runs=10,
     paper_runs=1,
-    planner="anytime",
     comparison=comparison,
     figures=_figures,
     findings=findings,
@@ -327,7 +326,6 @@ CORNER_EXPERIMENT = Experiment(
     setting=f"One mission each, as in the paper: the robot starts in the upper left corner of {SETTING}",
     runs=1,
     paper_runs=1,
-    planner="anytime",
     comparison=corner_comparison,
     figures=_corner_figures,
     findings=corner_findings,

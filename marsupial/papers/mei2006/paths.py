@@ -5,7 +5,7 @@ those of the textbook version of Dijkstra's algorithm: of equal ones it keeps th
 Robots move to any free neighbour, past corners too: "if both cells are free" (section IV-A). With the movement rule of
 marsupial's robots, which cuts no corners, the same pairs save less and have longer routes.
 
-References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V-B.
+References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections IV-A and V-B.
 """
 
 import heapq

@@ -1,29 +1,29 @@
 """The experiment of Wurm et al. 2008: segments of the map against the closest frontier, in two real offices.
 
-References: Wurm, Stachniss, Burgard, IROS 2008, section VI-A, Figs. 2 to 5.
+References: Wurm, Stachniss, Burgard, IROS 2008, sections IV and VI-A, Figs. 2 to 5.
 """
 
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
+from functools import partial
 from statistics import fmean
+
+import numpy as np
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
+from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
 from marsupial.bench.compare.tables import ReportTable, gain_text, percent
-from marsupial.bench.suite.maps import LASER_FOLDER
+from marsupial.bench.suite.maps import LASER_FOLDER, laser_files
 from marsupial.formats.mapfiles.read import read_map
-from marsupial.generators.builtin import builtin_scenario, explorers
-from marsupial.model import Grid, RobotType, Scenario
+from marsupial.generators.builtin import explorers
+from marsupial.model import FLOOR, OBSTACLE, Grid, RobotType, Scenario
 from marsupial.model.robots import default_types
 from marsupial.papers.wurm2008.figure import segments_figure
 
-NAME = "wurm2008"
+NAME, CLUTTER = "wurm2008", "wurm2008-clutter"
 TEAMS = {"fr079": (2, 3, 4, 5, 6), "cartesium": (2, 3, 4, 5, 6, 7, 8)}
-STAND_INS = {"fr079": "office", "cartesium": "rooms"}  # built-in maps that replace real ones that are not available
-MAPS = LASER_FOLDER  # default folder of the real maps
 
 SHOWN_TEAM = 3
 """Robots of the mission of Figs. 2 and 3."""
@@ -31,26 +31,35 @@ SHOWN_TEAM = 3
 RADIUS_M, SPEED_MPS, RANGE_M = 0.15, 0.5, 5.0
 """Properties of each robot, which the paper does not give. A wider one can't reach much of both maps as drawn."""
 
+BOXES, BOX_M, BOX_SEED = 60, (0.2, 0.8), 1
+"""Number, sides and seed of the boxes that clutter the Cartesium. The paper does not tell what clutter it added."""
+
 SEGMENTS, CLOSEST = Contender("segmentation"), Contender("closest-frontier")
 
 
-def comparison(terms: ExperimentTerms) -> Comparison:
+def comparison(terms: ExperimentTerms, paper: str = NAME) -> Comparison:
     """Return the comparison: each map with each team, from the same starts."""
     scenarios: dict[Case, Scenario] = {}
-    for name, sizes in TEAMS.items():
-        found, grid = _map(name, terms.maps)
+    for (name, sizes), file in zip(TEAMS.items(), laser_files(TEAMS, terms.maps), strict=True):
+        grid = read_map(file).grid
+        if (name, paper) == ("cartesium", CLUTTER):
+            grid = cluttered(grid)
         for robots in sizes:
-            scenarios[Case(found, robots, 0)] = prepared(explorers(found, grid, _robot(), robots))
+            scenarios[Case(name, robots, 0)] = prepared(explorers(name, grid, _robot(), robots))
     contenders = (Contender("temporal", terms.planner), SEGMENTS, CLOSEST)
-    return Comparison(scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=NAME)
+    return Comparison(scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=paper)
 
 
-def _map(name: str, folder: Path) -> tuple[str, Grid]:
-    """Return a real map or its built-in replacement, with its name."""
-    file = folder / f"{name}.yaml"
-    if file.exists():
-        return name, read_map(file).grid
-    return STAND_INS[name], builtin_scenario(STAND_INS[name], 1, 0).grid
+def cluttered(grid: Grid) -> Grid:
+    """Return the map with boxes on its floor, in places drawn by `BOX_SEED`."""
+    rng = np.random.default_rng(BOX_SEED)
+    cells = grid.cells.copy()
+    corners = rng.choice(np.argwhere(cells == FLOOR), BOXES)
+    sides = np.ceil(rng.uniform(*BOX_M, (BOXES, 2)) / grid.resolution_m).astype(int)
+    for (y, x), (height, width) in zip(corners, sides, strict=True):
+        box = cells[y : y + height, x : x + width]
+        box[box == FLOOR] = OBSTACLE
+    return replace(grid, cells=cells)
 
 
 def _robot() -> RobotType:
@@ -61,23 +70,16 @@ def _robot() -> RobotType:
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
     yield gain_figure(outcome, TIME, outcome.scenarios, name="figure-5", of_paper="Fig. 5 of the paper")
     yield measure_figure(outcome, TIME, outcome.scenarios, name="times")
-    if outcome.rows:
-        name = next(iter(TEAMS))
-        found, grid = _map(name, MAPS if name in outcome.scenarios else Path())
-        yield segments_figure(explorers(found, grid, _robot(), SHOWN_TEAM))
+    name = next(iter(TEAMS))
+    if outcome.rows and (file := LASER_FOLDER / f"{name}.yaml").exists():
+        yield segments_figure(explorers(name, read_map(file).grid, _robot(), SHOWN_TEAM))
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
     """Return the findings on the statements of section VI-A."""
-    by_map = {
-        name: [outcome.pairing(case, SEGMENTS, TIME) for case in outcome.cases_of(name)] for name in _maps(outcome)
-    }
+    by_map = {name: [outcome.pairing(case, SEGMENTS, TIME) for case in outcome.cases_of(name)] for name in TEAMS}
     by_gain = [finding(by_map) for finding in (_faster, _more_in_the_larger, _less_in_large_teams)]
     return [*by_gain, _more_robots_are_quicker(outcome), _planning(outcome)]
-
-
-def _maps(outcome: ComparisonOutcome) -> list[str]:
-    return [name for pair in STAND_INS.items() for name in pair if name in outcome.scenarios]
 
 
 def _line(pairing: Pairing) -> str:
@@ -90,8 +92,8 @@ def _faster(by_map: dict[str, list[Pairing]]) -> Finding:
         statement="Assigning robots to segments explores significantly faster than the closest frontier",
         where="section VI-A, Fig. 5",
         criterion="for each map and team the 95 % interval of the gain is above zero",
-        verdict=share_verdict([pairing.ahead for pairing in pairings]),
-        evidence=tuple(map(_line, pairings)),
+        held=[pairing.ahead for pairing in pairings],
+        evidence=list(map(_line, pairings)),
     )
 
 
@@ -103,8 +105,8 @@ def _more_in_the_larger(by_map: dict[str, list[Pairing]]) -> Finding:
         statement="The gain is bigger on the map of the Cartesium, which has several large rooms",
         where="section VI-A, Fig. 5",
         criterion="the mean gain over all teams is greater on the second map than on the first",
-        verdict=share_verdict([known[1] > known[0] if len(known) == 2 else None]),
-        evidence=tuple(f"{name}: {percent(mean)} in the mean over teams" for name, mean in means.items()),
+        held=[known[1] > known[0] if len(known) == 2 else None],
+        evidence=[f"{name}: {percent(mean)} in the mean over teams" for name, mean in means.items()],
     )
 
 
@@ -122,15 +124,15 @@ def _less_in_large_teams(by_map: dict[str, list[Pairing]]) -> Finding:
         statement="The gain decreases for large teams in small environments",
         where="section VI-A, Fig. 5",
         criterion="on each map the gain is greatest with fewer robots than the largest team has",
-        verdict=share_verdict(held),
-        evidence=tuple(evidence),
+        held=held,
+        evidence=evidence,
     )
 
 
 def _more_robots_are_quicker(outcome: ComparisonOutcome) -> Finding:
     held: list[bool | None] = []
     evidence = []
-    for name in _maps(outcome):
+    for name in TEAMS:
         found = [outcome.estimate(case, SEGMENTS, TIME) for case in outcome.cases_of(name)]
         means = [one.mean for one in found if one is not None]
         held.append(means[-1] < means[0] if len(means) == len(found) else None)
@@ -139,21 +141,21 @@ def _more_robots_are_quicker(outcome: ComparisonOutcome) -> Finding:
         statement="The time to explore still gets smaller as robots are added",
         where="section VI-A",
         criterion="on each map the largest team has a shorter mean time with segments than the smallest",
-        verdict=share_verdict(held),
-        evidence=tuple(evidence),
+        held=held,
+        evidence=evidence,
     )
 
 
 def _planning(outcome: ComparisonOutcome) -> Finding:
     planned = outcome.contenders[0]
-    cases = [case for name in _maps(outcome) for case in outcome.cases_of(name)]
+    cases = [case for name in TEAMS for case in outcome.cases_of(name)]
     pairings = [outcome.pairing(case, planned, TIME, SEGMENTS) for case in cases]
     return Finding(
         statement="Temporal planning explores at least as fast as segments",
         where="no statement of the paper: what marsupial claims of itself",
         criterion="for each map and team its mean time is not longer",
-        verdict=share_verdict([None if p.gain is None else p.gain >= 0 for p in pairings]),
-        evidence=tuple(map(_line, pairings)),
+        held=[None if p.gain is None else p.gain >= 0 for p in pairings],
+        evidence=list(map(_line, pairings)),
     )
 
 
@@ -172,16 +174,22 @@ def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
 EXPERIMENT = Experiment(
     title="Wurm et al. 2008: Coordinated Multi-Robot Exploration using a Segmentation of the Environment",
     setting="Building 079 of the University of Freiburg with 2 to 6 robots and the Cartesium of the University of "
-    "Bremen with 2 to 8, from real laser maps of these buildings (fr079, cartesium); where the folder of maps has "
-    "none, the built-in office and rooms stand in for them, by these names. Robots drive 0.5 m/s, see 5 m all around "
-    "and have a radius of 0.15 m, none of which the paper gives; the robots of a team start side by side, where is "
-    "drawn. The paper's simulations were given a segmentation into rooms and corridors; ours is computed during the "
-    "mission from the partial map, as its section IV describes.",
+    "Bremen with 2 to 8, from real laser maps of these buildings (fr079, cartesium). Robots drive 0.5 m/s, see 5 m all "
+    "around and have a radius of 0.15 m, none of which the paper gives; the robots of a team start side by side, "
+    "where is drawn. The paper's simulations were given a segmentation into rooms and corridors; ours is computed "
+    "during the mission from the partial map, as its section IV describes.",
     runs=6,
     paper_runs=20,
-    planner="anytime",
     comparison=comparison,
     figures=_figures,
     findings=findings,
     tables=_tables,
+)
+
+CLUTTER_EXPERIMENT = replace(
+    EXPERIMENT,
+    title=f"{EXPERIMENT.title}, with clutter",
+    setting=f"{EXPERIMENT.setting} As in the paper, clutter is added to the Cartesium: {BOXES} boxes at random, with "
+    f"sides of {BOX_M[0]} to {BOX_M[1]} m.",
+    comparison=partial(comparison, paper=CLUTTER),
 )

@@ -5,7 +5,8 @@ by itself that has targets in reach. Robots of parts are disjoint. Targets go, t
 that can be there soonest, as long as that part has room: what no part has room for is left to a later replanning. Of
 the meeting points a part keeps the best two for each thing it may need one for. Merged, the parts' plans are one plan.
 
-References: Wurm et al. 2010, section III-C: the planner is asked about what is near, since time to plan grows fast.
+Wurm et al. 2010 don't split: their planner gets the whole problem, and their section V-A expects worse plans for teams
+of far more than 24 robots.
 """
 
 from collections.abc import Iterable, Iterator
