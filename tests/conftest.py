@@ -13,6 +13,7 @@ import pytest
 import typer
 from browser import Browser, chromium, missing, tab
 from hypothesis import HealthCheck, settings
+from launcher_tree import nothing_runs
 from patience import HANG_S
 
 if TYPE_CHECKING:
@@ -53,6 +54,13 @@ def pytest_configure() -> None:
     settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile("patient")
     typer.main.get_command = cache(typer.main.get_command)
+
+
+@pytest.fixture
+def nothing_left() -> Iterator[None]:
+    """Check after a test that no process of a job runs on."""
+    yield
+    assert nothing_runs()
 
 
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:

@@ -92,7 +92,7 @@ def test_robots_in_one_segment_share_out_its_frontiers() -> None:
 COSTS = st.one_of(st.integers(0, 20), st.just(np.inf))
 
 
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(st.data(), st.integers(1, 5), st.integers(1, 3))
 def test_assignments_are_the_best_of_all(data: st.DataObject, rows: int, columns: int) -> None:
     row = st.lists(COSTS, min_size=columns, max_size=columns)

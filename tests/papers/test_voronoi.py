@@ -1,6 +1,6 @@
 import numpy as np
 from drawn_maps import draw, random_cells
-from hypothesis import given, settings
+from hypothesis import given
 from scipy import ndimage
 
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
@@ -27,7 +27,6 @@ def bitmap(cells: CellArray) -> Mask:
     return mask
 
 
-@settings(deadline=None)
 @given(cells=random_cells(codes=(OBSTACLE, OBSTACLE, FLOOR)))
 def test_a_graph_has_every_block_once_and_is_connected_as_the_blocks_are(cells: CellArray) -> None:
     mask = bitmap(cells)
@@ -40,14 +39,12 @@ def test_a_graph_has_every_block_once_and_is_connected_as_the_blocks_are(cells: 
     assert len(set(home)) == parts
 
 
-@settings(deadline=None)
 @given(cells=random_cells(codes=(OBSTACLE, OBSTACLE, FLOOR)))
 def test_a_node_has_as_many_links_as_edges_end_there(cells: CellArray) -> None:
     graph = _traced(bitmap(cells))
     assert np.bincount(graph.ends.ravel(), minlength=len(graph.nodes)).tolist() == graph.degrees.tolist()
 
 
-@settings(deadline=None)
 @given(cells=random_cells(codes=(OBSTACLE, OBSTACLE, FLOOR)))
 def test_the_blocks_of_an_edge_touch_one_after_the_other(cells: CellArray) -> None:
     mask = bitmap(cells)

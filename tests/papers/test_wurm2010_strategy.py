@@ -1,7 +1,5 @@
 """The paper's own method: the shortest plan for the known targets, and nothing else."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,10 +1,9 @@
-from collections.abc import Iterator
 from contextlib import suppress
 
 import psutil
 import pytest
 import unruly_planners
-from launcher_tree import below_launcher, nothing_runs
+from launcher_tree import below_launcher
 from patience import HANG_S, longer_and_longer, until
 from situations import SOLVABLE, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
 
@@ -21,6 +20,8 @@ from marsupial.planning.external.tamer import tamer
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import GIB
 
+pytestmark = pytest.mark.usefixtures("nothing_left")
+
 AMPLE = Budget(seconds=HANG_S)
 NEEDING_PROCESSES = ("aries", "tamer")
 INFO = EngineInfo(name="test", summary="", licence="", anytime=True, proves_optimality=False, deterministic_steps=False)
@@ -31,12 +32,6 @@ def available(name: str) -> Engine:
     if found.info.missing is not None:
         pytest.skip(f"{name}: {found.info.missing}")
     return found
-
-
-@pytest.fixture(autouse=True)
-def nothing_left() -> Iterator[None]:
-    yield
-    assert nothing_runs()
 
 
 def first_plan(solver: Engine, situation: Situation) -> Plan:

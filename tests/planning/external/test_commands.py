@@ -3,14 +3,13 @@ import os
 import shlex
 import sys
 import threading
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import psutil
 import pytest
-from launcher_tree import below_launcher, nothing_runs
+from launcher_tree import below_launcher
 from patience import HANG_S, longer_and_longer
 from situations import carrier, door, hall, in_flight, one_hall, room, rover, situation_of
 
@@ -38,6 +37,8 @@ OPTIC_END = (
     "\nResorting to best-first search\nb (2.000 | 9.000)\nProblem Unsolvable\n;;;; Solution Found\n; Cost: 50.001\n"
 )
 
+pytestmark = pytest.mark.usefixtures("nothing_left")
+
 PRELUDE = f"""
 import os, signal, subprocess, sys, time
 from pathlib import Path
@@ -48,12 +49,6 @@ def wait_for(name):
     while not (Path(__file__).parent / name).exists():
         time.sleep(0.01)
 """
-
-
-@pytest.fixture(autouse=True)
-def nothing_left() -> Iterator[None]:
-    yield
-    assert nothing_runs()
 
 
 def stand_in(folder: Path, body: str, places: str = "{domain} {problem}") -> str:

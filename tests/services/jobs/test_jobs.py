@@ -1,7 +1,6 @@
 import asyncio
 import json
 import tracemalloc
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
@@ -9,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from job_house import ended, open_jobs, plans_of, request, submit, told
-from launcher_tree import is_gone, nothing_runs
+from launcher_tree import is_gone
 from lost_answers import LostAnswers
 from patience import HANG_S, awaited
 from situations import many_rooms, one_hall, one_room, out_of_reach
@@ -27,13 +26,9 @@ from marsupial_service.jobs.service import Jobs
 from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.store import StoreError, failpoints
 
+pytestmark = pytest.mark.usefixtures("nothing_left")
+
 MIB = 1 << 20
-
-
-@pytest.fixture(autouse=True)
-def nothing_left() -> Iterator[None]:
-    yield
-    assert nothing_runs()
 
 
 async def test_a_job_goes_from_queued_to_its_end_and_tells_every_step(place: str) -> None:

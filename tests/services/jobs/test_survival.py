@@ -23,13 +23,9 @@ from marsupial.processes import launcher as processes
 from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.store import failpoints
 
+pytestmark = pytest.mark.usefixtures("nothing_left")
+
 MARK = "MARSUPIAL_TEST_MARK"
-
-
-@pytest.fixture(autouse=True)
-def nothing_left() -> Iterator[None]:
-    yield
-    assert nothing_runs()
 
 
 class JobServer:
