@@ -16,12 +16,7 @@ class FakeEngine:
     """Answers with the events it is given and keeps what it was asked."""
 
     info = EngineInfo(
-        name="fake",
-        summary="",
-        licence="",
-        anytime=True,
-        proves_optimality=False,
-        deterministic_steps=True,
+        name="fake", summary="", licence="", anytime=True, proves_optimality=False, deterministic_steps=True
     )
 
     def __init__(self, *events: Improved | Finished) -> None:

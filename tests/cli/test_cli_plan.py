@@ -152,9 +152,7 @@ def test_the_gap_is_what_the_makespan_has_above_the_best_bound_that_can_be_true(
 ) -> None:
     late = begun_late(serve(one_room())[0], 998)
     script(
-        monkeypatch,
-        Improved(plan=late, elapsed_s=0.1),
-        Finished(outcome=Outcome.SATISFICING, lower_bound_ms=bound_ms),
+        monkeypatch, Improved(plan=late, elapsed_s=0.1), Finished(outcome=Outcome.SATISFICING, lower_bound_ms=bound_ms)
     )
     assert main(["plan", room, "--planner", "scripted", "--json"]) == 0
     captured = capsys.readouterr()

@@ -29,12 +29,7 @@ def guessed(
     unseen = Unseen(squares=squares, at_m=positions, rovers_only=rovers_only, shared=shared, speed_mps=SPEED_MPS)
     return guess(
         Briefing(
-            situation=situation,
-            previous=previous,
-            direct_ms=dict,
-            connects={},
-            deployed_at={},
-            unseen=lambda: unseen,
+            situation=situation, previous=previous, direct_ms=dict, connects={}, deployed_at={}, unseen=lambda: unseen
         )
     )
 

@@ -23,10 +23,7 @@ pytestmark = pytest.mark.parametrize("strategy", [HeuristicPlus(), OneStep()], i
 
 
 def decide(
-    strategy: Strategy,
-    situation: Situation,
-    previous: Plan | None = None,
-    deployed_at: Mapping[str, str] | None = None,
+    strategy: Strategy, situation: Situation, previous: Plan | None = None, deployed_at: Mapping[str, str] | None = None
 ) -> list[str]:
     return robot_by_robot(strategy, brief(situation, previous=previous, deployed_at=deployed_at))
 
@@ -41,9 +38,7 @@ def test_undocking_and_the_rovers_drive_count(strategy: Strategy, far: int, expl
     assert explorers == [explorer]
 
 
-def test_a_rover_is_set_down_where_it_gets_to_the_target_soonest_not_at_the_nearest_meeting(
-    strategy: Strategy,
-) -> None:
+def test_a_rover_is_set_down_where_it_gets_to_the_target_soonest_not_at_the_nearest_meeting(strategy: Strategy) -> None:
     situation = situation_of(
         [carrier(), rover(on="c1")], {"t1": room(20)}, {"near": door(5), "far": door(19)}, {"c1_start": hall(0)}
     )

@@ -244,8 +244,7 @@ def test_steps_decide_what_is_found() -> None:
 
 
 @pytest.mark.parametrize(
-    ("situation", "reason"),
-    [(many_rooms(2, 2, 13, 4), "13 targets"), (many_rooms(4, 2, 12, 40), "too many together")],
+    ("situation", "reason"), [(many_rooms(2, 2, 13, 4), "13 targets"), (many_rooms(4, 2, 12, 40), "too many together")]
 )
 def test_what_does_not_fit_into_tables_is_refused(situation: Situation, reason: str) -> None:
     plans, finished = solve(situation)

@@ -34,10 +34,7 @@ REPORT = MissionReport(
     failed=((5, "stuck"),),
     lost=(("r", "battery"),),
     robot="c",
-    robots=(
-        RobotUpdate(name="c", cell=Cell(1, 2), distance_m=0.5, driving_ms=20),
-        RobotUpdate(name="r", free_at_ms=9),
-    ),
+    robots=(RobotUpdate(name="c", cell=Cell(1, 2), distance_m=0.5, driving_ms=20), RobotUpdate(name="r", free_at_ms=9)),
     frame=MissionFrame(-1, 0, 10, 20),
 )
 

@@ -155,9 +155,7 @@ def test_a_closed_store_says_so(tmp_path: Path) -> None:
         store.read(lambda connection: None)
 
 
-def test_writes_that_wait_when_the_store_is_closed_are_done_and_there_when_it_is_opened_again(
-    tmp_path: Path,
-) -> None:
+def test_writes_that_wait_when_the_store_is_closed_are_done_and_there_when_it_is_opened_again(tmp_path: Path) -> None:
     store = open_store(tmp_path)
     held = Held(store)
     write = store.write(adding("late"))
