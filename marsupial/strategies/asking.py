@@ -73,7 +73,7 @@ class AskedPlanner:
         situation, answer = briefing.situation, EngineAnswer()
         listing = Listing(situation)
         kept = completed(listing, briefing.previous)
-        if situation.goal.recover_rovers or situation.goal.return_home:
+        if situation.goal.aboard:
             answer = self.ask(situation, MAKESPAN, shortest(situation, kept))
         found = [*kept, *completed(listing, answer.plan), listing.serve()]
         plan, unserved = min(found, key=lambda served: (not check(situation, served[0]).valid, served[0].makespan_ms))

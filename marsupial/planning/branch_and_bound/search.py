@@ -18,7 +18,7 @@ The tree is walked depth first, with one frame per level. All events waiting are
     level     0             1             2
     states    root -------> after a ----> after a, d          (the path is: a, d)
     events  | a b c       | d e         | f g h               FIRST of a level: where its events begin
-              ^ done        ^ done        ^ NEXT              NEXT: the event to try next, in the order of ends
+              ^ entered     ^ entered     ^ NEXT              NEXT: the event to try next, in the order of ends
 
 Backtracking is one step back in `LEVEL`; the events of the levels above are still there.
 
@@ -34,22 +34,28 @@ lost.
 - Sets that could be larger without the step ending later: a robot that has explored more has less left to do.
 - States no better than one entered before (`memory`): the same robots, or interchangeable ones, at the same places, the
   same targets left, no robot ready earlier, and a key no lower.
+- Steps of a rover that has an interchangeable one before it in the same position: the step of the first one gives the
+  same state but for their names.
 - Useless steps, where rovers may end on the ground. Among the plans of one length those with the fewest steps suffice.
-  In them, a rover that is picked up is set down again and then explores or is picked up again. So does one that is set
-  down, unless that made room for a rover picked up later. So there are never more such rovers than targets left, and
-  each of them is in time for one of these. There, a state is dominated only by one that was reached in no more steps.
+  In them, a rover that is picked up is set down again and then explores or is picked up again. A rover that is set down
+  explores or is picked up again, too, unless setting it down made room for a rover picked up later. So there are never
+  more such rovers than targets left, and each of them is in time for one of these. Where rovers may end on the ground,
+  a state is dominated only by one that was reached in no more steps.
 
 **Why the end is a proof.** The rules could lose a plan together even if none does alone; this is why they don't. Call a
 state that was entered, with steps from it to a plan shorter than all found, a *completion*; where its times are earlier
 than the last step, delay them to it. Order completions by the number of their steps and of those that led to
 their state (where rovers may end on the ground), then by the multiset of the keys of their steps and their state.
 Suppose that the search has ended and there is a completion; take a least one. It has no useless step, as every plan
-gives a completion from the root. Look at its first step:
+gives a completion from the root. It has a step, as the shortest plan without one was found when its state was entered.
+Look at its first step:
 
 - It was not listed because it would be delayed. Then it could come before some of the last steps. That gives a
   completion in which its key is replaced with lower ones: a contradiction.
 - It was not listed because its set could be larger, or its state is dominated by one entered. Then that one has a
   completion with keys no higher and one step less: a contradiction.
+- It was not listed because an interchangeable rover comes first. Then exchange the two in the completion, which changes
+  neither keys nor the number of steps, and look at that step instead.
 - Its state was entered. Then its completion has one step less: a contradiction.
 
 So there is none: the last plan found is optimal. If the search ran out of space (`INCOMPLETE`), nothing is proven.

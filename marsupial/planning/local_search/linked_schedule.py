@@ -9,9 +9,10 @@ read off (`loading.events_in`); the search only checks that some rover of the ty
 an undock) can move from one carrier to another and nothing else has to change.
 
 **Nodes and links.** A node is an event: a start, a target explored, a dock or an undock. A target or a start is in one
-chain. A transfer is in two: in its sortie (`BEFORE`, `AFTER`) and in the route of its carrier (`CARRIER_BEFORE`,
-`CARRIER_AFTER`). Both kinds of chain are rings: a route is closed by the carrier's start, a sortie by its first node.
-So inserting and removing need no special case at the ends, and the last node of a chain is the one before its head.
+chain, always by `BEFORE` and `AFTER`, even in a carrier's route. A transfer is in two: in its sortie (`BEFORE`,
+`AFTER`) and in the route of its carrier (`CARRIER_BEFORE`, `CARRIER_AFTER`). Both kinds of chain are rings: a route is
+closed by the carrier's start, a sortie by its first node. So inserting and removing need no special case at the ends,
+and the last node of a chain is the one before its head.
 
     route of c1    START c1 ---- undock ------- explore t3 -------- dock ---- (back to START c1)
                                    |                                 |
@@ -26,8 +27,8 @@ change has to retime only what it affects (`timing`). Sums over all nodes (laten
 each node, so a cost takes three multiplications.
 
 **Changes.** Between `begin` and `accept` or `undo`, every row is copied to a log before it is first written to
-(`log_node`; a stamp in the row tells whether it is there). Undoing copies the logged rows back: it costs as much as the
-change, not as much as the schedule. Changing a link also queues the node behind it for timing.
+(`log_node`; a stamp in the row tells whether it was copied). Undoing copies the logged rows back: it costs as much as
+the change, not as much as the schedule. Changing a link also queues the node behind it for timing.
 """
 
 from typing import NamedTuple

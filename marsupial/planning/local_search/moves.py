@@ -8,8 +8,8 @@ is known at once.
 Three kinds, each in a file of its own:
 
     target_moves     targets go to another robot or sortie, with the transfers that serve them alone; sorties swap
-    transfer_moves   docks and undocks go to another place, position in the route, or carrier
-    route_moves      parts of carriers' routes move, exchange or turn round (Or-opt, cross-exchange, 2-opt)
+    transfer_moves   docks and undocks go to another place, position in the route, or carrier; sorties merge
+    route_moves      parts of carriers' routes are moved, exchanged or reversed (Or-opt, cross-exchange, 2-opt)
 
 About half of the choices are guided (`choices`): a node on the chain of events that something late waits for, a target
 near another one, the position of the least detour. The other half are uniform, so that every change stays possible.

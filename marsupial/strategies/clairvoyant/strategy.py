@@ -64,7 +64,7 @@ class Clairvoyant(Strategy):
         began = perf_counter() - self._search_s
         plan, detail = Plan(actions=()), ""
         goal = briefing.situation.goal
-        if not self._left or goal.recover_rovers or goal.return_home:
+        if not self._left or goal.aboard:
             plan, _ = serve(briefing.situation)
             detail = "" if plan.actions else "not every rover can be brought back"
         elif self._exploring:
