@@ -41,8 +41,14 @@ class Timeline:
 
     def copy(self) -> Timeline:
         """Return a copy that can be continued differently."""
-        parts = {name: getattr(self, name).copy() for name in ("at", "on", "ready_ms", "cargo", "actions")}
-        return replace(self, **parts)
+        return replace(
+            self,
+            at=dict(self.at),
+            on=dict(self.on),
+            ready_ms=dict(self.ready_ms),
+            cargo=dict(self.cargo),
+            actions=list(self.actions),
+        )
 
     @property
     def plan(self) -> Plan:
@@ -132,11 +138,17 @@ class Timeline:
 
 
 def replay(situation: Situation, plan: Plan) -> Timeline:
-    """Return the timeline with the actions of a plan that is feasible in `situation`."""
+    """Return the timeline with the actions of a plan that is feasible in `situation`; it may leave out moves to docks."""
     timeline = Timeline.of(situation)
     for action in plan.actions:
-        if action.name is not ActionName.MOVE or action.origin != action.place:
-            timeline.add(action)
+        if action.name is ActionName.MOVE:
+            timeline.move(action.robot, action.place)
+        elif action.name is ActionName.EXPLORE:
+            timeline.explore(action.robot, action.place)
+        elif action.name is ActionName.UNDOCK:
+            timeline.undock(action.robot, action.place)
+        elif action.carrier is not None:
+            timeline.dock(action.robot, action.carrier, action.place)
     return timeline
 
 
