@@ -44,7 +44,7 @@ class Connections:
         self._idle: dict[GuardedProtocol, None] = {}
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of connections."""
         return len(self._addresses)
 
     def enter(self, connection: GuardedProtocol, address: str) -> bool:
@@ -58,7 +58,7 @@ class Connections:
         return True
 
     def leave(self, connection: GuardedProtocol) -> None:
-        """Count it no more."""
+        """Stop counting a connection."""
         self._idle.pop(connection, None)
         address = self._addresses.pop(connection, None)
         if address is not None:
@@ -129,7 +129,7 @@ class GuardedProtocol(H11Protocol):
         self._watch_unsent()
 
     def _watch_unsent(self) -> None:
-        """Look again later whether the client has taken anything."""
+        """Start the timer that checks whether the client has received anything."""
         self._unsent = self.transport.get_write_buffer_size()
         self._stall = self.loop.call_later(self._census.limits.stall_s, self._stalled)
 
@@ -139,7 +139,7 @@ class GuardedProtocol(H11Protocol):
         super().resume_writing()
 
     def send_400_response(self, msg: str) -> None:
-        """Answer what is no HTTP, and close; in the middle of an answer nothing more can be said."""
+        """Answer a malformed request with an error and close; in the middle of an answer, only close."""
         if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
             self._refuse(HttpProblem("bad-request", msg))
         else:

@@ -104,7 +104,7 @@ class _ReadRequest(Request):
             raise HttpProblem("media-type", "Content-Encoding must be identity")
         limits = state_of(self.app).settings.limits
         length = self.headers.get("content-length", "")
-        # before a byte of it is read
+        # refuse the body before reading a byte of it
         if length.isascii() and length.isdigit() and int(length[:20]) > limits.body_bytes:
             raise _too_large(limits.body_bytes)
         body = bytearray()
@@ -122,7 +122,7 @@ class _ReadRequest(Request):
         self._sent = Sent(bytes(body), self.state.owner)
 
     def _hold(self, count: int) -> None:
-        """Count bytes that came. Raises HttpProblem if there are too many of this body, or of all."""
+        """Count received bytes. Raises HttpProblem if there are too many for this body or in all."""
         state = state_of(self.app)
         limits = state.settings.limits
         self._held += count
@@ -134,7 +134,7 @@ class _ReadRequest(Request):
             raise HttpProblem("too-many", text, headers={"Connection": "close", "Retry-After": "1"})
 
     def release(self) -> None:
-        """Count its bytes no more."""
+        """Stop counting its bytes."""
         state_of(self.app).held_bytes -= self._held
 
     async def body(self) -> bytes:

@@ -18,7 +18,7 @@ from marsupial_service.entries.records import TooMany
 from marsupial_service.entries.slots import Slots
 from marsupial_service.problems import HttpProblem
 
-# how often a process is begun where another one kills it
+# how often to start a process that something else kills
 _TRIES = 3
 _RETRY_S = 2
 # its own ends: to begin it again would not help
@@ -32,7 +32,7 @@ log = logging.getLogger("marsupial.service")
 
 
 class Supervised:
-    """Such processes; `leave` ends all there are and will be."""
+    """Supervised processes; `leave` ends all current and future ones."""
 
     def __init__(self) -> None:
         self._threads = ThreadPoolExecutor(_MOST, "supervised")
@@ -48,7 +48,7 @@ class Supervised:
         return await asyncio.get_running_loop().run_in_executor(self._threads, self._first, job)
 
     def leave(self) -> None:
-        """End them all; returns at once."""
+        """End all processes; return at once."""
         with self._lock:
             self._leaving = True
             for run in self._runs:

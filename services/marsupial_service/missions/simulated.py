@@ -119,7 +119,7 @@ def planning_of(document: Mapping[str, Any]) -> PlanningReport:
 
 
 def simulated_team(brief: MissionBrief) -> SimulatedTeam | None:
-    """Return the robots if the service simulates them, else None; they behave the same in every process of the mission."""
+    """Return the robots if the service simulates them, else None; each process of the mission gets the same."""
     if brief.simulation is None:
         return None
     truth = replace(brief.grid, cells=brief.simulation.truth)

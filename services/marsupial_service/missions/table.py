@@ -112,7 +112,7 @@ def insert(
             simulated = f"{sql} AND simulation IS NOT NULL"
             (count,) = tx.execute(simulated).fetchone()
             (own,) = tx.execute(f"{simulated} AND owner = ?", (new.owner,)).fetchone()
-            if own and count >= limits.simulations:  # an owner's first one is exempt here: those of others may run for hours
+            if own and count >= limits.simulations:  # an owner's first is exempt: others' may run for hours
                 raise TooMany(f"{count} missions are simulated, more are not allowed at a time", _SIMULATED_S)
         quota.check(tx, new.owner, asked_s(brief), now_ms)
         number = MISSIONS.add(
@@ -140,7 +140,7 @@ def _simulation_text(brief: MissionBrief, simulation: RobotSimulation) -> str:
 
 
 def asked_s(brief: MissionBrief) -> float:
-    """Return the seconds of quota that a mission needs before it plans; for a budget in steps that is unknown."""
+    """Return the seconds of quota that a mission needs before it plans: its budget; for one in steps, the minimum."""
     return max(_LEAST_PLANNING_S, brief.budget.seconds or 0.0)
 
 

@@ -1,4 +1,4 @@
-"""What operators do with a store besides running servers on it: look, back up, restore, remove what is old.
+"""Maintenance of a store by operators: inspect it, back it up, restore it, remove old entries.
 
 A backup is one SQLite file: the jobs and missions of one moment, and the keys, in a table that only backups have.
 """
@@ -112,7 +112,7 @@ def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: i
 
 
 def backup(place: str | Path, target: Path) -> None:
-    """Write what a folder holds at this moment to one file, with its keys; a server may run. Raises StoreError."""
+    """Write a snapshot of a folder's store and keys to one file; a server may run meanwhile. Raises StoreError."""
     _refuse_shared(place, "pg_dump --format=custom")
     if target.exists():
         raise UsageError(f"{target} is there already")
