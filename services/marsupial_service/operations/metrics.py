@@ -1,4 +1,4 @@
-"""What operators measure, for Prometheus: requests by route and status, jobs and missions, slots, streams."""
+"""Metrics for Prometheus: requests by route and status, jobs and missions, slots, streams."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -68,7 +68,7 @@ class HttpMetrics:
             (self._left, left_s),
         )
         for gauge, counts in by_label:
-            gauge.clear()  # owners who have none any more
+            gauge.clear()  # drop owners who no longer have any
             for label, count in counts.items():
                 gauge.labels(label).set(count)
         self._backlog.set(missions.backlog)

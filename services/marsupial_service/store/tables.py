@@ -1,4 +1,4 @@
-"""The tables: jobs and missions, each with their events, and what belongs to one kind only.
+"""The tables: jobs and missions, each with their events, and the tables specific to one kind.
 
 The events of turn k of a mission are what it made of its first k inputs. They are stored together or not at all.
 A row of theirs holds a whole turn, `seq` is the number of its last event; long ones are stored in parts, as inputs are
@@ -12,7 +12,7 @@ They are written in the SQL of SQLite; `postgres` translates what PostgreSQL say
 
 from marsupial_service.store.engine import StoreError
 
-# what a row takes besides its contents, in what is counted as `bytes` of an entry; and an entry with its indexes
+# bytes counted for a row in addition to its contents; and for an entry with its indexes
 ROW_BYTES = 40
 ENTRY_BYTES = 500
 
@@ -145,7 +145,7 @@ VERSION = 1
 
 
 def missing(version: int, place: str) -> str:
-    """Return what makes the tables of a database of that version. Raises StoreError if it has tables of another one."""
+    """Return the SQL that creates missing tables. Raises StoreError if the database has tables of another version."""
     if version not in (0, VERSION):
         raise StoreError(f"{place}: its tables have version {version}, this is for version {VERSION}")
     return "" if version else SCHEMA
