@@ -1,4 +1,4 @@
-"""What every route does before its own code: who asks, in which form the answer is wanted, the body received.
+"""The checks of every route before its own code: the caller's key, the requested form of the answer, the body.
 
 The order is: key (401, 403), form of the answer (406), type of the body (415), its size and time (413, 408), its
 syntax (400), its shape (422).
@@ -117,7 +117,7 @@ class _ReadRequest(Request):
                     timeout.reschedule(due_s + len(body) / limits.body_rate)
         except TimeoutError:
             raise HttpProblem("too-slow", headers={"Connection": "close"}) from None
-        except ClientDisconnect:  # nobody reads the answer; the log and the metrics have its status
+        except ClientDisconnect:  # nobody reads the answer; its status is for the log and the metrics
             raise HttpProblem("bad-request", "the body ended too early") from None
         self._sent = Sent(bytes(body), self.state.owner)
 

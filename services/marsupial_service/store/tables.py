@@ -1,11 +1,10 @@
 """The tables: jobs and missions, each with their events, and the tables specific to one kind.
 
-The events of turn k of a mission are what it made of its first k inputs. They are stored together or not at all.
-A row of theirs holds a whole turn, `seq` is the number of its last event; long ones are stored in parts, as inputs are
-(`marsupial_service.store.packing`). `bytes` is about what an entry takes with all that belongs to it.
-An entry that is being worked on has a `holder`, one of the `servers`, and its `term` counts those it has had: what a
-holder of an earlier term writes comes too late. `owners` are those whose jobs were claimed; the one served longest ago
-is next.
+The events of turn k of a mission are its answer to input k (turn 0: to its brief). They are stored together or not at
+all: one row holds a whole turn, and `seq` is the number of its last event. Long rows are stored in parts, like inputs
+(`marsupial_service.store.packing`). `bytes` is the approximate size of an entry with all its rows.
+An active entry has a `holder`, one of the `servers`, and its `term` counts the holders so far: the store ignores writes
+by the holder of an earlier term. `owners` are those whose jobs were claimed; the one served longest ago is next.
 
 They are written in the SQL of SQLite; `postgres` translates what PostgreSQL says differently.
 """

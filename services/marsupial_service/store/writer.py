@@ -11,9 +11,9 @@ commit is in progress, and all waiting writes become the next transaction:
 The more callers there are, the larger the groups: throughput grows with load, and a lone write waits for nobody. A
 future that has its result stands for data on the disk, so what the service acknowledges survives a power cut.
 
-One write's failure does not affect the others of its group. Each runs in a savepoint: one that refuses (raises) takes
-back its own changes only, and the others commit. If the commit itself fails, all of the group is taken back and every
-caller told.
+A failed write does not affect the others of its group. Each runs in a savepoint: if a write refuses (raises), only its
+own changes are rolled back, and the others commit. If the commit itself fails, the whole group is rolled back and every
+caller gets the error.
 
 A shared database adds two cases. If another server was in the way (a deadlock, a lock held too long), the group is done
 again write by write: then no write of ours waits for a lock while the group holds another that its holder wants. And if
