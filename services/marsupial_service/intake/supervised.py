@@ -21,9 +21,9 @@ from marsupial_service.problems import HttpProblem
 # how often to start a process that something else kills
 _TRIES = 3
 _RETRY_S = 2
-# its own ends: to begin it again would not help
+# ends that the process caused itself: a restart would not help
 _OWN = (Ending.TIMEOUT, Ending.MEMORY, Ending.CRASHED)
-# for a process on a cluster, which has room for it as long as a node is there
+# how long to wait for room on a cluster, which has room as long as it has a node
 _ROOM_S = 5.0
 # at a time. Their threads are their own: while processes are still being made ready, others have work to do
 _MOST = 16
@@ -121,7 +121,7 @@ def _not_now(said: str) -> HttpProblem:
 
 @dataclass(slots=True, kw_only=True)
 class RequestProcesses:
-    """Processes that work for one request each, so many at a time: keys have turns, and are charged for their use."""
+    """Processes that serve one request each, a limited number at a time: keys take turns, and are charged for use."""
 
     supervised: Supervised
     slots: Slots

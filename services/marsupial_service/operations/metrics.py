@@ -39,16 +39,16 @@ class HttpMetrics:
         self._streams = Gauge("marsupial_event_streams", "Open event streams.", registry=own)
 
     def request(self, method: str, route: str, status: int, seconds: float) -> None:
-        """Count a request that has been answered."""
+        """Count an answered request."""
         self._requests.labels(method=method, route=route, status=str(status)).inc()
         self._seconds.labels(route=route).observe(seconds)
 
     def lag(self, seconds: float) -> None:
-        """Count commands that were stored so long after the report they answer."""
+        """Record how long after a report the commands that answer it were stored."""
         self._lag.observe(seconds)
 
     def planned(self, owner: str, seconds: float) -> None:
-        """Count what planning for an owner has taken."""
+        """Count the seconds that planning for an owner has taken."""
         self._planned.labels(owner=owner).inc(seconds)
 
     def failed(self, task: str) -> None:
