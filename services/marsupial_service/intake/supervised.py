@@ -25,7 +25,7 @@ _RETRY_S = 2
 _OWN = (Ending.TIMEOUT, Ending.MEMORY, Ending.CRASHED)
 # how long to wait for room on a cluster, which has room as long as it has a node
 _ROOM_S = 5.0
-# at a time. Their threads are their own: while processes are still being made ready, others have work to do
+# most processes at a time. They have their own threads, so that starting processes never blocks other work
 _MOST = 16
 
 log = logging.getLogger("marsupial.service")
