@@ -9,8 +9,8 @@
         for plan in job.plans():  # each better than the one before
             print(plan["makespan_ms"])
 
-Whatever breaks on the way is tried again, and nothing is lost or done twice: jobs and missions are sent with keys of
-their own, reports are numbered and sent until they are acknowledged, streams go on after the last event that came.
+The client retries whatever fails, and nothing is lost or done twice: each job and mission is sent with its own key,
+reports are numbered and sent until they are acknowledged, streams resume after the last event received.
 `AsyncClient` is the same for asyncio. Requests and answers are typed dicts of the service's JSON
 (`marsupial_client.documents` and `mission_documents`); refusals are exceptions (`marsupial_client.errors`).
 """

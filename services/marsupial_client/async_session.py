@@ -1,7 +1,7 @@
-"""Requests that are sent until they are answered, and streams that go on where they broke.
+"""Requests that are retried until they are answered, and streams that resume where they broke.
 
-Every request of the service may be sent again: jobs and missions have keys, reports have numbers, and what else is
-posted changes nothing the second time. `marsupial_client.http` says which errors are worth another attempt, and when.
+Every request to the service can be repeated: jobs and missions have keys, reports have numbers, and no other POST
+changes anything the second time. `marsupial_client.http` decides which errors to retry, and when.
 """
 
 import json
@@ -51,7 +51,7 @@ class AsyncSession:
         read: Callable[[httpx2.Response, str], Any] = document_in,
     ) -> Any:
         """Send a request until it is answered; return what `read` makes of the answer. Raises Refused, Unreachable."""
-        # once, so that what is sent again is the same
+        # encoded once, so that every attempt sends the same bytes
         content = None if body is None else json.dumps(body).encode()
         pauses = self.service.pauses()
         while True:
@@ -77,7 +77,7 @@ class AsyncSession:
                     checked(response, path)
                     opened = monotonic()
                     if response.status_code == HTTPStatus.NO_CONTENT:
-                        return  # nothing more will come
+                        return  # nothing follows it
                     source = aiter(httpx2.EventSource(response, LONGEST_EVENT_BYTES))
                     async with aclosing(cast(AsyncGenerator[httpx2.ServerSentEvent, None], source)) as events:
                         async for frame in events:
@@ -100,8 +100,8 @@ class AsyncSession:
                 await sleep(pauses.after(error, monotonic()))
 
     async def _answer(self, request: httpx2.Request, path: str) -> httpx2.Response:
-        """Send a request once. Raises Unreachable if the answer isn't whole when patience ends."""
-        # timeouts of httpx2 are for each read: a byte now and then would go on for ever
+        """Send a request once. Raises Unreachable if the answer isn't complete when patience ends."""
+        # httpx2's timeouts apply to each read: a server that sends a byte now and then would never time out
         patience_s = self.service.patience_s
         deadline = monotonic() + patience_s
         response = await self._http.send(request, stream=True)

@@ -27,7 +27,7 @@ from marsupial_client.mission_documents import Batch, Brief, KnownMap, LastRepor
 
 
 class Job:
-    """A planning job: its `id`, for `Client.job`, and `document`, the job when it was last asked for."""
+    """A planning job: its `id`, for `Client.job`, and `document`, the job as last fetched."""
 
     def __init__(self, session: Session, document: JobDocument) -> None:
         self._session = session
@@ -35,7 +35,7 @@ class Job:
         self.id = document["id"]
 
     def refresh(self) -> JobDocument:
-        """Ask for the job, with its best plan so far."""
+        """Fetch the job with its best plan so far."""
         self.document = self._session.ask("GET", self.document["links"]["self"])
         return self.document
 
@@ -52,7 +52,7 @@ class Job:
         return self.refresh()
 
     def plans(self) -> Generator[PlanFound, None, None]:
-        """Yield each revision of the plan when it is found, each better than the one before, until the job is over."""
+        """Yield each revision of the plan as it is found, each better than the last, until the job is over."""
         with closing(self.events()) as events:
             for event in events:
                 if event.type == "plan":
@@ -66,9 +66,9 @@ class Job:
 class Mission:
     """A mission with your own robots: a loop over its events, and reports of what happens.
 
-    `id` is for `Client.mission`, `document` the mission when it was last asked for, `n` the number of the last
-    report of the team that was acknowledged. `robots` has the same for robots that report by their own counts, once
-    one of them has reported.
+    `id` is for `Client.mission`, `document` is the mission as last fetched, and `n` is the number of the team's
+    last acknowledged report. `robots` maps each robot that numbers its own reports to its last number; it is empty
+    until one of them has reported.
     """
 
     def __init__(self, session: Session, document: MissionDocument) -> None:
@@ -87,11 +87,11 @@ class Mission:
     def report(self, news: News) -> Taken | None:
         """Number a report and send it until it is acknowledged; tasks and threads take turns.
 
-        If it names a `robot` it is numbered by that robot's own count; an `n` that it has already is kept. A report
-        whose sending was interrupted (by a cancellation, or when patience ended) may have arrived: it is sent again
-        before the next one. A refused report changes nothing, and its number is free again.
+        A report that names a `robot` gets that robot's next number, unless it already has an `n`. If sending was
+        interrupted (by a cancellation or the end of patience), the report may have arrived, so it is sent again
+        before the next one. A refused report changes nothing, and its number is reused.
 
-        Returns None if the mission has ended or is being cancelled, and takes no more. Raises Refused, Unreachable.
+        Returns None if the mission has ended or is being cancelled, so accepts no more. Raises Refused, Unreachable.
         """
         with self._lock:
             (report,) = self._numbered((news,))
@@ -99,21 +99,21 @@ class Mission:
             return None if taken is None else taken[0]
 
     def reports(self, batch: Sequence[News]) -> list[Taken] | None:
-        """Send several reports of the team and of robots in one request, as `report` sends one.
+        """Send several reports, of the team or of robots, in one request; otherwise as `report`.
 
-        All of them are taken, in their order, or none if one is refused. The service takes up to 1000 at a time.
-        An empty batch only sends again what may not have arrived.
+        The service accepts all of them, in order, or none if it refuses one. It accepts up to 1000 at a time.
+        An empty batch only resends a report that may not have arrived.
         """
         with self._lock:
             reports = self._numbered(batch)
             return self._send({"reports": reports}) if reports else []
 
     def pause(self) -> MissionDocument:
-        """Stop all drives and begin nothing until `resume`."""
+        """Stop all drives and start nothing until `resume`."""
         return self._control("pause")
 
     def resume(self) -> MissionDocument:
-        """Go on after `pause`."""
+        """Continue after `pause`."""
         return self._control("resume")
 
     def cancel(self) -> MissionDocument:
@@ -121,7 +121,7 @@ class Mission:
         return self._control("cancel")
 
     def refresh(self) -> MissionDocument:
-        """Ask for the mission."""
+        """Fetch the mission."""
         self.document = self._session.ask("GET", self.document["links"]["self"])
         return self.document
 
@@ -135,8 +135,8 @@ class Mission:
         return cast(KnownMap, self._session.ask("GET", self.document["links"]["map"]))
 
     def _numbered(self, batch: Sequence[News]) -> list[Report]:
-        """Number reports after the last ones, which the service is asked for of robots that are new here."""
-        if self._unacknowledged is not None:  # it may have arrived: its numbers are used, or it takes them now
+        """Number reports after the last ones; for robots that are new here, ask the service for the last number."""
+        if self._unacknowledged is not None:  # resend it first: then its numbers are used in any case
             self._send(self._unacknowledged)
         if any("robot" in news and news["robot"] not in self.robots for news in batch):
             last: LastReports = self._session.ask("GET", self.document["links"]["reports"])
@@ -156,12 +156,12 @@ class Mission:
         try:
             answer: Any = self._session.ask("POST", self.document["links"]["reports"], sent)
         except Busy:
-            raise  # patience has ended, but it may have been taken
+            raise  # patience has ended, but the service may have accepted it
         except Refused as error:
             self._unacknowledged = None
             if isinstance(error, Conflict) and (self.refresh())["state"] in ("cancelling", "ended"):
                 return None
-            raise  # changed nothing, so its number goes to the next one
+            raise  # the report changed nothing, so the next one gets its number
         self._unacknowledged = None
         taken: list[Taken] = answer["reports"] if "reports" in sent else [answer]
         for one in taken:
@@ -177,13 +177,13 @@ class Mission:
 
 
 class Client:
-    """A client of the service at `url` (``http://127.0.0.1:8080``); use it in a block, or close it.
+    """A client of the service at `url` (``http://127.0.0.1:8080``); use it in a `with` block, or close it.
 
     `key` is the API key, if the service needs one. The client waits `timeout_s` for a connection and for each part of
-    an answer. It tries again for `patience_s` (`math.inf`: for ever) from when the service is first missed, and an
-    answer may take as long to arrive whole. `missed` is called with `Unreachable` or `Busy` when the service has been
-    missed for 1.5 s; attempts go on. `http` is an HTTP client with certificates, proxies or hooks of your own; it is
-    closed with this one. Raises ValueError if `url` is no address.
+    an answer. It retries for `patience_s` (`math.inf`: for ever) after the first failed attempt; a whole answer may
+    take that long too. Once attempts have failed for 1.5 s, the client calls `missed` with `Unreachable` or `Busy`
+    and keeps trying. `http` is an HTTP client with your own certificates, proxies or hooks; closing this client
+    closes it too. Raises ValueError if `url` is not an address.
     """
 
     def __init__(
@@ -213,23 +213,23 @@ class Client:
         return cast(Ready, self._session.ask("GET", "/readyz"))
 
     def demo(self, name: str) -> JobRequest:
-        """Return a ready request for a job; `/v1/demo-data` lists them."""
+        """Return a ready-made job request; `/v1/demo-data` lists them."""
         return cast(JobRequest, self._session.ask("GET", f"/v1/demo-data/{name}"))
 
     def submit(self, request: JobRequest, idempotency_key: str | None = None) -> Job:
-        """Submit a job. The same key and request are the same job, however often they are sent."""
+        """Submit a job. Sending the same key and request again returns the same job."""
         return Job(self._session, self._store("/v1/jobs", request, idempotency_key))
 
     def job(self, id: str) -> Job:
-        """Return a job that was submitted before."""
+        """Return a job submitted earlier."""
         return Job(self._session, self._session.ask("GET", f"/v1/jobs/{id}"))
 
     def begin(self, brief: Brief, idempotency_key: str | None = None) -> Mission:
-        """Begin a mission. The same key and brief are the same mission."""
+        """Begin a mission. Sending the same key and brief again returns the same mission."""
         return Mission(self._session, self._store("/v1/missions", brief, idempotency_key))
 
     def mission(self, id: str) -> Mission:
-        """Return a mission that was begun before; reports go on after the last one that the service has."""
+        """Return a mission begun earlier; numbers continue after the last report that the service has."""
         return Mission(self._session, self._session.ask("GET", f"/v1/missions/{id}"))
 
     def analyse(self, map_state: Mapping[str, Any]) -> Analysis:

@@ -2,8 +2,8 @@
 
 ::
 
-    ClientError             also itself: an event whose data is not JSON
-    ├── Unreachable         no connection or no whole answer, for longer than the client's patience
+    ClientError             raised itself for an event whose data is not JSON
+    ├── Unreachable         no connection or no complete answer, for longer than the client's patience
     └── Refused             the service answered with a problem (RFC 9457)
         ├── Invalid             400, 422: the request is invalid; `errors` say where
         ├── KeyRefused          401, 403: a key is missing or doesn't allow this
@@ -30,9 +30,9 @@ class Unreachable(ClientError):
 
 
 class Refused(ClientError):
-    """The service refuses: `problem` is the document that it answered, or one made of an answer that is none.
+    """The service refused the request: `problem` is the document in its answer, or one made from any other answer.
 
-    Of that, `status` is the HTTP status, `type` the kind of problem (``urn:marsupial:problem:invalid``), `detail` a
+    `status` is the HTTP status, `type` the kind of problem (``urn:marsupial:problem:invalid``), `detail` a
     line that says what is wrong, and `errors` has every mistake in a request with a JSON pointer into the body or the
     name of a parameter. `retry_after_s` are the seconds to wait before another attempt, if the service says so.
     """
@@ -68,15 +68,15 @@ class Conflict(Refused):
 
 
 class TooLarge(Refused):
-    """The request is larger than the service takes."""
+    """The request is larger than the service accepts."""
 
 
 class ServiceFailed(Refused):
-    """The service failed: a bug of it."""
+    """The service failed because of a bug."""
 
 
 class Busy(Refused):
-    """The service, or a proxy before it, can't do this now, but may later."""
+    """The service, or a proxy in front of it, can't do this now, but may later."""
 
 
 REFUSALS: Mapping[int, type[Refused]] = {
@@ -95,7 +95,7 @@ REFUSALS: Mapping[int, type[Refused]] = {
     504: Busy,
     507: Busy,
 }
-"""The exception of each status; others are `Refused`. Proxies answer 502 and 504 while a server is away."""
+"""The exception for each status; others are `Refused`. Proxies answer 502 and 504 while a server is down."""
 
 
 def refusal(status: int, text: str, path: str, retry_after: str | None) -> Refused:

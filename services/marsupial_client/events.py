@@ -25,9 +25,9 @@ D = TypeVar("D")
 
 
 class Event(NamedTuple, Generic[K, D]):
-    """An event: its number in its stream, from 1; its type; and its data.
+    """An event: its number in the stream, from 1, its type and its data.
 
-    The data is a document; that of a mission's `log` is a line of the mission log as text.
+    The data is a document, except for a mission's `log` events: there it is a line of the mission log as text.
     """
 
     id: int
@@ -52,7 +52,7 @@ END = "end"
 """The last event of every stream."""
 
 Readers = Mapping[str, Callable[[str], Any]]
-"""How the data of each type of event is read."""
+"""How to read the data of each type of event."""
 
 JOB_EVENTS: Readers = dict.fromkeys(("state", "plan", END), json.loads)
 MISSION_EVENTS: Readers = {

@@ -1,4 +1,4 @@
-"""What both clients share of HTTP: addresses, when a request is sent again, and how answers are read.
+"""The HTTP code that both clients share: addresses, when to retry a request, and how to read answers.
 
 Nothing here sends or waits: `AsyncSession` does, and `Session`, which is generated from it.
 """
@@ -12,28 +12,28 @@ import httpx2
 
 from marsupial_client.errors import Busy, Unreachable, refusal
 
-# between attempts, if the service doesn't say by ``Retry-After``: a server that is back is found soon
+# pause between attempts if the service sends no ``Retry-After``; short, to find a restarted server soon
 FIRST_PAUSE_S = 0.1
 LONGEST_PAUSE_S = 2.0
-# time without the service until the callback `missed` is called
+# time without the service before the callback `missed` is called
 MISSED_S = 1.5
-# once a stream has lasted this long, its break counts as the first failure: patience and pauses start anew
+# after a stream has lasted this long, a break counts as the first failure: patience and pauses start anew
 STABLE_STREAM_S = LONGEST_PAUSE_S
 # a stream that is silent for this long is dead: the service sends a comment every 15 s
 SILENCE_S = 45.0
-# a line of a mission log may hold a whole map; the service takes no larger bodies
+# a line of a mission log may hold a whole map; the service accepts no larger bodies
 LONGEST_EVENT_BYTES = 64 * 2**20
-# they describe how an answer was sent, not what it is
+# headers that describe how an answer was sent, not its content
 _TRANSFER_HEADERS = frozenset({"content-encoding", "content-length", "transfer-encoding"})
 
 Http = httpx2.Client | httpx2.AsyncClient
 
 Missed = Callable[[Unreachable | Busy], object]
-"""Called with the error, once each time that the service is missed."""
+"""A callback that gets the error, once per outage of the service."""
 
 
 class MalformedAnswer(Exception):
-    """An answer is cut off, or can't be what the service sent."""
+    """An answer is truncated, or can't be what the service sent."""
 
 
 TRANSIENT = (
@@ -46,7 +46,7 @@ TRANSIENT = (
     MalformedAnswer,
     Busy,
 )
-"""Errors that may not happen at the next attempt."""
+"""Errors that are worth another attempt."""
 
 
 class RetryPauses:
@@ -72,12 +72,12 @@ class RetryPauses:
             self._missed = None
         longest_s = min(LONGEST_PAUSE_S, FIRST_PAUSE_S * 2**self._failures)
         self._failures += 1
-        # drawn at random so that the robots of a fleet don't all come back at once
+        # random, so that the robots of a fleet don't all come back at once
         return min(left_s, max(asked_s, random.uniform(longest_s / 2, longest_s)))
 
 
 class Service:
-    """Where a service is, and how it is asked; parameters are those of `AsyncClient`."""
+    """Where a service is, and how to send it requests; the parameters are those of `AsyncClient`."""
 
     def __init__(self, url: str, key: str | None, timeout_s: float, patience_s: float, missed: Missed | None) -> None:
         self.url = str(address(url)).rstrip("/")
@@ -117,7 +117,7 @@ def address(url: str) -> httpx2.URL:
 
 
 def uses_proxies(url: str) -> bool:
-    """Return whether the proxies that the environment names are used: never for this machine."""
+    """Return whether to use the proxies named in the environment: never for this machine."""
     return address(url).host not in ("127.0.0.1", "::1", "localhost")
 
 
@@ -144,7 +144,7 @@ def whole(response: httpx2.Response, parts: list[bytes]) -> httpx2.Response:
 
 def event_number(frame: httpx2.ServerSentEvent) -> int:
     """Return the number of an event. Raises MalformedAnswer."""
-    if not re.fullmatch(r"[0-9]{1,15}", frame.id):  # what the service takes as Last-Event-ID
+    if not re.fullmatch(r"[0-9]{1,15}", frame.id):  # the values that the service accepts as Last-Event-ID
         raise MalformedAnswer("an event has no number")
     return int(frame.id)
 

@@ -9,7 +9,7 @@
                                             ▲
     service ──── HTTP ──── marsupial_client ─── bridge.py               the loop of one mission
 
-What is said on either side can be said again: goals carry the command they are for, reports are numbered. So a bridge
-that lost ROS, the service or itself takes its mission up where it was (`journal.py`). No ROS installation is needed;
+Messages on either side can be repeated: goals carry the command they are for, reports are numbered. So a bridge that
+lost ROS or the service, or was killed, resumes its mission (`journal.py`). No ROS installation is needed;
 `marsupial_interfaces` beside this file is the ROS package with the actions for docking.
 """

@@ -1,7 +1,7 @@
-"""The loop of one mission: what ROS tells becomes reports, what the mission commands becomes goals.
+"""The loop of one mission: messages from ROS become reports, commands of the mission become goals.
 
-A report is sent once the commands after the last one are there, so a service that thinks longer is asked less often.
-Meanwhile robots carry on, and what happens is gathered.
+The bridge sends a report once it has the commands that answer the last one, so a slow service gets fewer reports.
+Meanwhile the robots carry on, and the bridge collects what happens.
 """
 
 import asyncio
@@ -24,30 +24,30 @@ from marsupial_ros.rosbridge import Rosbridge, first_of
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
 
-# pause between checks of the robots: to check dozens of them takes less than a hundredth of that
+# pause between checks of the robots: checking dozens of them takes less than a hundredth of that
 TICK_S = 0.05
 # pause between reminders of what is missing before a mission can begin
 REMIND_S = 10.0
-# time for the service to end a mission that the user wants to end; then the bridge leaves
+# how long the service may take to end a mission when the user asks; after that the bridge leaves
 STOP_S = 30.0
-# time for cancelled goals to end, when the bridge ends
+# how long cancelled goals may take to end when the bridge ends
 LEAVE_S = 5.0
-# time for what is still to be sent, after that
+# how long sending the remaining messages may take after that
 FLUSH_S = 2.0
-# how often a report that crossed with new commands is sent again, with the robots' places at that moment
+# how often to resend a report that crossed with new commands, with the robots' places at that moment
 CONFLICTS = 3
 
 
 @dataclass(slots=True)
 class BridgeOutcome:
-    """How it ended: what the mission says, None if the bridge was left before; its id, if there was one."""
+    """How a run ended: the mission's own end, or None if the bridge left before; the mission's id, if there was one."""
 
     ended: MissionEnded | None = None
     mission: str | None = None
 
 
 class Bridge:
-    """Drives one mission; `stops` returns how often the user wants to stop: once ends it, twice leaves at once."""
+    """Drives one mission; `stops` counts the user's stop requests: one ends the mission, two leave at once."""
 
     def __init__(
         self,
@@ -97,7 +97,7 @@ class Bridge:
         return self.outcome
 
     async def _leave(self, line: asyncio.Future[None]) -> None:
-        """Cancel all goals and wait for their ends, but not for long."""
+        """Cancel all goals and wait briefly for their ends."""
         loop = asyncio.get_running_loop()
         until_s = loop.time() + LEAVE_S
         self._fleet.abandon(self._clock.now_s)
@@ -114,14 +114,14 @@ class Bridge:
             await asyncio.wait_for(self._ros.flush(), FLUSH_S)
 
     async def _mission(self, kept: Record | None) -> None:
-        """Wait for the team, begin the mission or take it up, and be at it until its end."""
+        """Wait for the team, begin or resume the mission, and drive it to its end."""
         await self._team_there()
         mission = await (self._begin() if kept is None else self._take_up(kept))
         self.outcome.mission = mission.id
         await first_of(self._events(mission), self._reports(mission))
 
     async def _watch(self) -> None:
-        """Check the robots, until the user wants to leave at once, or the mission that is to end does not."""
+        """Check the robots until the user asks to leave at once, or a mission that should end does not."""
         loop = asyncio.get_running_loop()
         stopping, until_s = False, math.inf
         while self._stops() < 2 and not (self._stops() and self.outcome.mission is None) and loop.time() < until_s:
@@ -133,7 +133,7 @@ class Bridge:
             await asyncio.sleep(TICK_S)
 
     async def _team_there(self) -> None:
-        """Wait until there are a map and a place for every robot, and say what is missing."""
+        """Wait until there is a map and every robot has a place on it; meanwhile say what is missing."""
         said, said_s = None, 0.0
         loop = asyncio.get_running_loop()
         while missing := self._missing():
@@ -162,7 +162,7 @@ class Bridge:
         return mission
 
     async def _take_up(self, kept: Record) -> AsyncMission:
-        """Take a mission up: send the report that may not have arrived, and all goals again."""
+        """Resume a mission: resend the report that may not have arrived, and all goals."""
         mission = await self._client.mission(kept.mission)
         if kept.report is not None and mission.n < kept.report["n"]:
             await mission.report(kept.report)
@@ -199,10 +199,10 @@ class Bridge:
                     self._keep()
 
     async def _reports(self, mission: AsyncMission) -> None:
-        """Report whenever something has happened, and end the mission when the user wants that."""
+        """Report whenever something has happened, and end the mission when the user asks."""
         stopped = False
         while True:
-            if self._stops() == 1 and not stopped:  # a second wish leaves it as it is
+            if self._stops() == 1 and not stopped:  # a second request doesn't change that
                 stopped = True
                 await mission.cancel()
             elif self._due(mission.n):
@@ -221,7 +221,7 @@ class Bridge:
         return passed and (self._fleet.driving or self._chart.fresh)
 
     async def _report(self, mission: AsyncMission) -> None:
-        """Tell the service what has happened since the last report."""
+        """Report to the service what has happened since the last report."""
         self._reported_ms = self._clock.mission_ms
         report: Report = {**self._fleet.report(), "t_ms": self._reported_ms, "n": mission.n + 1}
         places = self._fleet.points()
@@ -231,7 +231,7 @@ class Bridge:
                 report["frame"], report["revealed"] = frame, revealed
         self._record.report = report
         for left in reversed(range(CONFLICTS)):
-            self._keep()  # before it is sent: it may arrive although the bridge ends
+            self._keep()  # before sending: the report may arrive even if the bridge dies
             try:
                 self._over = await mission.report(report) is None
                 break
@@ -243,7 +243,7 @@ class Bridge:
         self._record.report = None
 
     def _keep(self) -> None:
-        """Write down how far the mission is."""
+        """Save the mission's progress in the journal."""
         record = self._record
         record.errands = [errand.command for errand in self._fleet.errands]
         record.aboard = {r.name: r.aboard for r in self._fleet.robots.values() if r.aboard is not None}
@@ -253,7 +253,7 @@ class Bridge:
 
 
 def brief_of(settings: Settings, grid: Grid, fleet: RobotFleet) -> Brief:
-    """Return the brief for a team that is placed, in the frame of a map of which nothing is reported yet."""
+    """Return the brief for a team with known places, in the frame of the map, none of whose cells is reported yet."""
     names = {terrain.code: terrain.name for terrain in grid.terrains}
     planning = settings.planning
     team = []

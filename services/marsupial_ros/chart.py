@@ -1,6 +1,6 @@
-"""The map as ROS tells it, the map as it was reported, and what is to be reported of the difference.
+"""The map from ROS, the map as reported, and the difference to report next.
 
-A map says not who saw what, so changed cells count as seen by the robot that is nearest to them.
+A map does not say which robot saw what, so a changed cell counts as seen by the nearest robot.
 """
 
 import math
@@ -31,9 +31,9 @@ _SAME_RESOLUTION = 1e-6
 
 
 class Chart:
-    """The map of a mission: `masks` are painted onto it, the thresholds are occupancies from 0 to 1 as of nav2 maps.
+    """The map of a mission, with `masks` painted onto it; thresholds are occupancies from 0 to 1, as in nav2 maps.
 
-    It is `fresh` if there is anything that `news` has not looked at.
+    It is `fresh` if it has changed since the last call of `news`.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Chart:
         return self._grid
 
     def take(self, occupancy: Occupancy) -> None:
-        """Store a whole map. Raises MapError if it doesn't fit the mission; it is ignored then, with its updates."""
+        """Store a whole map. Raises MapError if it doesn't fit the mission; then it and its updates are ignored."""
         self._refused = True  # until it has passed the check
         self._check(occupancy)
         self._refused = False
@@ -77,7 +77,7 @@ class Chart:
 
     def update(self, update: Update) -> None:
         """Store a new part of the map. Raises MapError if it lies outside the map."""
-        if self._occupancy is None or self._refused:  # then it is not known of which map it is a part
+        if self._occupancy is None or self._refused:  # the map that the update belongs to is not here
             return
         values = self._occupancy.values
         height, width = update.values.shape
@@ -88,14 +88,14 @@ class Chart:
         self._occupancy, self._grid, self.fresh = replace(self._occupancy, values=values), None, True
 
     def begin(self) -> Grid:
-        """Begin the mission with the present frame of the map and nothing reported; return the map."""
+        """Begin the mission with the current frame of the map and nothing reported; return the map."""
         assert self.grid is not None
         self._first, self._frame = self.grid, MissionFrame.of(self.grid)
         self._reported = np.full_like(self._first.cells, UNKNOWN)
         return self._first
 
     def expect(self, first: Mapping[str, Any]) -> None:
-        """Refuse maps that don't fit a mission that was begun with the frame `first`, before it is taken up."""
+        """Prepare to resume a mission whose first frame was `first`: refuse maps that don't fit it."""
         x, y, yaw = first["origin_m"]
         self._first = Grid(
             cells=np.full((first["height"], first["width"]), UNKNOWN, dtype=np.uint8),
@@ -106,7 +106,7 @@ class Chart:
         self._frame = MissionFrame.of(self._first)
 
     def take_up(self, known: KnownMap) -> None:
-        """Take up the mission that is expected, which knows `known` of the map."""
+        """Resume the expected mission; `known` is its known map."""
         assert self._first is not None
         x, y, yaw = known["origin_m"]
         frame = frame_at(self._first, known["width"], known["height"], (x, y, yaw))
@@ -118,9 +118,9 @@ class Chart:
         self._reported = flat.reshape(known["height"], known["width"])
 
     def news(self, robots: Mapping[str, Point]) -> tuple[ReportFrame | None, list[Revealed]]:
-        """Return the cells that have changed since they were reported, and their frame; they count as reported then.
+        """Return the cells that have changed since they were reported, and their frame; mark them as reported.
 
-        `robots` are the places of those on the ground, in metres of the map frame.
+        `robots` are the places of the robots on the ground, in metres of the map frame.
         """
         grid = self.grid
         assert grid is not None
@@ -128,7 +128,7 @@ class Chart:
         assert self._frame is not None
         self.fresh = False
         frame = frame_at(self._first, grid.width, grid.height, grid.origin_m)
-        assert frame is not None  # `take` has looked
+        assert frame is not None  # `take` has checked it
         whole = self._frame.grown(frame)
         reported = laid_out(self._reported, self._frame, whole).copy()
         window = reported[frame.y - whole.y :, frame.x - whole.x :][: grid.height, : grid.width]
@@ -142,8 +142,8 @@ class Chart:
         return size, _revealed(grid, changed, robots)
 
     def standing(self, kind: RobotType, point: Point, within_m: float) -> Point | None:
-        """Return where a robot of a type can stand: at a point if it can, else nearest to it, within a distance."""
-        # robots are hardly ever where the map says: localisation is off by a cell or two, walls are drawn too thick
+        """Return where a robot of a type can stand: at a point or nearest to it; None if beyond `within_m`."""
+        # robots rarely stand exactly on free cells: localisation is off by a cell or two, walls are drawn too thick
         if self.grid is None:
             return None
         part, corner = _around(self.grid, point, within_m + kind.radius_m)
@@ -187,7 +187,7 @@ def _frame_of(occupancy: Occupancy) -> tuple[object, ...]:
 
 
 def _revealed(grid: Grid, changed: npt.NDArray[np.int64], robots: Mapping[str, Point]) -> list[Revealed]:
-    """Share changed cells, by row-major indices, out among the robots by distance."""
+    """Assign each changed cell (row-major index) to the nearest robot."""
     names = list(robots)
     x, y = changed % grid.width + 0.5, changed // grid.width + 0.5
     places = [grid.from_point_m(*robots[name]) for name in names]
@@ -201,7 +201,7 @@ def _revealed(grid: Grid, changed: npt.NDArray[np.int64], robots: Mapping[str, P
 
 
 def _around(grid: Grid, point: Point, within_m: float) -> tuple[Grid | None, tuple[int, int]]:
-    """Return the part of a map around a point, and its lowest left cell; None where the point is far outside."""
+    """Return the part of a map around a point (None if that is far outside), and the lower left cell of the part."""
     x, y = grid.from_point_m(*point)
     reach = within_m / grid.resolution_m + 2
     left, low = max(0, math.floor(x - reach)), max(0, math.floor(y - reach))

@@ -1,4 +1,4 @@
-"""The team as ROS has it: commands become goals, and their ends and the robots' places what is to be reported."""
+"""The team in ROS: commands become goals; the ends of goals and the robots' places become reports."""
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -15,7 +15,7 @@ from marsupial_ros.transforms import Frames, Point
 
 # pause between cancellations of a goal: rosbridge ignores them until the action has accepted the goal
 CANCEL_S = 1.0
-# a robot that is to stop has stopped once it has stood for so long, even if its action says nothing
+# a robot told to stop counts as stopped once it has stood this long, even if its action says nothing
 SETTLED_S = 3.0
 
 
@@ -29,15 +29,15 @@ class UnreportedEvents:
 
     @property
     def any(self) -> bool:
-        """Whether anything has."""
+        """Whether anything has happened."""
         return bool(self.finished or self.failed or self.lost)
 
 
 class RobotFleet:
-    """The robots of a mission, whose transforms are in `frames` by topic; `say` shows the user a line.
+    """The robots of a mission; `frames` has their transforms by topic, `say` shows the user a line.
 
-    Names of goals hold the id of the `mission` and how often it was taken up before (`starts`), so that none is used
-    twice. `gathered` goes into the next report.
+    Names of goals contain the id of the `mission` and how often it was resumed before (`starts`), so each name is used
+    only once. `gathered` goes into the next report.
     """
 
     def __init__(
@@ -63,17 +63,17 @@ class RobotFleet:
     @property
     def errands(self) -> list[Errand]:
         """The commands that have not ended."""
-        # two robots take part in one docking: by identity it is there once
+        # two robots share the errand of a docking: count it once, by identity
         found = {id(robot.errand): robot.errand for robot in self.robots.values() if robot.errand is not None}
         return list(found.values())
 
     @property
     def driving(self) -> bool:
-        """Whether any robot drives."""
+        """Whether any robot is driving."""
         return any(errand.drives for errand in self.errands)
 
     def unplaced(self, now_s: float) -> list[str]:
-        """Return the robots on the ground that tf doesn't place on the map by now, and where it was looked for."""
+        """Return the robots on the ground that tf does not place on the map yet, and the transform each lacks."""
         found = []
         for robot in self.robots.values():
             if robot.on_ground and robot.pose(self._frame) is None:
@@ -86,19 +86,19 @@ class RobotFleet:
         return f"{self._frame} -> {robot.settings.base_frame} on {robot.settings.tf}"
 
     def place(self) -> None:
-        """Place robots on the ground where tf has them, or at the nearest free ground."""
+        """Place robots on the ground where tf has them, or on the nearest free ground."""
         for robot in self.robots.values():
             if robot.on_ground and robot.anchor is None:
                 robot.anchor = self._standing(robot)
 
     def take_up(self, aboard: Mapping[str, str], lost: Collection[str], gathered: UnreportedEvents) -> None:
-        """Take up a team as it was: who is aboard whom, who is lost, and what is still to be reported."""
+        """Restore the team: each rover's carrier, the lost robots, and the events still to report."""
         self.gathered = gathered
         for robot in self.robots.values():
             robot.aboard, robot.lost = aboard.get(robot.name), robot.name in lost
 
     def obey(self, command: Command, now_s: float) -> None:
-        """Carry a command out."""
+        """Carry out a command."""
         robot = self.robots[command["robot"]]
         if command["name"] == "stop":
             if robot.errand is not None and robot.errand.command["id"] == command["id"]:
@@ -106,7 +106,7 @@ class RobotFleet:
             return
         errand = Errand(command)
         team = self._taking_part(errand)
-        # the service commands a lost robot until the report of its loss, which comes after that of what it finished
+        # the service commands a lost robot until its loss is reported, one report after the commands it finished
         if any(one.lost for one in team):
             return
         for one in team:
@@ -114,10 +114,10 @@ class RobotFleet:
         self._start(errand, now_s)
 
     def connected(self, now_s: float) -> None:
-        """Send all goals again: they, or the messages of their ends, may be lost."""
+        """Resend all goals: they, or the messages that they ended, may be lost."""
         self._cancel_given_up()
         for robot in self.robots.values():
-            robot.since_s = now_s  # nothing could be heard of them meanwhile
+            robot.since_s = now_s  # no transforms could arrive while disconnected
         for errand in self.errands:
             if errand.cancelled_s is not None:
                 self._cancel(errand, now_s)
@@ -125,13 +125,13 @@ class RobotFleet:
                 self._start(errand, now_s)
 
     def hear(self, goal: str, feedback: Mapping[str, Any], now_s: float) -> None:
-        """Apply the feedback of a drive; that of earlier goals is ignored."""
+        """Apply the feedback of a drive; ignore feedback of earlier goals."""
         errand = self._errand(goal)
         if errand is not None and errand.drives:
             errand.progress.hear(feedback, now_s)
 
     def ended(self, end: ActionResult) -> None:
-        """Record the end of a goal; earlier goals of a command, which was sent again, are ignored."""
+        """Record the end of a goal; ignore earlier goals of a command that was sent again."""
         self._given_up.pop(end.goal, None)
         errand = self._errand(end.goal)
         if errand is None or errand.goal is None:
@@ -144,7 +144,7 @@ class RobotFleet:
             self._fail(errand, failure_of(errand.goal, end))
 
     def watch(self, now_s: float) -> None:
-        """Check what should have happened by now."""
+        """Check robots for missing transforms, and commands for lack of progress."""
         for robot in self.robots.values():
             if robot.on_ground:
                 self._listen(robot, now_s)
@@ -152,19 +152,19 @@ class RobotFleet:
             self._check(errand, now_s)
 
     def stop(self, now_s: float) -> None:
-        """Stop all robots that drive."""
+        """Stop all driving robots."""
         for errand in self.errands:
             if errand.drives:
                 self._cancel(errand, now_s)
 
     def abandon(self, now_s: float) -> None:
-        """Cancel every goal, also of dockings, and given-up goals that may still run."""
+        """Cancel every goal, including dockings and abandoned goals that may still be running."""
         self._cancel_given_up()
         for errand in self.errands:
             self._cancel(errand, now_s)
 
     def report(self) -> News:
-        """Return where the robots are and what has happened since this was asked for last."""
+        """Return where the robots are and what has happened since the last call."""
         gathered, self.gathered = self.gathered, UnreportedEvents()
         news: News = {"t_ms": 0, "robots": self.notes()}
         if gathered.finished:
@@ -172,14 +172,14 @@ class RobotFleet:
         if gathered.failed:
             news["failed"] = gathered.failed
         if gathered.lost and gathered.finished:
-            # a lost robot finishes nothing: what it finished before is reported first
+            # the service accepts no ends from a lost robot: report what it finished first
             self.gathered.lost = gathered.lost
         elif gathered.lost:
             news["lost"] = gathered.lost
         return news
 
     def notes(self) -> list[RobotNote]:
-        """Return where the robots on the ground are; those that drive, where on their routes."""
+        """Return where the robots on the ground are; for driving robots, their points on the route."""
         found: list[RobotNote] = []
         for robot in self._grounded():
             self._follow(robot)
@@ -193,14 +193,14 @@ class RobotFleet:
         return {name: point for name, point in places.items() if point is not None}
 
     def _grounded(self) -> Iterator[TrackedRobot]:
-        """Yield the robots that stand or drive by themselves: carriers, and no rover that docks or undocks."""
+        """Yield the robots that stand or drive by themselves: all on the ground but docking and undocking rovers."""
         for robot in self.robots.values():
             errand = robot.errand
             if robot.on_ground and (errand is None or errand.drives or errand.command["robot"] != robot.name):
                 yield robot
 
     def _follow(self, robot: TrackedRobot) -> None:
-        """Update the reported place of a robot, unless it is near enough to it."""
+        """Update the reported place of a robot; one that isn't driving has to be off it by more than the tolerance."""
         at = robot.point(self._frame)
         if at is None:
             return
@@ -224,7 +224,7 @@ class RobotFleet:
         return [self.robots[name] for name in names]
 
     def _start(self, errand: Errand, now_s: float) -> None:
-        """Send the goal of a command, or the rest of it."""
+        """Send the goal of a command, or the rest of its drive."""
         goal = self._drive(errand) if errand.drives else self._handover(errand)
         errand.since_s = now_s
         errand.progress = Progress(moved_s=now_s)
@@ -233,12 +233,12 @@ class RobotFleet:
             return
         errand.attempt += 1
         errand.goal = goal
-        # never used twice: the end of an earlier goal must not end this one
+        # a name of its own: the end of an earlier goal must not end this one
         errand.name = f"{self.mission}:{errand.command['id']}:{self.starts}.{errand.attempt}"
         self._actions.send_goal(errand.name, goal.action, goal.type, goal.values)
 
     def _drive(self, errand: Errand) -> ActionGoal | None:
-        """Return the goal of a drive from where the robot is by now, None if it is there."""
+        """Return the goal of a drive from where the robot is now; None if it has arrived."""
         robot = self.robots[errand.command["robot"]]
         pose = robot.pose(self._frame)
         if pose is not None and (errand.attempt or self.starts):
@@ -265,14 +265,14 @@ class RobotFleet:
             robot.errand = None
 
     def _finish(self, errand: Errand, *, arrived: bool) -> None:
-        """Count a command as carried out: a drive at the end of its route, or where it was stopped."""
+        """Record a command as finished: a drive at the end of its route, or where it was stopped."""
         rover = self._taking_part(errand)[0]
         command = errand.command
         if errand.drives:
             at = rover.point(self._frame)
             end = errand.route_m[-1]
             near = at is None or math.dist(at, end) <= self._waits.tolerance_m
-            # an action may call a goal reached that is not: then the mission hears where the robot is
+            # an action may wrongly report success: then report where the robot really is
             if arrived and near:
                 rover.anchor = end
             else:
@@ -296,7 +296,7 @@ class RobotFleet:
         self._fail(errand, reason)
 
     def _drop(self, errand: Errand) -> None:
-        """Cancel the goal of a command that is no longer waited for."""
+        """Cancel the goal of a command whose end no longer matters."""
         if errand.goal is not None:
             self._given_up[errand.name] = errand.goal.action
             self._actions.cancel_goal(errand.name, errand.goal.action)
@@ -306,7 +306,7 @@ class RobotFleet:
             self._actions.cancel_goal(name, action)
 
     def _check(self, errand: Errand, now_s: float) -> None:
-        """Give a command up that doesn't get on, and say again that a robot is to stop."""
+        """Give up a command that makes no progress; cancel again the goal of a robot that has not stopped."""
         if not errand.drives:
             if now_s - errand.since_s > self._waits.handover_s:
                 self._give_up(errand, f"not over after {self._waits.handover_s:g} s")
@@ -323,7 +323,7 @@ class RobotFleet:
             self._give_up(errand, fault)
 
     def _listen(self, robot: TrackedRobot, now_s: float) -> None:
-        """Tell of a robot that is not heard of, and count it as lost after a while."""
+        """Tell the user of a robot without new transforms, and mark it as lost after `lost_s`."""
         silent_s = robot.silent_for(self._frame, now_s)
         where = f"no new {self._link(robot)}"
         if silent_s <= self._waits.silent_s:

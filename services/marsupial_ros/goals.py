@@ -1,7 +1,7 @@
-"""What a command of the mission is as a goal of an action.
+"""The goals of ROS actions for the commands of a mission.
 
-Drives are nav2's own actions; docking and undocking are those of `marsupial_interfaces`, which lies beside this file.
-Only fields that all releases of nav2 since Humble have are filled in; rosbridge leaves the others at their defaults.
+Drives use nav2's own actions; docking and undocking use those of `marsupial_interfaces`, beside this file. Goals set
+only fields that every nav2 release since Humble has; rosbridge leaves the others at their defaults.
 """
 
 import math
@@ -45,7 +45,7 @@ def handover_goal(
 ) -> ActionGoal:
     """Return the goal of a rover's docking or undocking; its carrier stands at `carrier`.
 
-    At `point` the rover stands, facing the carrier to dock, or is set down, facing away from it.
+    `point` is where the rover stands to dock, facing the carrier, or is set down, facing away from it.
     """
     docks = command["name"] == "dock"
     a, b = (point, carrier or point) if docks else (carrier or point, point)
@@ -61,7 +61,7 @@ def handover_goal(
 
 
 def failure_of(goal: ActionGoal, end: ActionResult) -> str:
-    """Return why a goal was not reached, in the words of its action if it has any."""
+    """Return why a goal was not reached: the action's message, if it has one."""
     word = GoalStatus(end.status).name.lower() if end.status in list(GoalStatus) else f"status {end.status}"
     values = end.values if isinstance(end.values, dict) else {}
     said = values.get("error_msg") or values.get("message") or (end.values if isinstance(end.values, str) else "")
@@ -72,7 +72,7 @@ def failure_of(goal: ActionGoal, end: ActionResult) -> str:
 
 
 def succeeded(end: ActionResult) -> bool:
-    """Return whether a goal was reached; the actions of `marsupial_interfaces` may say that it was not after all."""
+    """Return whether a goal was reached; actions of `marsupial_interfaces` can succeed with `success` false."""
     return end.status == GoalStatus.SUCCEEDED and not (
         isinstance(end.values, dict) and end.values.get("success") is False
     )

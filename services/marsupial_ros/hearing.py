@@ -1,4 +1,4 @@
-"""Messages from ROS: maps, updates, transforms and time are stored, feedback and ends of goals go to the fleet."""
+"""Receive ROS messages: store maps, updates, transforms and time; pass feedback and ends of goals to the fleet."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -29,7 +29,7 @@ Reader = Callable[[Mapping[str, Any]], None]
 
 
 class Clock:
-    """Seconds that never go back, and mission time in ms: of this machine or, if `told`, of messages (``/clock``)."""
+    """Monotonic seconds, and mission time in ms: by this machine or, if `told`, by messages (``/clock``)."""
 
     def __init__(self, *, told: bool) -> None:
         self._told_s: float | None = None
@@ -39,26 +39,26 @@ class Clock:
 
     @property
     def known(self) -> bool:
-        """Whether there is a time."""
+        """Whether the time is known."""
         return not self._told or self._told_s is not None
 
     @property
     def now_s(self) -> float:
-        """The time in seconds, from some moment on."""
+        """The time in seconds since an arbitrary moment."""
         return (self._told_s or 0.0) if self._told else time.monotonic()
 
     @property
     def mission_ms(self) -> int:
-        """The time of the mission."""
+        """The mission time in ms."""
         return self._began_ms + max(0, round(1000 * (self.now_s - self._began_s)))
 
     def heard_s(self, stamp_s: float) -> float:
-        """Return the time of what was heard just now, by its stamp; 0 is no stamp."""
-        # stamps are by the clock of another machine, unless time is told: then they say how old something is
+        """Return the time of a message that has just arrived, given its stamp (0: none)."""
+        # stamps are by another machine's clock, except with simulated time: then they show the age of a message
         return min(stamp_s, self.now_s) if self._told and stamp_s else self.now_s
 
     def tell(self, now_s: float) -> None:
-        """Set the time. After a simulator was reset the clock stands still until it catches up."""
+        """Set the time. After a simulator reset, the clock stands still until simulated time catches up."""
         self._told_s = now_s if self._told_s is None else max(now_s, self._told_s)
 
     def begin(self, at_ms: int = 0) -> None:
@@ -67,7 +67,7 @@ class Clock:
 
 
 def subscriptions(settings: Settings) -> list[Subscription]:
-    """Return what is to be heard. Transforms are never thinned out: the one left out could be any robot's."""
+    """Return the subscriptions. Transforms are not throttled: the dropped message could be any robot's."""
     one = settings.map
     found = [
         Subscription(one.topic, MAP_TYPE, one.compression.value),
@@ -79,7 +79,7 @@ def subscriptions(settings: Settings) -> list[Subscription]:
 
 
 class Hearing:
-    """Receives messages of rosbridge; unreadable ones are reported once per topic and ignored."""
+    """Receives messages from rosbridge; unreadable ones are reported once per topic and ignored."""
 
     def __init__(
         self, settings: Settings, frames: Mapping[str, Frames], chart: Chart, clock: Clock, say: Callable[[str], None]
@@ -106,7 +106,7 @@ class Hearing:
             self.fleet.connected(self._clock.now_s)
 
     def disconnected(self, reason: str) -> None:
-        """Tell that the connection is gone, and once only that there is none."""
+        """Tell the user that the connection is lost, or, only once, that it can't be opened."""
         self._once("connection", f"rosbridge: {'connection lost' if self._open else 'no connection'}: {reason}")
         self._open = False
 
@@ -136,7 +136,7 @@ class Hearing:
         self._chart.update(update_in(message))
 
     def _transforms(self, frames: Frames, static: bool, message: Mapping[str, Any]) -> None:
-        """Store all readable links: the unreadable ones may be of other robots."""
+        """Store all readable links: unreadable ones may belong to other robots."""
         faults: list[Exception] = []
         for stamped in message["transforms"]:
             try:

@@ -1,7 +1,7 @@
-"""What a bridge has to know to take its mission up after it was ended, in one small file.
+"""A small file with what a bridge needs to resume its mission after it was stopped or killed.
 
-It is written before goals are sent and before a report is, so nothing is done that it doesn't know of; a report that
-may or may not have arrived is in it, and the service says whether it has.
+The bridge writes it before it sends goals or a report, so the file covers everything the bridge has done. It includes
+the report that may not have arrived; the service knows whether it has.
 """
 
 import json
@@ -23,11 +23,11 @@ MOST_BYTES = 64 * 2**20
 
 @dataclass(slots=True, kw_only=True)
 class Record:
-    """How far a mission is, which began with the `frame` of its brief and was taken up `starts` times.
+    """The progress of a mission that began with the `frame` of its brief and was resumed `starts` times.
 
-    `after` is the last event that was acted on, `answered` the report that its last commands followed, `until_ms` when
-    the next report is due; `report` may not have arrived. `errands` are the commands that have not ended, `gathered`
-    what is to be reported (`fleet.UnreportedEvents`), `aboard` the carrier of each rover that is aboard.
+    `after` is the last event acted on, `answered` the report that the last commands answered, `until_ms` when the next
+    report is due; `report` may not have arrived. `errands` are the commands that have not ended, `gathered` is what to
+    report next (`fleet.UnreportedEvents`), `aboard` maps each rover aboard to its carrier.
     """
 
     mission: str
@@ -44,11 +44,11 @@ class Record:
 
     @property
     def robots(self) -> set[str]:
-        """The robots that it names."""
+        """The names of the robots in the record."""
         return {command["robot"] for command in self.errands} | set(self.lost) | self.aboard.keys()
 
     def check(self) -> None:
-        """Check a record that was read. Raises ValueError, TypeError, KeyError if it can't be what was written."""
+        """Check a record read from the file. Raises ValueError, TypeError, KeyError if it is malformed."""
         width, height, (_, _, _) = self.frame["width"], self.frame["height"], self.frame["origin_m"]
         texts, numbers = [self.mission, *self.robots], [self.after, self.answered, self.starts, width, height]
         if not all(isinstance(one, str) for one in texts) or not all(isinstance(one, int) for one in numbers):
@@ -58,16 +58,16 @@ class Record:
 
 
 class Journal:
-    """The file; without a path nothing is kept."""
+    """The journal file; without a path nothing is stored."""
 
     def __init__(self, path: Path | None) -> None:
         self.path = path
 
     def read(self) -> Record | None:
-        """Return what is kept, None if there is no file. Raises InputError, or UsageError if none can be written."""
+        """Return the stored record, None without a file. Raises InputError, or UsageError if none can be written."""
         if self.path is None:
             return None
-        # before a mission begins that could not be kept
+        # check now, before a mission begins that could not be saved
         if not os.access(self.path.parent, os.W_OK | os.X_OK):
             raise UsageError(f"--state: {self.path} can't be written (no folder to write to)")
         if not self.path.exists():
@@ -84,11 +84,11 @@ class Journal:
             raise InputError(f"is no state of `marsupial ros` ({error})", source=str(self.path)) from error
 
     def write(self, record: Record) -> None:
-        """Keep a record in place of the one before. Raises UsageError if it can't be written."""
+        """Replace the stored record. Raises UsageError if the file can't be written."""
         if self.path is None:
             return
         try:
-            # whole or not at all: the bridge may be killed at any moment
+            # atomically: the bridge may be killed at any moment
             replace_file(self.path, json.dumps({"version": VERSION, **asdict(record)}).encode())
         except OSError as error:
             raise UsageError(f"--state: {self.path} can't be written ({error.strerror})") from error

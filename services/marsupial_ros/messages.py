@@ -1,4 +1,4 @@
-"""ROS messages as rosbridge carries them, in plain JSON or CBOR, made into values and back.
+"""Convert ROS messages, as rosbridge carries them in JSON or CBOR, to values and back.
 
 References: `nav_msgs`, `map_msgs`, `tf2_msgs`, `geometry_msgs`, `rosgraph_msgs` of ROS 2; typed arrays in CBOR are
 those of RFC 8746.
@@ -23,13 +23,13 @@ CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 
 # tag of an array of signed bytes in CBOR (RFC 8746)
 _INT8_ARRAY = 72
-# errors of reading a message that is not of its type
+# errors raised when a message doesn't match its type
 UNREADABLE = (KeyError, TypeError, ValueError, AttributeError, OverflowError, MapError)
 
 
 @dataclass(frozen=True, slots=True)
 class Update:
-    """A part of a map that is new: int8 (height, width) with its lowest left cell at column `x` and row `y`."""
+    """A new part of a map: int8 (height, width) with its lower left cell at column `x` and row `y`."""
 
     x: int
     y: int
@@ -55,7 +55,7 @@ def update_in(message: Mapping[str, Any]) -> Update:
 
 
 def check_frame(message: Mapping[str, Any], frame: str) -> None:
-    """Check that a message is in a frame; one that names none is. Raises MapError if it is in another frame."""
+    """Check that a message is in a frame, or names none. Raises MapError if it is in another frame."""
     found = _frame(message.get("header", {}).get("frame_id", ""))
     if found not in ("", frame):
         raise MapError(f"is in the frame {found!r}, not in {frame!r}")
@@ -90,7 +90,7 @@ def transform_of(translation: Mapping[str, float], rotation: Mapping[str, float]
 
 
 def path_of(route_m: Sequence[Sequence[float]], yaw: float, frame: str) -> dict[str, Any]:
-    """Return a route as a `nav_msgs/Path`, each pose turned towards the next; `yaw` is for a route of one point."""
+    """Return a route as a `nav_msgs/Path`, each pose facing the next; `yaw` is for a route of one point."""
     return {
         "header": _header(frame),
         "poses": [pose_stamped(point, angle, frame) for point, angle in zip(route_m, _yaws(route_m, yaw), strict=True)],
@@ -98,7 +98,7 @@ def path_of(route_m: Sequence[Sequence[float]], yaw: float, frame: str) -> dict[
 
 
 def pose_stamped(point_m: Sequence[float], yaw: float, frame: str) -> dict[str, Any]:
-    """Return a `geometry_msgs/PoseStamped`, whenever it is looked at."""
+    """Return a `geometry_msgs/PoseStamped` that is valid at any time."""
     return {
         "header": _header(frame),
         "pose": {
@@ -109,7 +109,7 @@ def pose_stamped(point_m: Sequence[float], yaw: float, frame: str) -> dict[str, 
 
 
 def final_yaw(route_m: Sequence[Sequence[float]], yaw: float) -> float:
-    """Return which way a robot faces at the end of a route; `yaw` if it has one point only."""
+    """Return the yaw of a robot at the end of a route; `yaw` if the route has only one point."""
     return _yaws(route_m, yaw)[-1]
 
 
@@ -119,7 +119,7 @@ def _yaws(route_m: Sequence[Sequence[float]], yaw: float) -> list[float]:
 
 
 def _header(frame: str) -> dict[str, Any]:
-    """Return a header whose stamp is 0: to tf2 that means the latest there is."""
+    """Return a header with stamp 0, which tf2 takes as the latest transform available."""
     return {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": frame}
 
 
@@ -128,7 +128,7 @@ def _frame(name: str) -> str:
 
 
 def _values(data: Any, width: int, height: int) -> OccupancyArray:
-    """Return the cells of a message: a list of JSON, or bytes or a typed array of CBOR."""
+    """Return the cells of a message: a JSON list, or CBOR bytes or typed array."""
     if getattr(data, "tag", None) == _INT8_ARRAY:
         data = data.value
     values = np.frombuffer(data, np.int8) if isinstance(data, bytes) else np.asarray(data, dtype=np.int8)

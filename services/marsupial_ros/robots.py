@@ -1,11 +1,11 @@
-"""One robot of the team: where it is, as tf tells, the command it carries out, and whether a drive makes progress.
+"""One robot of the team: its position by tf, the command it carries out, and whether a drive makes progress.
 
-A drive makes progress if the robot moves and less of its route is left than ever before: a robot that backs up and
-returns, or turns on the spot, moves but gets no nearer. If the action doesn't report what is left, movement decides.
+A drive makes progress if the robot moves and its remaining route is shorter than ever before: a robot that backs up
+and returns, or turns on the spot, gets no nearer. If the action reports no remaining distance, movement is enough.
 
 References: nav2's `FollowPath` (`distance_to_goal`) and `NavigateToPose` (`distance_remaining`,
-`number_of_recoveries`). The latter reports 0 m as long as there is no path, and at first what is left of the previous
-path; a new path may be longer.
+`number_of_recoveries`). `NavigateToPose` reports 0 m while it has no path, and at first the remaining distance of the
+previous path; a new path may be longer.
 """
 
 import math
@@ -18,15 +18,15 @@ from marsupial_ros.goals import ActionGoal
 from marsupial_ros.settings import RobotSettings
 from marsupial_ros.transforms import Frames, Point, Transform
 
-# a robot that moves, or gets nearer, by less than this stands still
+# a robot that moves, or gets nearer, by less than this counts as standing still
 PROGRESS_M = 0.1
-# a route that is longer by this much is a new one: the robot has to get nearer on that
+# a remaining distance that grew by this much means a new route, on which the robot has to get nearer
 DETOUR_M = 1.0
 # older feedback is ignored
 FEEDBACK_S = 5.0
-# recoveries in a row that bring a robot no nearer; nav2's own behavior tree gives up after as many failures
+# recoveries in a row without getting nearer; nav2's own behavior tree gives up after as many failures
 MOST_RECOVERIES = 6
-# how far a robot may have come along its route since the last look: a route may pass a place twice
+# how far ahead on its route to look for a robot: a route may pass a place twice
 LOOK_AHEAD_M = 5.0
 
 
@@ -63,11 +63,11 @@ class Progress:
             self._approach(left_m, now_s)
 
     def stood_for(self, now_s: float) -> float:
-        """Return for how many seconds the robot has stood, 0 if it was not seen yet."""
+        """Return for how many seconds the robot has stood still; 0 if it has not been seen yet."""
         return 0.0 if self.moved_from is None else now_s - self.moved_s
 
     def fault(self, now_s: float, stuck_s: float) -> str | None:
-        """Say why the robot is stuck, None if it gets on."""
+        """Return why the robot is stuck, None if it makes progress."""
         told = now_s - self.told_s <= FEEDBACK_S
         if max(self.stood_for(now_s), now_s - self.nearer_s if told else 0.0) > stuck_s:
             return f"no progress for {stuck_s:g} s"
@@ -88,10 +88,10 @@ class Progress:
 
 @dataclass(slots=True)
 class Errand:
-    """A command that has not ended: ROS was asked for `goal` at `since_s`, by a `name` that no other goal has.
+    """A command that has not ended: its `goal` was sent to ROS at `since_s` under the unique `name`.
 
-    Of a drive, `passed` is the point of its route where the robot is or was last, `progress` the progress since then.
-    `cancelled_s` is when the goal was last cancelled, None if it was not.
+    For a drive, `passed` is the point of its route where the robot is or was last, `progress` the progress since then.
+    `cancelled_s` is when the goal was last cancelled, None if it was not cancelled.
     """
 
     command: Command
@@ -105,16 +105,16 @@ class Errand:
 
     @property
     def drives(self) -> bool:
-        """Whether it is a drive."""
+        """Whether the command is a drive."""
         return self.command["name"] == "drive"
 
     @property
     def route_m(self) -> list[Point]:
-        """Of a drive: its points in metres of the map frame."""
+        """The points of a drive's route, in metres of the map frame."""
         return [(x, y) for x, y in self.command["route_m"]]
 
     def pass_by(self, at: Point, tolerance_m: float) -> Point | None:
-        """Return the point of the route that a robot is at, and remember it; None if it is off the route."""
+        """Return the route point the robot is at, and remember it; None if the robot is off the route."""
         route, gone = self.route_m, 0.0
         best, least = self.passed, math.inf
         for i in range(self.passed, len(route)):  # never back, though a route may pass a place twice
@@ -131,9 +131,9 @@ class Errand:
 
 @dataclass(slots=True)
 class TrackedRobot:
-    """A robot, and what is known of it.
+    """A robot and its state.
 
-    `anchor` is its reported place in metres of the map frame. It is `silent` once the user was told so.
+    `anchor` is its reported place in metres of the map frame. `silent` means the user knows that transforms stopped.
     """
 
     settings: RobotSettings
@@ -147,26 +147,26 @@ class TrackedRobot:
 
     @property
     def name(self) -> str:
-        """Its name in the mission."""
+        """The robot's name in the mission."""
         return self.settings.name
 
     @property
     def on_ground(self) -> bool:
-        """Whether it stands or drives by itself."""
+        """Whether the robot is neither aboard a carrier nor lost."""
         return self.aboard is None and not self.lost
 
     def pose(self, map_frame: str) -> Transform | None:
-        """Return where it is on the map, None as long as tf doesn't connect the two."""
+        """Return the robot's pose on the map, None while tf doesn't connect the two frames."""
         found = self.frames.find(self.settings.base_frame, map_frame)
         return None if found is None else found[0]
 
     def point(self, map_frame: str) -> Point | None:
-        """Return where it is on the map in metres."""
+        """Return the robot's position on the map in metres, None while it is unknown."""
         pose = self.pose(map_frame)
         return None if pose is None else (pose.x, pose.y)
 
     def silent_for(self, map_frame: str, now_s: float) -> float:
-        """Return for how many seconds nothing was heard of where it is, while there was somebody to tell."""
+        """Return the seconds since the robot's pose was last updated, counting from `since_s` at the earliest."""
         found = self.frames.find(self.settings.base_frame, map_frame)
         if found is None:
             return now_s - self.since_s
@@ -174,6 +174,6 @@ class TrackedRobot:
 
 
 def _number(value: object) -> float | None:
-    """Return a distance or a count; None for what is none."""
+    """Return a distance or a count; None if the value is neither."""
     found = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) and value >= 0
     return float(value) if found else None  # type: ignore[arg-type]

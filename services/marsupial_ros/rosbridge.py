@@ -1,4 +1,4 @@
-"""A connection to rosbridge that comes back: subscriptions and goals of actions over one websocket.
+"""A reconnecting client of rosbridge: subscriptions and action goals over one websocket.
 
 What is sent while there is no connection is dropped: whoever wants it sent again hears of each new one. Messages come
 as JSON, in fragments if they are large, or as CBOR where a subscription asks for that; PNG is not asked for.
@@ -62,7 +62,7 @@ class Subscription:
 
 
 class Listener(Protocol):
-    """Receives what comes."""
+    """Receives messages and events of the connection."""
 
     def connected(self) -> None:
         """A connection has been opened: nothing that was sent over an earlier one can be relied on."""
@@ -115,7 +115,7 @@ class Rosbridge:
         self._send({"op": "cancel_action_goal", "id": goal, "action": action})
 
     async def run(self) -> None:
-        """Connect, again and again, and pass on what comes. Raises UsageError if the address is none."""
+        """Connect, reconnect, and pass messages to the listener. Raises UsageError if the address is invalid."""
         pause_s = FIRST_PAUSE_S
         while True:
             try:
@@ -143,7 +143,7 @@ class Rosbridge:
             pause_s = min(2 * pause_s, LONGEST_PAUSE_S)
 
     async def flush(self) -> None:
-        """Wait until all that was sent is on its way, if there is a connection."""
+        """Wait until everything sent has left the buffer, if there is a connection."""
         if self._outbox is not None:
             await self._outbox.join()
 

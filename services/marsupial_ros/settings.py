@@ -41,7 +41,7 @@ class DriveAction(StrEnum):
 
 
 class Compression(StrEnum):
-    """How maps come over the websocket."""
+    """How maps are encoded on the websocket."""
 
     CBOR = "cbor"
     NONE = "none"
@@ -104,7 +104,7 @@ class Controller:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Planning:
-    """Who plans: None leaves it to the service."""
+    """Who plans; None: the service decides."""
 
     strategy: str | None = None
     planner: str | None = None
@@ -114,7 +114,7 @@ class Planning:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Settings:
-    """All of the file; `clock` is the topic of simulated time, None for that of this machine."""
+    """The whole file; `clock` is the topic of simulated time, None for this machine's clock."""
 
     name: str
     rosbridge: str
@@ -218,7 +218,7 @@ def _read_planning(fields: Fields) -> Planning:
 
 
 def _read_robots(top: Fields, kinds: Mapping[str, RobotType | None]) -> tuple[RobotSettings, ...]:
-    """Read the robots; they mean something only if no problem was noted."""
+    """Read the robots; the result is valid only if no problem was noted."""
     read = [(fields, _read_robot(fields, kinds)) for fields in top.parts("robots")]
     robots = [(fields, robot) for fields, robot in read if robot is not None]
     entries = [
@@ -257,7 +257,7 @@ def _namespace(fields: Fields, usual: str) -> str:
 
 
 def _check_apart(robots: list[tuple[Fields, RobotSettings]], key: str) -> None:
-    """Check that no two robots would be taken for one another."""
+    """Check that no two robots can be mistaken for each other."""
     seen: dict[tuple[str, str], str] = {}
     for notes, robot in robots:
         place = ("", robot.namespace) if key == "namespace" else (robot.tf, robot.base_frame)

@@ -1,4 +1,4 @@
-"""Where frames are in other frames: the tree that tf tells link by link."""
+"""Where frames are in other frames: the tree that tf publishes link by link."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Transform(NamedTuple):
         return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
     def of(self, inner: Transform) -> Transform:
-        """Return where what is at `inner` in this frame is in the frame that this one is in."""
+        """Return `inner`, a transform into this frame, as a transform into this frame's parent."""
         dx, dy, dz = _rotated(self.rotation, inner.translation)
         x, y, z = self.translation
         return Transform((x + dx, y + dy, z + dz), _product(self.rotation, inner.rotation))
@@ -54,7 +54,7 @@ class LastTransform:
 
 
 class Frames:
-    """The frames that one pair of topics (``/tf``, ``/tf_static``) tells of."""
+    """The frames published on one pair of topics (``/tf``, ``/tf_static``)."""
 
     def __init__(self) -> None:
         self._told: dict[str, LastTransform] = {}

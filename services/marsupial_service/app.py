@@ -1,4 +1,4 @@
-"""The application: routes, errors, and what runs as long as it does."""
+"""The application: routes, error handlers, and the tasks that run as long as it does."""
 
 import asyncio
 import time
@@ -45,7 +45,7 @@ DESCRIPTION = (
 )
 
 READERS = (load_analysis, mission_bodies, job_bodies, simulation_bodies)
-"""What analyses need, and those who read and write what is large: they work on the server itself in any case."""
+"""Preloads for analyses, and for reading and writing large documents, which always run on the server itself."""
 
 _STORE_RETRY_S = 5
 _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
@@ -125,13 +125,13 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
 
 
 def _respond(request: Request, error: Exception) -> Response:
-    """Answer what was raised; what is not foreseen goes on to the edge."""
+    """Return the response for an exception; unexpected ones propagate to the edge."""
     problem = next(of(request, error) for kind, of in _PROBLEMS.items() if isinstance(error, kind))
     return answer(problem, request.url.path)
 
 
 def _misshaped(_: Request, error: RequestValidationError) -> HttpProblem:
-    """Return the problem for what pydantic finds wrong in anything but a body."""
+    """Return the problem for pydantic's errors outside a body."""
     details = []
     for one in error.errors():
         place, *location = one["loc"]
@@ -142,14 +142,14 @@ def _misshaped(_: Request, error: RequestValidationError) -> HttpProblem:
 
 
 def _http(request: Request, error: HTTPException) -> HttpProblem:
-    """Return the problem for what the framework raises: no such route, no such method."""
+    """Return the problem for an exception of the framework: no such route, no such method."""
     kind = _KIND_OF_STATUS.get(error.status_code, "internal" if error.status_code >= 500 else "invalid")
     headers = {"Allow": ", ".join(_methods(request))} if kind == "no-method" else {}
     return HttpProblem(kind, headers=headers)
 
 
 def _methods(request: Request) -> Sequence[str]:
-    """Return what can be done at the path of the request."""
+    """Return the methods allowed at the path of the request."""
 
     def matches(method: str) -> bool:
         scope = {**request.scope, "method": method}

@@ -1,7 +1,7 @@
-"""API keys: who may ask for what, until when. Only hashes of them are kept, in one document that servers reread.
+"""API keys: who may do what, until when. Only their hashes are stored, in one document that servers reread.
 
-A key is shown once, when it is made. The document is a file in the data folder, or a row of a database that servers
-share; it is replaced as a whole, so that any reader sees all of a change or nothing.
+A key is shown once, when it is created. The document is a file in the data folder, or a row of a database that servers
+share; it is replaced atomically, so that a reader sees all of a change or nothing.
 """
 
 import fcntl
@@ -24,7 +24,7 @@ from marsupial_service.store.transaction import StoreReader
 FILE = "keys.json"
 # the topic of changes to the keys of a shared database
 TOPIC = "keys"
-# how many good keys a name may have: the present one, and the one its clients are about to use
+# how many valid keys a name may have: the current one, and the one that its clients will use next
 MOST_OF_A_NAME = 2
 
 _PREFIX = "msp_"
@@ -41,7 +41,7 @@ class Scope(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Key:
-    """A key as it is kept; `name` says whose jobs are whose. Times in seconds since 1970."""
+    """A stored key; `name` identifies the owner of jobs. Times are in seconds since 1970."""
 
     name: str
     sha256: str
@@ -52,11 +52,11 @@ class Key:
 
     @property
     def id(self) -> str:
-        """By what an operator tells it from another key of that name."""
+        """The id by which an operator tells apart the keys of one name."""
         return self.sha256[:8]
 
     def holds(self, now_s: float) -> bool:
-        """Return whether it is good at that moment."""
+        """Return whether the key is valid at that moment."""
         return self.revoked_s is None and now_s < self.expires_s
 
 
@@ -65,29 +65,29 @@ class Keys(ABC):
 
     @abstractmethod
     def all(self) -> tuple[Key, ...]:
-        """Return all keys, the expired and revoked ones too."""
+        """Return all keys, including expired and revoked ones."""
 
     @abstractmethod
     def _change(self, change: Callable[[tuple[Key, ...]], tuple[Key, ...]]) -> None:
-        """Replace the keys by what `change` makes of them, unless it raises something."""
+        """Replace the keys by the result of `change`, unless that raises."""
 
     def find(self, secret: str, now_s: float) -> Key | None:
-        """Return the key of that secret if it is good now."""
+        """Return the key with that secret if it is valid now, else None."""
         digest = _digest(secret)
         # all are compared, in constant time, so that the time of an answer says nothing about the keys
         found = [key for key in self.all() if hmac.compare_digest(key.sha256, digest)]
         return next((key for key in found if key.holds(now_s)), None)
 
     def is_good(self, key: Key, now_s: float) -> bool:
-        """Return whether a key that was found is still good."""
+        """Return whether a key found earlier is still valid."""
         return any(other.sha256 == key.sha256 and other.holds(now_s) for other in self.all())
 
     def knows(self, name: str, now_s: float) -> bool:
-        """Return whether a name has a good key."""
+        """Return whether a name has a valid key."""
         return any(key.name == name and key.holds(now_s) for key in self.all())
 
     def add(self, name: str, scopes: Iterable[str], days: float, now_s: float) -> str:
-        """Make a key and return its secret, which is kept nowhere. Raises UsageError if any argument is wrong."""
+        """Create a key and return its secret, which is not stored. Raises UsageError if any argument is invalid."""
         scopes = tuple(dict.fromkeys(scopes))
         wrong = [scope for scope in scopes if scope not in list(Scope)]
         if wrong or not scopes:
@@ -109,7 +109,7 @@ class Keys(ABC):
         return secret
 
     def revoke(self, which: str, now_s: float) -> None:
-        """Make every key of that name, or the one of that id, useless. Raises UsageError if there is none."""
+        """Revoke every key of that name, or the one with that id. Raises UsageError if there is none."""
 
         def revoked(keys: tuple[Key, ...]) -> tuple[Key, ...]:
             ends = [which in (key.name, key.id) and key.revoked_s is None for key in keys]
@@ -121,7 +121,7 @@ class Keys(ABC):
 
 
 class KeyFile(Keys):
-    """The keys of one data folder; a change is seen as soon as the file is there."""
+    """The keys of one data folder; a change takes effect as soon as the file is replaced."""
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / FILE
@@ -154,7 +154,7 @@ class KeyFile(Keys):
 
 
 class KeyRow(Keys):
-    """The keys of a database that servers share; a change is seen when its notification arrives."""
+    """The keys of a database that servers share; a change takes effect when its notification arrives."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
@@ -180,12 +180,12 @@ class KeyRow(Keys):
             tx.news.add(TOPIC)
 
         self._store.write(write).result()
-        self._read()  # the notification of one's own change comes later
+        self._read()  # the notification of this change arrives later
 
 
 @contextmanager
 def open_keys(place: str | Path) -> Iterator[Keys]:
-    """Give the keys of a folder or database, for a process that does nothing else. Raises StoreError."""
+    """Open the keys of a folder or database, for a process that only manages keys. Raises StoreError."""
     if isinstance(place, Path):
         yield KeyFile(place)
         return

@@ -1,6 +1,6 @@
-"""The planners that clients can name: ours, those of installed packages, and command lines the operator has named.
+"""The planners that clients can choose: ours, those of installed packages, and the operator's named command lines.
 
-Clients hear those names only, never a command line.
+Clients see only the names, never a command line.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ def planner_names(commands: Mapping[str, str]) -> list[str]:
 
 
 def planner_info(name: str, commands: Mapping[str, str]) -> EngineInfo:
-    """Return what there is to say of the planner of that name, which is one of `planner_names`."""
+    """Return the description of a planner; `name` is one of `planner_names`."""
     return replace(engine(commands.get(name, name)).info, name=name)
 
 

@@ -1,6 +1,6 @@
 """Every error as ``application/problem+json`` (RFC 9457), with pointers to what is wrong in the request.
 
-`KINDS` lists what can go wrong at the rim, `ERROR_KINDS` what each exception of the library becomes there.
+`KINDS` lists the kinds of errors, `ERROR_KINDS` maps each exception of the library to its kind.
 
 Pointers (RFC 6901) lead to fields. The library names a field by a path (``robots[1].type``), where a key may be any
 text, pydantic by a tuple that may hold words that are not in the body. Both are walked through the body itself.
@@ -68,7 +68,7 @@ ERROR_KINDS: Mapping[type[MarsupialError], str] = {
 
 
 class HttpProblem(Exception):
-    """An error to be answered, of a `kind` in `KINDS`."""
+    """An error to send to the client, of a `kind` in `KINDS`."""
 
     def __init__(
         self,
@@ -86,11 +86,11 @@ class HttpProblem(Exception):
         self.headers = dict(headers or {})
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Say how it is sent from another process."""
+        """Return how to pickle the error, to send it from another process."""
         return partial(HttpProblem, errors=self.errors, headers=self.headers), (self.kind, self.detail)
 
 
-# errors that an answer lists at most
+# the most errors that an answer lists
 MOST_ERRORS = 100
 
 
@@ -104,14 +104,14 @@ def summary(errors: Sequence[ProblemDetailAnswer], count: int) -> str:
 
 
 def check_count(where: str, count: int, limit: int, noun: str) -> None:
-    """Raise HttpProblem naming the field that a JSON pointer leads to, if there are more than the limit allows."""
+    """Raise HttpProblem if `count` exceeds the limit; `where` is the JSON pointer of the field."""
     if count > limit:
         text = f"has {count} {noun}, more than the limit of {limit}"
         raise HttpProblem("too-large", errors=[ProblemDetailAnswer(pointer=where, detail=text)])
 
 
 def problem_of(error: MarsupialError, document: object) -> HttpProblem:
-    """Return the problem for what the library raises about the body `document`; raise what is no client's fault."""
+    """Return the problem for a library error about the body `document`; raise one that is not the client's fault."""
     kind = kind_of(error)
     if KINDS[kind].status >= 500:
         raise error
@@ -130,7 +130,7 @@ def problem_of_all(kind: str, problems: Sequence[Problem], document: object) -> 
 
 
 def problem_of_shape(error: ValidationError, document: object) -> HttpProblem:
-    """Return the problem for what pydantic finds wrong in the body `document`."""
+    """Return the problem for pydantic's errors in the body `document`."""
     found = error.errors(include_url=False, include_input=False)
     details = [
         ProblemDetailAnswer(pointer=of_location(_place(one), document), detail=one["msg"])
@@ -140,7 +140,7 @@ def problem_of_shape(error: ValidationError, document: object) -> HttpProblem:
 
 
 def _place(error: ErrorDetails) -> tuple[str | int, ...]:
-    """Return what an error of pydantic's is about: where one of several fields is needed, the likeliest of them."""
+    """Return the location of a pydantic error; if one of several fields is required, the likeliest of them."""
     if error["type"] == NONE_OF:
         return (*error["loc"], error["ctx"]["keys"].split()[0])
     return error["loc"]
@@ -160,7 +160,7 @@ def pointer(parts: Sequence[str | int]) -> str:
 
 
 def of_path(path: str, body: object) -> str:
-    """Return the pointer for a path of the library into `body`; what is not there counts as a missing field."""
+    """Return the pointer for a library path into `body`; a part that is not there counts as a missing field."""
     parts: list[str | int] = []
     while path:
         part, path = _first(path.removeprefix("."), body)
@@ -170,7 +170,7 @@ def of_path(path: str, body: object) -> str:
 
 
 def of_location(location: Sequence[str | int], body: object) -> str:
-    """Return the pointer for a location of pydantic's, without the words by which it tells variants apart."""
+    """Return the pointer for a pydantic location, without the tags that distinguish variants."""
     parts: list[str | int] = []
     location = [part for part in location if not str(part).startswith(VARIANT)]
     for i, part in enumerate(location):
@@ -183,7 +183,7 @@ def of_location(location: Sequence[str | int], body: object) -> str:
 
 
 def _first(path: str, body: object) -> tuple[str | int, str]:
-    """Split off the first step of a path: the longest key of the body it begins with."""
+    """Split off the first step of a path: the longest key of the body that is a prefix of it."""
     index = _INDEX.match(path)
     if index is not None:
         return int(index[1]), path[index.end() :]

@@ -1,4 +1,4 @@
-"""The server process: one event loop, a socket that is bound before anything starts, an end within seconds."""
+"""The server process: one event loop, a socket bound before anything starts, shutdown within seconds."""
 
 import asyncio
 import gc
@@ -24,18 +24,18 @@ from marsupial_service.settings import ServiceSettings
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError, open_store
 
-# our packages, which have to be the same on all nodes of a cluster
+# our packages, which must be the same on all nodes of a cluster
 _PACKAGES = ("marsupial", "marsupial_service")
-# how long requests may still take at the end; jobs and missions then take as long at most
+# how long requests may take at shutdown; jobs and missions then take at most as long again
 _GRACE_S = 1
-# connections that may wait to be accepted; they are not counted yet
+# connections that may wait to be accepted; they don't count towards the limit yet
 _BACKLOG = OTHER_FILES // 2
 
 log = logging.getLogger("marsupial.cluster")
 
 
 class _Server(uvicorn.Server):
-    """Tells when it is ready, and streams to end as soon as it is asked to."""
+    """A server that reports when it is ready, and ends streams as soon as it is asked to stop."""
 
     def __init__(self, config: uvicorn.Config, leave: Callable[[], None], ready: Callable[[], None]) -> None:
         super().__init__(config)
@@ -46,11 +46,11 @@ class _Server(uvicorn.Server):
         asyncio.get_running_loop().set_exception_handler(LoopFaults())
         await super().startup(sockets)
         if self.started:
-            gc.freeze()  # else the interpreter looks for cycles among all that was imported, again and again
+            gc.freeze()  # otherwise the garbage collector keeps scanning all imported modules
             self._ready()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        self._leave()  # uvicorn waits for answers, and streams end only when told to
+        self._leave()  # uvicorn waits for answers, and streams don't end by themselves
         super().handle_exit(sig, frame)
 
 
@@ -94,7 +94,7 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
 
 
 def _runner(settings: ServiceSettings) -> Runner:
-    """Return what runs jobs and missions; a cluster is tried out, and connected to meanwhile. Raises UsageError."""
+    """Return the runner of jobs and missions; connect to a cluster and test it. Raises UsageError."""
     if settings.ray is None:
         return LOCAL
     from marsupial.cluster.ray_cluster import cluster_at, usable

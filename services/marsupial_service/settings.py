@@ -1,7 +1,7 @@
-"""What the operator of the service decides: where it listens, where it keeps its data, and every limit.
+"""The operator's settings: where the service listens, where it stores its data, and every limit.
 
 Each field of `ServiceLimits` can be given as an environment variable: ``MARSUPIAL_`` and its name in capitals
-(``MARSUPIAL_BODY_BYTES=1000000``). What holds is shown at ``/v1/limits``.
+(``MARSUPIAL_BODY_BYTES=1000000``). ``/v1/limits`` shows the limits in force.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def _limit(default: N, at_least: N, meaning: str, at_most: float = math.inf) -> 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServiceLimits:
-    """What one request, one key and the whole service may ask for. Raises UsageError if one is too small."""
+    """The limits of one request, one key and the whole service. Raises UsageError if a limit is too small."""
 
     body_bytes: int = _limit(16_000_000, 1000, "bytes of a request's body")
     body_s: float = _limit(10.0, 0.1, "seconds a request's body may take to arrive, besides those its bytes take")
@@ -100,7 +100,7 @@ class ServiceLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServiceSettings:
-    """Where the service listens (port 0 is any free one), keeps its data, and runs its work.
+    """Where the service listens (port 0: any free port), stores its data, and runs its work.
 
     Jobs, missions and keys are kept in the folder `data`, or in the PostgreSQL database at the address `store`, which
     other servers may use too. Jobs and missions run on this machine, or on the Ray cluster at the address `ray`.
@@ -123,9 +123,9 @@ class ServiceSettings:
         return self.data if self.store is None else self.store
 
     def in_force(self) -> ServiceSettings:
-        """Return the settings with the limits that hold: those of one key only where keys are asked for.
+        """Return the settings with the limits in force: limits per key apply only if keys are required.
 
-        Where a key has a quota of planning, no budget is beyond it.
+        If keys have a planning quota, no budget may exceed it.
         """
         limits = self.limits
         if self.needs_keys:
@@ -148,7 +148,7 @@ class ServiceSettings:
 
 
 def limits_from(environment: Mapping[str, str], options: Mapping[str, str] | None = None) -> ServiceLimits:
-    """Return the limits with what options (``--limit``, by name) and environment variables set. Raises UsageError."""
+    """Return the limits set by options (``--limit``, by name) and environment variables. Raises UsageError."""
     given: dict[str, float] = {}
     for one in fields(ServiceLimits):
         said, text = f"--limit {one.name}", (options or {}).get(one.name)

@@ -1,7 +1,7 @@
 """Our simulator driven through a service: `marsupial run --server`.
 
-The client sees to it that nothing is lost on the way; here the commands it brings are carried out in the simulator,
-and reported.
+The client makes sure that no message is lost; this module carries out the mission's commands in the simulator, and
+reports the results.
 """
 
 import time
@@ -73,7 +73,7 @@ def _drive(
     observer: Observer,
     cancelled: Callable[[], bool],
 ) -> tuple[MissionEnded, list[PlanningReport]]:
-    """Do what the mission commands and report, until it ends."""
+    """Carry out the mission's commands and report, until the mission ends."""
     kinds = {kind.name: kind for kind in scenario.robot_types}
     team = SimulatedTeam(scenario.grid, kinds, placed)
     ended: MissionEnded | None = None

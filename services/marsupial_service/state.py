@@ -1,4 +1,4 @@
-"""What all routes share: settings, keys, jobs, missions, metrics."""
+"""The state that all routes share: settings, keys, jobs, missions, metrics."""
 
 import asyncio
 import math
@@ -21,7 +21,7 @@ from marsupial_service.store import Store
 
 @dataclass(slots=True)
 class Readiness:
-    """The last check whether the service can plan: what was found, or what was wrong."""
+    """The last check whether the service can plan: its result or its error."""
 
     found: ReadyAnswer | str = "it has not been checked yet"
     checked_s: float = -math.inf
@@ -66,7 +66,7 @@ class State:
         )
 
     def leave(self) -> None:
-        """End streams and processes of requests: the service is about to end."""
+        """End streams and processes of requests, as the service is shutting down."""
         self.supervised.leave()
         if self.started:
             self.jobs.leave()

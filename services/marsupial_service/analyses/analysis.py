@@ -1,4 +1,4 @@
-"""What can be read off a map, as GeoJSON in metres of the map frame.
+"""The analysis of a map, as GeoJSON in metres of the map frame.
 
 It runs in a worker: `analyse` is the function of a job, `load_analysis` loads its compiled code ahead.
 """
@@ -29,7 +29,7 @@ _TURNS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
 def analyse(argument: tuple[MapState, frozenset[str], int]) -> Iterator[bytes | HttpProblem]:
-    """Yield the analysis as JSON text of at most so many bytes, or what is wrong with the map state."""
+    """Yield the analysis as JSON text of limited size, or the problem with the map state."""
     state, include, most_bytes = argument
     try:
         text = text_of(analysis(state, include)).encode()
@@ -90,7 +90,7 @@ def _reach(state: MapState) -> Iterator[FeatureAnswer]:
 
 
 def _costs(state: MapState) -> Iterator[FeatureAnswer]:
-    """Yield a straight line for each drive there is, with the time it takes on the way the robot really goes."""
+    """Yield a straight line for each possible drive, with the time of the robot's real route."""
     situation, poses = state.situation(), state.survey.poses
     for kind in (one.name for one in situation.types):
         for origin, goal in permutations(situation.places, 2):

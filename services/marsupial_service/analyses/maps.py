@@ -101,7 +101,7 @@ def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:
 
 
 def image_cells(body: MapBody) -> int:
-    """Return how many pixels the images of a map have by their headers; what is no image has none."""
+    """Return how many pixels the images of a map have by their headers; data that is no image counts as none."""
     images = [] if body.mask is None else [body.mask.image]
     if not isinstance(body, RowsMapBody):
         images.append(body.nav2.image if isinstance(body, Nav2MapBody) else body.image)
@@ -138,7 +138,7 @@ def _pictured(body: ImageMapBody | Nav2MapBody, limits: ServiceLimits, notes: No
 
 
 def yaml_header(yaml: str, notes: Notes) -> Nav2Header | None:
-    """Return what the field ``yaml`` says, or None with the problems noted."""
+    """Return the header in the field ``yaml``, or None with the problems noted."""
     try:
         return header_of(yaml.encode())
     except MapError as error:

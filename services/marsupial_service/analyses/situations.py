@@ -18,7 +18,7 @@ from marsupial_service.settings import ServiceLimits
 
 
 def refuse(path: str, text: str) -> InputError:
-    """Return the error of one field."""
+    """Return the error for one field."""
     return InputError([Problem(path, text)])
 
 

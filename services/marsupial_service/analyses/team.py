@@ -150,7 +150,7 @@ def robots_of(bodies: Sequence[RobotBody], types: Types, grid: Grid, notes: Note
 
 
 def _read_action(body: RobotBody, roles: Mapping[str, Role], free_at_ms: dict[str, int], notes: Notes) -> None:
-    """Enter until when what a robot is doing keeps it and its partner busy."""
+    """Enter when a robot and its partner will be free again, given the robot's current action."""
     action = body.action
     if action is None:
         return
@@ -193,7 +193,7 @@ def homes_of(
 
 
 def check_meetings(meetings: Sequence[MapMeeting], types: Types, grid: Grid, notes: Notes) -> None:
-    """Note meeting points in use that are off the map, or for types that don't meet."""
+    """Note errors for meeting points in use that are off the map, or for types that can't meet."""
     for i, meeting in enumerate(meetings):
         part = notes.below(f"meetings[{i}]")
         for role in Role:

@@ -1,4 +1,4 @@
-"""Background tasks, which nothing ends unnoticed: a failure is logged and counted, and the task starts again."""
+"""Background tasks that never fail silently: each failure is logged and counted, and the task restarts."""
 
 import asyncio
 import logging
@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 
-# after a pause, as what made a task fail may last
+# pause before a restart, as the cause of the failure may persist
 RESTART_S = 1.0
 # a task that fails again and again must not fill the log
 LOG_S = 60.0
@@ -18,14 +18,14 @@ log = logging.getLogger("marsupial.background")
 
 
 async def pause(event: asyncio.Event, seconds: float) -> None:
-    """Wait until an event is set, but for no longer than so many seconds."""
+    """Wait until an event is set, for `seconds` at most."""
     with suppress(TimeoutError):
         async with asyncio.timeout(seconds):
             await event.wait()
 
 
 class BackgroundTasks:
-    """The tasks of one event loop: none starts again once `stop` is set; `failed` gets the name of each that fails."""
+    """The tasks of one event loop: none restarts once `stop` is set; `failed` gets each failed task's name."""
 
     def __init__(
         self, stop: asyncio.Event, failed: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic
@@ -45,7 +45,7 @@ class BackgroundTasks:
         return task
 
     def report(self, name: str, error: Exception) -> None:
-        """Count a failure, and log it unless that name was logged just now."""
+        """Count a failure, and log it unless one of that name was logged within `LOG_S`."""
         self._failed(name)
         self._unlogged[name] += 1
         now_s = self._clock_s()

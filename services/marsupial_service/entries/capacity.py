@@ -1,7 +1,7 @@
-"""How much the entries of a store take, and a cap on it.
+"""The space that the entries of a store take, and a cap on it.
 
-Beyond the cap no jobs and missions are made; what missions that are open report is still taken until a reserve is used
-up as well, and what becomes of jobs and reports that were taken is always stored.
+Beyond the cap, no jobs and missions are created. Reports of open missions are accepted until a reserve is used up too.
+The results of accepted jobs and reports are always stored.
 """
 
 import math
@@ -12,21 +12,21 @@ from typing import NamedTuple
 
 from marsupial_service.store.transaction import StoreReader
 
-# what open missions may take beyond the cap, as a part of it
+# the space that open missions may take beyond the cap, as a fraction of the cap
 RESERVE = 0.1
-# space comes back only as old entries are removed
+# space becomes free only when old entries are removed
 RETRY_AFTER_S = 60
-# a sum is kept for this long: it costs some ms where there are thousands of entries
+# a sum is cached for this long: it takes some ms with thousands of entries
 _FRESH_S = 1.0
 
 
 class StoreFull(Exception):
-    """Nothing more is taken until old entries are removed."""
+    """No more entries or reports are accepted until old entries are removed."""
 
 
 @dataclass(slots=True)
 class StoreCapacity:
-    """What is left of a store that may hold `limit` bytes, and of one owner `key_limit`; for the thread that writes."""
+    """The cap on a store, `limit` bytes in all and `key_limit` per owner; only for the thread that writes."""
 
     limit: float = math.inf
     key_limit: float = math.inf
@@ -35,7 +35,7 @@ class StoreCapacity:
     _summed_s: float = field(default=-math.inf, init=False)
 
     def check(self, reader: StoreReader, owner: str, *, of_reports: bool = False) -> None:
-        """Raise StoreFull if there is no space for an entry of that owner, or for a report."""
+        """Raise StoreFull if there is no space for an entry of that owner or (`of_reports`) for a report."""
         if self.clock_s() - self._summed_s > _FRESH_S:
             self._sums.clear()
             self._summed_s = self.clock_s()
@@ -43,7 +43,7 @@ class StoreCapacity:
             (None, self.limit, "the store is full: jobs"),
             (owner, self.key_limit, "your part of the store is full: your jobs"),
         ):
-            # most stores have no cap: the sum is not computed then
+            # most stores have no cap and need no sum
             if limit == math.inf:
                 continue
             if whose not in self._sums:
@@ -57,14 +57,14 @@ UNBOUNDED = StoreCapacity()
 
 
 class Sizes(NamedTuple):
-    """How many bytes all entries take, and how many the store does on the disk."""
+    """The bytes that all entries take, and the bytes that the store takes on disk."""
 
     stored: int
     on_disk: int
 
 
 def stored_bytes(reader: StoreReader, owner: str | None = None) -> int:
-    """Return about how many bytes all entries take, or those of an owner."""
+    """Return the approximate bytes that all entries, or those of an owner, take."""
     of_all = "(SELECT coalesce(sum(bytes), 0) FROM {} WHERE owner = coalesce(?, owner))"
     sql = f"SELECT {of_all.format('jobs')} + {of_all.format('missions')} AS bytes"
     return int(reader.execute(sql, (owner, owner)).fetchone()["bytes"])

@@ -1,4 +1,4 @@
-"""Plans and events as JSON: what is kept in the store and sent to clients as it is."""
+"""Plans and events as JSON, stored and sent to clients unchanged."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -13,12 +13,12 @@ _ENCODER = json.JSONEncoder(separators=(",", ":"), allow_nan=False)
 
 
 def line(document: object) -> str:
-    """Return JSON in one line, whatever a reader takes for the end of a line."""
+    """Return JSON in one line, without any character that a reader may take for a line break."""
     return _ENCODER.encode(document)
 
 
 def rounded(point_m: tuple[float, float]) -> list[float]:
-    """Return a point in metres to the micrometre."""
+    """Return a point in metres, rounded to micrometres."""
     return [round(metres, 6) for metres in point_m]
 
 
@@ -38,5 +38,5 @@ def actions_text(plan: Plan) -> str:
 
 
 def plan_of(actions: Iterable[Mapping[str, Any]]) -> Plan:
-    """Return the plan of which these are the documents of its actions."""
+    """Return the plan with these actions, given as JSON documents."""
     return Plan(actions=tuple(Action(**{**fields, "name": ActionName(fields["name"])}) for fields in actions))

@@ -1,9 +1,9 @@
-"""How many seconds of planning a key may use in an hour.
+"""The quota: how many seconds of planning a key may use per hour.
 
-What was used comes back evenly, all of the quota within an hour: of 600 s, one every six seconds. Jobs reserve their
-budgets when they are taken. All work is charged for what it took, with its preparation (the start of a process,
-parsing, the analysis of the map): a small budget does not make it cheap. The store has for each owner the moment at
-which nothing of the quota is used any more, so that one number holds for all servers, and after a restart.
+Used seconds refill evenly, the whole quota within an hour: of 600 s, one every six seconds. Jobs reserve their budgets
+when they are accepted. All work is charged for the time it took, including preparation (process start, parsing, map
+analysis), so a small budget does not make it cheap. For each owner the store has the moment at which the quota will be
+full again: this one number is valid for all servers and after a restart.
 """
 
 import math
@@ -17,9 +17,9 @@ from marsupial_service.store.transaction import StoreReader
 HOUR_S = 3600.0
 
 PREPARATION_S = 1.0
-"""What an attempt at a job may take besides its budget; no job reserves less, no analysis begins with less left."""
+"""What an attempt at a job may take beyond its budget; no job reserves less, no analysis begins with less left."""
 
-# with the name of the owner after it, the name of the document that has that moment, in ms since 1970
+# with the owner's name appended, the name of the document with that moment, in ms since 1970
 _DOCUMENT = "planning/"
 
 _RESERVED = (
@@ -32,7 +32,7 @@ _RESERVED = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quota:
-    """The seconds of each owner; `steps_s` are those that a budget in steps can take at most."""
+    """The quota of each owner, in seconds; `steps_s` is the most that a budget in steps can take."""
 
     seconds: float = UNBOUNDED_S
     steps_s: float = math.inf
@@ -51,7 +51,7 @@ class Quota:
         return max(PREPARATION_S, self.asked_s(seconds))
 
     def check(self, reader: StoreReader, owner: str, asked_s: float, now_ms: int) -> None:
-        """Raise TooMany if the owner has not so many seconds left."""
+        """Raise TooMany if the owner has less than `asked_s` left."""
         wait_s = self.wait_s(reader, owner, asked_s, now_ms)
         if wait_s > 0:
             raise TooMany(self.told(asked_s, wait_s), math.ceil(wait_s))
@@ -64,15 +64,15 @@ class Quota:
         )
 
     def wait_s(self, reader: StoreReader, owner: str, asked_s: float, now_ms: int) -> float:
-        """Return how long it takes until an owner has so many seconds left, if no job ends meanwhile; 0: now."""
+        """Return how long until an owner has `asked_s` left, if no job ends meanwhile; 0: now."""
         if not self.is_bounded:
             return 0.0
-        # who asks for more than the quota of an hour would wait forever
+        # a request for more than the hourly quota would wait forever
         missing_s = min(asked_s, self.seconds) - self.left_s(reader, now_ms, owner)[owner]
         return max(0.0, missing_s * HOUR_S / self.seconds)
 
     def left_s(self, reader: StoreReader, now_ms: int, owner: str | None = None) -> dict[str, float]:
-        """Return how many seconds owners have left, of all that use some; below 0 for one who took more."""
+        """Return the seconds left for each owner who has used some; negative after overuse."""
         if not self.is_bounded:
             return {}
         if owner is None:
@@ -87,7 +87,7 @@ class Quota:
         return left
 
     def charge(self, tx: Transaction, owner: str, used_ms: int, now_ms: int) -> None:
-        """Take what an owner has used."""
+        """Charge an owner for time used."""
         if not self.is_bounded:
             return
         name = _DOCUMENT + owner

@@ -1,4 +1,4 @@
-"""What passes between entries and those who ask for them: records, events, settings, refusals."""
+"""The values that entries exchange with their callers: records, events, settings, refusals."""
 
 import hashlib
 import json
@@ -12,7 +12,7 @@ from marsupial_service.settings import ServiceLimits
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredEntry:
-    """A job or mission as it is stored; it is dated `finished_at_ms` if and only if its state is final."""
+    """A stored job or mission; it has a `finished_at_ms` if and only if its state is final."""
 
     number: int
     id: str
@@ -27,7 +27,7 @@ E = TypeVar("E", bound=StoredEntry)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewEntry:
-    """An entry to be stored; two requests with one idempotency `key` must have the same `digest` of what was sent."""
+    """An entry to store; two requests with the same idempotency `key` must have the same `digest` of their bodies."""
 
     id: str
     owner: str
@@ -36,7 +36,7 @@ class NewEntry:
 
 
 class Created(NamedTuple, Generic[E]):
-    """An acknowledged entry; `replayed` if an earlier request with the same key had made it."""
+    """An acknowledged entry; `replayed` if an earlier request with the same key created it."""
 
     record: E
     replayed: bool
@@ -53,7 +53,7 @@ class EventRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EventBatch:
-    """The next events of an entry, and whether more may come after the last one there is."""
+    """The next events of an entry, and whether more may follow the entry's last stored event."""
 
     events: tuple[EventRecord, ...] = ()
     is_open: bool = False
@@ -61,7 +61,7 @@ class EventBatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EntrySettings:
-    """The limits that hold for entries, and callbacks: for each planning, and each background task that fails."""
+    """The limits of entries, and callbacks: for each planning, and for each failed background task."""
 
     limits: ServiceLimits = field(default_factory=ServiceLimits)
     planned: Callable[[str, float], None] = lambda owner, seconds: None
@@ -69,11 +69,11 @@ class EntrySettings:
 
 
 class KeyReused(Exception):
-    """An idempotency key came again with another request."""
+    """An idempotency key was reused with a different request."""
 
 
 class TooMany(Exception):
-    """No more is taken at the moment; worth another try after `retry_after_s` seconds."""
+    """No more is accepted at the moment; a retry may succeed after `retry_after_s` seconds."""
 
     def __init__(self, said: str, retry_after_s: int = 1) -> None:
         super().__init__(said)
@@ -81,12 +81,12 @@ class TooMany(Exception):
 
 
 class UnknownEntry(Exception):
-    """There is no such entry, no longer, or it belongs to another owner."""
+    """The entry doesn't exist, was removed, or belongs to another owner."""
 
     def __init__(self, noun: str) -> None:
         super().__init__(f"there is no such {noun}, or no longer")
 
 
 def digest_of(document: object) -> bytes:
-    """Return what tells a document apart from others: the same for all that say the same."""
+    """Return the digest of a document: equal for documents with equal content."""
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).digest()

@@ -1,4 +1,4 @@
-"""What jobs and missions have in common while the service runs: in one event loop, where nothing blocks."""
+"""The code that jobs and missions share while the service runs, in one event loop that never blocks."""
 
 import asyncio
 import logging
@@ -18,7 +18,7 @@ from marsupial_service.entries.table import EntryTable
 from marsupial_service.store import Store, StoreError, Transaction
 from marsupial_service.store.engine import Connection
 
-# events read at a time; fewer mean that there are no more
+# most events read at a time; fewer mean that there are no more
 _BATCH = 64
 _SWEEP_S = 30.0
 _WATCH_S = 3.0
@@ -30,14 +30,14 @@ log = logging.getLogger("marsupial.entries")
 
 
 class Subscriptions:
-    """Who waits for news of which topic, in one event loop: events that are set when something was committed."""
+    """The subscribers of each topic, in one event loop: asyncio events that are set after a commit."""
 
     def __init__(self) -> None:
         self._events: dict[str, set[asyncio.Event]] = {}
 
     @contextmanager
     def subscribe(self, topic: str) -> Iterator[asyncio.Event]:
-        """Give an event that is set whenever there is news on `topic`; a waiting caller clears it before looking."""
+        """Provide an event that is set on news about `topic`; a waiting caller clears it before it reads."""
         event = asyncio.Event()
         self._events.setdefault(topic, set()).add(event)
         try:
@@ -49,26 +49,26 @@ class Subscriptions:
                 del self._events[topic]
 
     def listen_to(self, store: Store) -> None:
-        """Notify of whatever is committed from now on; called in the event loop."""
+        """Notify subscribers of every commit from now on; call this in the event loop."""
         loop = asyncio.get_running_loop()
 
-        def pass_on(topics: frozenset[str] | None) -> None:  # in any thread, also after the loop has ended
+        def pass_on(topics: frozenset[str] | None) -> None:  # called in any thread, even after the loop has ended
             with suppress(RuntimeError):
                 loop.call_soon_threadsafe(self.notify, topics)
 
         store.listen(pass_on)
 
     def notify(self, topics: frozenset[str] | None) -> None:
-        """Notify the subscribers of these topics; None: of all."""
+        """Notify the subscribers of these topics; None: of all topics."""
         for topic in self._events if topics is None else topics:
             for event in self._events.get(topic, ()):
                 event.set()
 
 
 class Entries(Generic[E]):
-    """All entries of one kind in a store, of which it keeps `kept` that have ended; `now_ms` is the clock.
+    """All entries of one kind in a store, which retains the `kept` newest that have ended; `now_ms` is the clock.
 
-    The tasks in `background` run as long as the service does, or an entry.
+    The tasks in `background` run as long as the service or an entry does.
     """
 
     def __init__(
@@ -94,11 +94,11 @@ class Entries(Generic[E]):
         self.background = BackgroundTasks(self._stop, settings.failed)
 
     async def get(self, entry: str, owner: str) -> E | None:
-        """Return an entry, or None if that owner has no such entry."""
+        """Return an entry of an owner, None if the owner has no such entry."""
         return await self.read(lambda reader: self._table.find(reader, entry, owner))
 
     async def of(self, owner: str, entry: str) -> E:
-        """Return an entry of an owner: other owners do not learn whether there is one. Raises UnknownEntry."""
+        """Return an entry of an owner; other owners can't learn that it exists. Raises UnknownEntry."""
         record = await self.get(entry, owner)
         if record is None:
             raise UnknownEntry(self._table.noun)
@@ -107,11 +107,11 @@ class Entries(Generic[E]):
     async def list(
         self, owner: str, *, limit: int = 50, before: str | None = None, state: StrEnum | None = None
     ) -> tuple[E, ...]:
-        """Return the entries of an owner, the newest first: those made before entry `before`, those in `state`."""
+        """Return an owner's entries, newest first: only those created before entry `before`, only those in `state`."""
         return await self.read(lambda reader: self._table.newest(reader, owner, limit, before, state))
 
     async def follow(self, entry: str, after: int = 0) -> AsyncGenerator[tuple[EventRecord, ...]]:
-        """Yield the stored events after number `after`, then those to come, up to the last one or `stop`."""
+        """Yield the stored events after number `after`, then new ones, up to the last one or `stop`."""
         with self.subscriptions.subscribe(entry) as news:
             while not self.stopping:
                 news.clear()
@@ -125,7 +125,7 @@ class Entries(Generic[E]):
                     await news.wait()
 
     async def is_told(self, entry: str, after: int) -> bool:
-        """Return whether nothing comes after event number `after`, nor ever will."""
+        """Return whether no event follows number `after`, now or later."""
         batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=1))
         return not batch.events and not batch.is_open
 
@@ -135,7 +135,7 @@ class Entries(Generic[E]):
 
     @property
     def stopping(self) -> bool:
-        """Whether the service is about to end."""
+        """Whether the service is shutting down."""
         return self._stop.is_set()
 
     async def _begin(self, preload: tuple[Preload, ...]) -> None:
@@ -146,19 +146,19 @@ class Entries(Generic[E]):
         self._start("sweep", self._sweep)
 
     def leave(self) -> None:
-        """End streams, and begin nothing more: `stop` is about to come."""
+        """End streams and begin nothing new: `stop` will follow."""
         self._stop.set()
         self.subscriptions.notify(None)
 
     def charge(self, owner: str, planned_s: float) -> None:
-        """Charge an owner for planning, soon: nobody has to wait for that."""
+        """Charge an owner for planning in the background, so that nobody has to wait."""
         self._planned(owner, planned_s)
         if self.quota.is_bounded:
             charge = partial(self._charge, owner, round(1000 * planned_s))
             self._start("charge", charge, restart=False)
 
     async def check_quota(self, owner: str) -> None:
-        """Raise TooMany if an owner has used up their quota, so that nothing short may begin either."""
+        """Raise TooMany if an owner has used up their quota, so that even short work may not begin."""
         if self.quota.is_bounded:
             await self.read(lambda reader: self.quota.check(reader, owner, PREPARATION_S, self.now_ms()))
 
@@ -166,15 +166,15 @@ class Entries(Generic[E]):
         await self.write_until_stored(lambda tx: self.quota.charge(tx, owner, planned_ms, self.now_ms()))
 
     def _start(self, what: str, work: Work, *, restart: bool = True) -> asyncio.Task[None]:
-        """Start a background task; metrics and the log call it by the kind of entry and `what` it does."""
+        """Start a background task; metrics and the log name it by the kind of entry and `what`."""
         return self.background.start(f"{self._table.noun} {what}", work, restart=restart)
 
     async def _take_up(self) -> None:
-        """Adopt what servers that are gone have left. Raises StoreError."""
+        """Take over the entries that dead servers have left. Raises StoreError."""
         raise NotImplementedError
 
     async def _watch(self) -> None:
-        """Take up what other servers leave: on a goodbye message, and by polling, as a killed server sends none."""
+        """Take over entries of other servers: on a goodbye message, and by polling, as a killed server sends none."""
         with self.subscriptions.subscribe(self._table.left) as news:
             while not self.stopping:
                 news.clear()
@@ -186,7 +186,7 @@ class Entries(Generic[E]):
                 await pause(news, pause_s)
 
     async def _sweep(self) -> None:
-        """Remove old entries now and then, and give their space back: little by little, as others write."""
+        """Remove old entries now and then and free their space, in small steps so that others can write."""
         settled = True
         while not self.stopping:
             removed = await self.write_until_stored(
@@ -200,7 +200,7 @@ class Entries(Generic[E]):
             await self._pause(_SWEEP_S if settled else RETRY_S)
 
     async def write_until_stored(self, write: Callable[[Transaction], T]) -> T | None:
-        """Write, and retry while the store fails; None if it still fails at `stop`."""
+        """Run `write` in a transaction, and retry while the store fails; return None if it still fails at `stop`."""
         while True:
             with suppress(StoreError):
                 return await self.write(write)
@@ -212,7 +212,7 @@ class Entries(Generic[E]):
         await pause(self._stop, seconds)
 
     async def left_s(self) -> dict[str, float]:
-        """Return how many seconds of planning owners have left, of all that use some of theirs."""
+        """Return the seconds of planning left for each owner who has used some."""
         return await self.read(lambda reader: self.quota.left_s(reader, self.now_ms()))
 
     async def sizes(self) -> Sizes:
@@ -220,9 +220,9 @@ class Entries(Generic[E]):
         return Sizes(await self.read(stored_bytes), await asyncio.wrap_future(self._store.disk_bytes()))
 
     def write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
-        """Run `write` in a transaction; its result comes once that is on disk."""
+        """Run `write` in a transaction; return its result once that is on disk."""
         return asyncio.wrap_future(self._store.write(write))
 
     def read(self, read: Callable[[Connection], T]) -> Awaitable[T]:
-        """Run `read` on what is committed at one moment."""
+        """Run `read` on a snapshot of the committed data."""
         return asyncio.wrap_future(self._store.read(read))

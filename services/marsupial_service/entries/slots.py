@@ -1,9 +1,9 @@
-"""How much goes on at a time in one server: plannings of jobs and missions; analyses; the reading of large bodies.
+"""Limits on concurrent work in one server: plannings of jobs and missions; analyses; parsing of large bodies.
 
-A mission's planning comes before any job. Where all slots are taken the newest job is broken off for it: the job goes
-back into the queue with its best plan, and with as much of its budget as is left. Owners who wait are served in turn:
-first the one who has the fewest slots, and of those the one who has waited longest. Jobs wait in the queue of the
-store, whose turns follow the same rule (`jobs.turns`).
+A mission's planning comes before any job. If all slots are taken, it preempts the newest job, which goes back into the
+queue with its best plan and the rest of its budget. Waiting owners are served in turn: first the one with the fewest
+slots, and among equals the one who has waited longest. Jobs wait in the store's queue, whose turns follow the same
+rule (`jobs.turns`).
 """
 
 import asyncio
@@ -13,9 +13,9 @@ from contextlib import contextmanager
 
 
 class Slot:
-    """A slot that is taken by `owner` (None: a job).
+    """A slot taken by `owner` (None: by a job).
 
-    `breaks` ends what has it, if that can be broken off; `is_wanted` if it was, so that a mission gets the slot.
+    `breaks` preempts the holder, if that is possible; `is_wanted` if that was done, so that a mission gets the slot.
     """
 
     def __init__(self, owner: str | None) -> None:
@@ -35,38 +35,38 @@ class Slots:
 
     @property
     def in_use(self) -> int:
-        """How many are taken."""
+        """The number of slots taken."""
         return len(self._taken)
 
     async def for_job(self) -> Slot:
-        """Take a slot for a job as soon as one is free that no owner waits for."""
+        """Take a slot for a job as soon as one is free and no owner is waiting."""
         return await self._wait(self._jobs)
 
     async def for_owner(self, owner: str) -> Slot:
-        """Take a slot in turn with other owners, before any job; if none is free a job is broken off."""
+        """Take a slot in turn with other owners, before any job; preempt a job if no slot is free."""
         if len(self._taken) >= self.count:
             self._break_off()
         return await self._wait(self._owners.setdefault(owner, deque()))
 
     def waiting(self, owner: str) -> int:
-        """Return how many slots an owner waits for."""
+        """Return the number of slots that an owner is waiting for."""
         return sum(not turn.done() for turn in self._owners.get(owner, ()))
 
     def let_break(self, slot: Slot, breaks: Callable[[], None]) -> None:
-        """Mark the holder of a slot as preemptible. It is preempted at once if an owner waits in vain."""
+        """Mark the holder of a slot as preemptible. Preempt it at once if an owner is still waiting."""
         slot.breaks = breaks
-        # slots that are being preempted already will go to owners that wait
+        # slots already being preempted will go to waiting owners
         if sum(map(self.waiting, self._owners)) > sum(one.is_wanted for one in self._taken):
             self._break_off()
 
     def free(self, slot: Slot) -> None:
-        """Give a slot back."""
+        """Release a slot."""
         self._taken.remove(slot)
         self._hand_out()
 
     @contextmanager
     def taken(self, slot: Slot) -> Iterator[Slot]:
-        """Give a slot back at the end."""
+        """Release a slot at the end of the block."""
         try:
             yield slot
         finally:
@@ -79,7 +79,7 @@ class Slots:
         try:
             return await turn
         except asyncio.CancelledError:
-            # the slot may have been handed out in the same round of the loop: nobody else would give it back
+            # the slot may have been assigned in the same iteration of the loop: nobody else would release it
             if turn.done() and not turn.cancelled():
                 self.free(turn.result())
             raise
@@ -94,7 +94,7 @@ class Slots:
             turn.set_result(slot)
 
     def _next(self) -> tuple[str | None, asyncio.Future[Slot] | None]:
-        """Return whose turn it is, of those that still wait, and what tells them."""
+        """Return the waiting owner (None: a job) whose turn it is, and the future to resolve (None: nobody waits)."""
         has = Counter(slot.owner for slot in self._taken)
         while self._owners:
             owner = min(self._owners, key=has.__getitem__)

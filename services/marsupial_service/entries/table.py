@@ -1,7 +1,7 @@
-"""The table of one kind of entries in the store: jobs, or missions.
+"""The table of one kind of entry in the store: jobs or missions.
 
-Each change is part of a transaction. One that comes too late, as the state it leads to can't follow the one the entry
-is in, changes nothing and says so: that is how a final state is reached once.
+Each change is part of a transaction. A change to a state that can't follow the entry's current state comes too late: it
+changes nothing and reports that. So each entry reaches a final state exactly once.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from marsupial_service.store.transaction import StoreReader
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-# removed in one transaction: nobody should have to wait for longer than the 50 ms that this takes
+# entries removed in one transaction: this takes 50 ms, and other writes should not wait longer
 _SWEPT = 50
 _SWEPT_ROWS = 10_000
 _ANY_NUMBER = 1 << 62  # OFFSET needs a LIMIT
@@ -30,17 +30,17 @@ R = TypeVar("R", bound="DataclassInstance")
 
 
 def made_of(kind: type[R], row: StoreRow, **more: object) -> R:
-    """Return a record of the columns called like its fields (`created_ms` for `created_at_ms`), and `more`."""
+    """Return a record from the columns named like its fields (`created_ms` for `created_at_ms`), and `more`."""
     names = [field.name for field in fields(kind) if field.name not in more]
     return kind(**{name: row[name.replace("_at_ms", "_ms")] for name in names}, **more)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EntryTable(Generic[E]):
-    """A table of entries and the one of their events.
+    """A table of entries and the table of their events.
 
-    An entry is called `noun`, which is also the column of the events that says whose they are. `select` gives the
-    columns of which `record` makes records. `moves` has the states that may follow each state: none where it is final.
+    `noun` names an entry, and is the column of the events table that refers to it. `select` returns the columns that
+    `record` turns into records. `moves` has the states that may follow each state: none if it is final.
     """
 
     name: str
@@ -53,13 +53,13 @@ class EntryTable(Generic[E]):
 
     @property
     def left(self) -> str:
-        """The topic of entries that their holder has left."""
+        """The topic of entries whose holder has left them."""
         return f"{self.name}/left"
 
     def create(self, tx: Transaction, new: NewEntry, add: Callable[[], None]) -> Created[E]:
-        """Return what an earlier request with that key has made, or what `add` adds. Raises KeyReused.
+        """Return the entry that an earlier request with that key created, or the one that `add` adds. Raises KeyReused.
 
-        Of all servers one at a time adds to a table, so what `add` counts is so.
+        Only one server at a time adds to a table, so counts that `add` makes stay correct.
         """
         tx.lock(self.name)
         known = self.made_before(tx, new)
@@ -68,7 +68,7 @@ class EntryTable(Generic[E]):
         return Created(self.existing(tx, known or new.id), replayed=known is not None)
 
     def made_before(self, reader: StoreReader, new: NewEntry) -> str | None:
-        """Return the id of what an earlier request with that key has made, if there is any. Raises KeyReused."""
+        """Return the id of the entry that an earlier request with that key created, if any. Raises KeyReused."""
         if new.key is None:
             return None
         sql = f"SELECT id, digest FROM {self.name} WHERE owner = ? AND idempotency_key = ?"
@@ -86,7 +86,7 @@ class EntryTable(Generic[E]):
         return int(tx.execute(f"SELECT number FROM {self.name} WHERE id = ?", (new.id,)).fetchone()["number"])
 
     def find(self, reader: StoreReader, entry: str, owner: str | None = None) -> E | None:
-        """Return an entry, if there is one (of that owner)."""
+        """Return an entry (of that owner), None if there is none."""
         where = f"WHERE {self.name}.id = ? AND {self.name}.owner = coalesce(?, {self.name}.owner)"
         row = reader.execute(f"{self.select} {where}", (entry, owner)).fetchone()
         return None if row is None else self.record(row)
@@ -99,19 +99,19 @@ class EntryTable(Generic[E]):
         return record
 
     def hold(self, tx: Transaction, entry: str) -> None:
-        """Keep an entry, if there is one, from other servers until the end of the transaction."""
-        if tx.row_lock:  # else there is one writer
+        """Lock an entry, if it exists, against other servers until the end of the transaction."""
+        if tx.row_lock:  # otherwise there is only one writer
             tx.execute(f"SELECT 1 FROM {self.name} WHERE id = ?{tx.row_lock}", (entry,)).fetchone()
 
     def held(self, tx: Transaction, entry: str) -> E:
-        """Return an entry that no other server changes until the end of the transaction. Raises UnknownEntry."""
+        """Lock an entry against other servers until the end of the transaction, and return it. Raises UnknownEntry."""
         self.hold(tx, entry)
         return self.existing(tx, entry)
 
     def newest(
         self, reader: StoreReader, owner: str, limit: int, before: str | None = None, state: StrEnum | None = None
     ) -> tuple[E, ...]:
-        """Return the newest entries of an owner, the newest first: those made before entry `before`, in `state`."""
+        """Return an owner's newest entries, newest first: only those created before `before`, only those in `state`."""
         conditions: dict[str, object] = {f"{self.name}.owner = ?": owner}  # qualified: `select` may join tables
         if state is not None:
             conditions[f"{self.name}.state = ?"] = state
@@ -121,7 +121,7 @@ class EntryTable(Generic[E]):
         return tuple(self.record(row) for row in reader.execute(sql, (*conditions.values(), limit)))
 
     def move(self, tx: Transaction, number: int, state: StrEnum, now_ms: int, **more: object) -> bool:
-        """Put an entry into another state, with `more` columns; return whether that may follow the one it was in."""
+        """Move an entry to another state and set `more` columns; return whether its old state allowed that."""
         if not self.moves[state]:
             more["finished_ms"] = now_ms
         before = [former for former, states in self.moves.items() if state in states]
@@ -132,13 +132,13 @@ class EntryTable(Generic[E]):
         self._set(tx, {"number": (number,)}, **columns)
 
     def take_over(self, tx: Transaction, number: int, **columns: object) -> int:
-        """Make this server the holder of an entry, set columns, and return the term that begins."""
+        """Make this server the holder of an entry, set columns, and return the new term."""
         self.change(tx, number, holder=tx.server, **columns)
         row = tx.execute(f"UPDATE {self.name} SET term = term + 1 WHERE number = ? RETURNING term", (number,))
         return int(row.fetchone()["term"])
 
     def _set(self, tx: Transaction, where: Mapping[str, Sequence[object]], **columns: object) -> bool:
-        """Set columns of the entries whose other columns have one of the values given; return whether there are any."""
+        """Set columns of the entries whose `where` columns have the given values; return whether any matched."""
         changes = ", ".join(f"{column} = ?" for column in columns)
         which = " AND ".join(f"{column} IN ({', '.join('?' * len(values))})" for column, values in where.items())
         given = (*columns.values(), *(value for values in where.values() for value in values))
@@ -153,7 +153,7 @@ class EntryTable(Generic[E]):
         tx.news.add(row["id"])
 
     def events(self, reader: StoreReader, entry: str, after: int, limit: int) -> EventBatch:
-        """Return the next events after number `after`. An entry that is not there has none and gets none."""
+        """Return the next events after number `after`. An entry that doesn't exist has no events and will get none."""
         sql = f"SELECT number, finished_ms, events FROM {self.name} WHERE id = ?"
         row = reader.execute(sql, (entry,)).fetchone()
         if row is None:
@@ -171,12 +171,12 @@ class EntryTable(Generic[E]):
         return reader.execute(sql, (number, after, limit))
 
     def counts(self, reader: StoreReader, column: str, words: type[W]) -> dict[W, int]:
-        """Return how many entries have each of the words in a column."""
+        """Return how many entries have each word in a column."""
         found = dict(map(tuple, reader.execute(f"SELECT {column}, count(*) FROM {self.name} GROUP BY 1").fetchall()))
         return {word: found.get(word, 0) for word in words}
 
     def remove_old(self, tx: Transaction, retention_s: float, kept: int, now_ms: int, most: int = _SWEPT) -> int:
-        """Remove at most so many entries that ended too long ago, or before the `kept` newest; return how many."""
+        """Remove at most `most` entries that ended too long ago or before the `kept` newest; return how many."""
         before_ms = now_ms - round(1000 * retention_s)
         rows = tx.execute(
             f"SELECT number, id FROM {self.name} WHERE finished_ms < ?"
@@ -188,12 +188,12 @@ class EntryTable(Generic[E]):
         for number, entry in rows:
             tx.news.add(entry)
             left -= self._empty(tx, number, left)
-            if left <= 0:  # out of sight; the next call goes on with it
+            if left <= 0:  # hide the entry; the next call removes the rest of it
                 self.change(tx, number, id=f"removed/{number}", owner="", idempotency_key=None)
                 break
             tx.execute(f"DELETE FROM {self.name} WHERE number = ?", (number,))
         return len(rows)
 
     def _empty(self, tx: Transaction, number: int, most: int) -> int:
-        """Remove about `most` rows that belong to an entry, or fewer if all others go with it; return how many."""
+        """Remove about `most` rows of an entry, fewer if deleting the entry deletes the rest; return how many."""
         return 0

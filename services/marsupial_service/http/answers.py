@@ -15,7 +15,7 @@ from marsupial_service.schemas.answers import JobSummaryAnswer, MissionAnswer, P
 from marsupial_service.schemas.base import Answer
 
 UNKEPT = {"Cache-Control": "no-store"}
-"""Headers of answers that nobody on the way is to keep."""
+"""Headers of answers that must not be cached."""
 
 
 def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
@@ -24,7 +24,7 @@ def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | No
 
 
 def text_answer(text: bytes, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
-    """Return a response whose body is JSON text already."""
+    """Return a response with a body that is already JSON text."""
     return Response(text, status_code=status, headers={**UNKEPT, **(headers or {})}, media_type="application/json")
 
 

@@ -1,9 +1,9 @@
-"""Connections: how many there are, how long they may be without a request, and what is no HTTP.
+"""Connections: their number, how long they may stay without a request, and input that is not HTTP.
 
-uvicorn bounds how long a connection is kept after a request, and refuses requests beyond a number of connections. It
-waits for ever for the first request, and for a client that takes nothing of its answer; nor do the other servers of
-its kind know a bound per address. So this is uvicorn's own protocol (the one over h11, always, as its checks are the
-strictest) with three timers more, in which nothing of HTTP is parsed again.
+uvicorn limits how long a connection stays open after a request, and refuses requests beyond a number of connections.
+But it waits for ever for the first request, and for a client that doesn't read its answer, and like similar servers it
+has no limit per address. So this is uvicorn's own protocol (always the one over h11, as its checks are the strictest)
+with three more timers, which parse no HTTP.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Connections:
         self._idle: dict[GuardedProtocol, None] = {}
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of connections."""
         return len(self._addresses)
 
     def enter(self, connection: GuardedProtocol, address: str) -> bool:
@@ -58,7 +58,7 @@ class Connections:
         return True
 
     def leave(self, connection: GuardedProtocol) -> None:
-        """Count it no more."""
+        """Stop counting a connection."""
         self._idle.pop(connection, None)
         address = self._addresses.pop(connection, None)
         if address is not None:
@@ -120,7 +120,7 @@ class GuardedProtocol(H11Protocol):
         self._look()
 
     def timeout_keep_alive_handler(self) -> None:
-        """Close it, even if it doesn't receive what is still to be sent."""
+        """Close the connection, even if the client doesn't read the remaining data."""
         super().timeout_keep_alive_handler()
         self._abort_soon()
 
@@ -129,7 +129,7 @@ class GuardedProtocol(H11Protocol):
         self._watch_unsent()
 
     def _watch_unsent(self) -> None:
-        """Look again later whether the client has taken anything."""
+        """Start the timer that checks whether the client has received anything."""
         self._unsent = self.transport.get_write_buffer_size()
         self._stall = self.loop.call_later(self._census.limits.stall_s, self._stalled)
 
@@ -139,7 +139,7 @@ class GuardedProtocol(H11Protocol):
         super().resume_writing()
 
     def send_400_response(self, msg: str) -> None:
-        """Answer what is no HTTP, and close; in the middle of an answer nothing more can be said."""
+        """Answer a malformed request with an error and close; in the middle of an answer, only close."""
         if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
             self._refuse(HttpProblem("bad-request", msg))
         else:
@@ -168,7 +168,7 @@ class GuardedProtocol(H11Protocol):
             self._watch_unsent()
 
     def _refuse(self, problem: HttpProblem) -> None:
-        """Answer and close, whatever state HTTP is in."""
+        """Answer and close, in any state of the HTTP exchange."""
         response = answer(problem, "")
         lines = [f"HTTP/1.1 {response.status_code} {problem.title}", "connection: close"]
         lines += [f"{name.decode()}: {value.decode()}" for name, value in response.raw_headers]

@@ -1,7 +1,7 @@
 """The page ``/docs``: the OpenAPI document as one page of plain HTML.
 
-It is made here and not by a viewer in the browser: viewers weigh megabytes, come from elsewhere or have to be shipped,
-and want scripts and styles that a strict policy forbids. This page has no script and loads nothing.
+The server renders it, not a viewer in the browser: viewers take megabytes, come from other hosts or must be shipped,
+and need scripts and styles that a strict policy forbids. This page has no script and loads nothing.
 """
 
 import base64
@@ -28,7 +28,7 @@ HEADERS: Mapping[str, str] = {
     "form-action 'none'; frame-ancestors 'none'",
     "Cache-Control": "no-store",
 }
-"""What is sent with the page: it may use its own style and nothing else."""
+"""The headers of the page: it may use its own style and nothing else."""
 
 _CODE = re.compile("`{1,2}([^`]+)`{1,2}")
 
@@ -81,7 +81,7 @@ def _operation(path: str, method: str, operation: Mapping[str, Any]) -> Iterator
 
 
 def _kinds_of(part: Mapping[str, Any]) -> str:
-    """Return what is sent: the types of media, and the schema of each."""
+    """Return the media types of a body, with the schema of each."""
     told = []
     for media, content in part.get("content", {}).items():
         kind = _kind(content.get("itemSchema") or content.get("schema", {}))
@@ -106,7 +106,7 @@ def _row(name: str, kind: str, said: str) -> str:
 
 
 def _prose(text: str) -> str:
-    """Return a description as HTML; what stands between backticks is code."""
+    """Return a description as HTML; text between backticks is code."""
     return _CODE.sub(r"<code>\1</code>", escape(text))
 
 

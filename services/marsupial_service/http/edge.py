@@ -56,7 +56,7 @@ class Edge:
             self._note(scope, passage, time.perf_counter() - begun)
 
     def _refusal(self, method: str, headers: Headers) -> HttpProblem | None:
-        """Return why no route is to see a request, if that is so."""
+        """Return the problem if a request must not reach any route, else None."""
         if "transfer-encoding" in headers and "content-length" in headers:
             return HttpProblem("bad-request", "two lengths contradict each other", headers={"Connection": "close"})
         if self._state.settings.needs_keys:

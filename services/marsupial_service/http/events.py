@@ -1,6 +1,6 @@
-"""Events of a job or mission as server-sent events: first the stored ones, then those to come, until its end.
+"""Events of a job or mission as server-sent events: first the stored ones, then new ones, until its end.
 
-A stream that is taken up after an event (``Last-Event-ID``) continues as an uninterrupted one would.
+A stream that resumes after an event (``Last-Event-ID``) continues as an uninterrupted one would.
 """
 
 import asyncio
@@ -18,7 +18,7 @@ from marsupial_service.state import State
 from marsupial_service.store import StoreError
 
 KEEP_ALIVE_S = 15.0
-# pause between checks whether the key of a stream is still good
+# pause between checks whether the key of a stream is still valid
 KEY_S = 2.0
 
 _PIECE_BYTES = 16_384
@@ -35,7 +35,7 @@ class EventStream(StreamingResponse):
 
 
 class _Counted(EventStream):
-    """Calls `close` once it is over, however that comes."""
+    """A stream that calls `close` once it is over, for whatever reason."""
 
     def __init__(self, frames: AsyncIterator[bytes], close: Callable[[], None]) -> None:
         # nginx would hold events back until its buffer is full
@@ -57,7 +57,7 @@ async def stream(
     The stream ends when the key of the request no longer `holds`.
     """
     after = int(last_event_id or 0)
-    # at 204 a browser stops reconnecting; at an empty stream it would go on
+    # 204 makes a browser stop reconnecting; after an empty stream it would continue
     if last_event_id is not None and await entries.is_told(entry, after):
         return Response(status_code=204, headers={"Cache-Control": "no-store"})
     if state.streams[owner] >= state.settings.limits.streams:
@@ -109,7 +109,7 @@ async def _frames(entries: Entries[E], entry: str, after: int, holds: Callable[[
 
 
 def _pieces(events: Sequence[EventRecord]) -> Iterator[bytes]:
-    """Yield events as they are sent: many small ones at once, as each piece costs as much as a small request."""
+    """Yield the bytes of events, many small ones at once, as each piece costs as much as a small request."""
     piece = b""
     for event in events:
         piece += f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()

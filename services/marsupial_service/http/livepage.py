@@ -1,7 +1,7 @@
-"""The page at ``/``: what replay pages are made of, as files of their own, fed by the service as it goes on.
+"""The page at ``/``: the parts of a replay page as separate files, with live data from the service.
 
-Nothing is loaded from elsewhere, and no script or style stands in the page itself: a strict policy allows only what is
-served beside it. Browsers keep the files, and ask each time whether they are still the same.
+The page loads nothing from other hosts and has no inline script or style: a strict policy allows only files that this
+service serves. Browsers cache the files, and revalidate them each time.
 """
 
 import hashlib

@@ -71,12 +71,12 @@ def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
 
 
 def kept_text() -> str:
-    """Return the document as it is kept with the code."""
+    """Return the document stored with the code."""
     return (files("marsupial_service.http") / FILE).read_text(encoding="utf-8")
 
 
 def text_of(found: dict[str, Any]) -> str:
-    """Return a document as it is kept."""
+    """Return a document as stored text."""
     return json.dumps(found, indent=1, sort_keys=True) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""What every route does before its own code: who asks, in which form the answer is wanted, the body received.
+"""The checks of every route before its own code: the caller's key, the requested form of the answer, the body.
 
 The order is: key (401, 403), form of the answer (406), type of the body (415), its size and time (413, 408), its
 syntax (400), its shape (422).
@@ -104,7 +104,7 @@ class _ReadRequest(Request):
             raise HttpProblem("media-type", "Content-Encoding must be identity")
         limits = state_of(self.app).settings.limits
         length = self.headers.get("content-length", "")
-        # before a byte of it is read
+        # refuse the body before reading a byte of it
         if length.isascii() and length.isdigit() and int(length[:20]) > limits.body_bytes:
             raise _too_large(limits.body_bytes)
         body = bytearray()
@@ -117,12 +117,12 @@ class _ReadRequest(Request):
                     timeout.reschedule(due_s + len(body) / limits.body_rate)
         except TimeoutError:
             raise HttpProblem("too-slow", headers={"Connection": "close"}) from None
-        except ClientDisconnect:  # nobody reads the answer; the log and the metrics have its status
+        except ClientDisconnect:  # nobody reads the answer; its status is for the log and the metrics
             raise HttpProblem("bad-request", "the body ended too early") from None
         self._sent = Sent(bytes(body), self.state.owner)
 
     def _hold(self, count: int) -> None:
-        """Count bytes that came. Raises HttpProblem if there are too many of this body, or of all."""
+        """Count received bytes. Raises HttpProblem if there are too many for this body or in all."""
         state = state_of(self.app)
         limits = state.settings.limits
         self._held += count
@@ -134,7 +134,7 @@ class _ReadRequest(Request):
             raise HttpProblem("too-many", text, headers={"Connection": "close", "Retry-After": "1"})
 
     def release(self) -> None:
-        """Count its bytes no more."""
+        """Stop counting its bytes."""
         state_of(self.app).held_bytes -= self._held
 
     async def body(self) -> bytes:

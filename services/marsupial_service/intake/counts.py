@@ -1,4 +1,4 @@
-"""How many of everything a body may hold, looked at before any of it is validated.
+"""Limits on the number of items in a body, checked before any of it is validated.
 
 A list of a million robots is refused by its length: to say what is wrong with each of them would take longer than to
 plan for them.
@@ -15,7 +15,7 @@ from marsupial_service.settings import ServiceLimits
 
 # in a path: every item of a list, or value of a mapping
 EACH = "*"
-# there can't be more: codes are one byte, and one of them is for the unknown
+# the maximum: codes are one byte, and one of them means unknown
 _TERRAINS = UNKNOWN
 
 
@@ -91,7 +91,7 @@ def check_counts(document: object, counts: Sequence[Count], limits: ServiceLimit
 def _found(
     value: Any, path: tuple[str, ...], so_far: tuple[str | int, ...]
 ) -> Iterator[tuple[tuple[str | int, ...], Any]]:
-    """Yield what stands at a path, with the keys and indices that lead there."""
+    """Yield the values at a path, each with the keys and indices that lead to it."""
     if not path:
         yield so_far, value
         return

@@ -1,4 +1,4 @@
-"""From the bodies of jobs to what is stored of them, of analyses to map states, of validations to verdicts."""
+"""Convert the bodies of jobs to stored requests, those of analyses to map states, those of validations to verdicts."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -30,7 +30,7 @@ def job_of(body: JobBody, sent: Digested, limits: ServiceLimits, planners: Mappi
     budget = budget_of(job.budget, limits, DEFAULT_BUDGET_S)
     if budget.steps is not None and not info.deterministic_steps:
         raise refuse("budget.steps", f"planner {job.planner} can't count steps: give it a budget in seconds")
-    if isinstance(job, SituationJobBody):  # only to see that it can be read: the worker reads it again
+    if isinstance(job, SituationJobBody):  # only to check that it can be read: the worker reads it again
         situation_of(job.situation, limits)
     else:
         map_state_of(job.map_state, limits)

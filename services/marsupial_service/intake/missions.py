@@ -244,7 +244,7 @@ def _bodies(body: ReportsBody) -> Sequence[ReportBody]:
 
 
 def _has_no_map(body: ReportsBody) -> bool:
-    """Return whether no report has a whole map: a few runs of it are laid out as all cells of a frame."""
+    """Return whether no report has a whole map: even a few runs of a map expand to all cells of a frame."""
     return all(one.map is None for one in _bodies(body))
 
 
@@ -254,7 +254,7 @@ REPORT_READER = BodyReader(model=ReportsBody, counts=counts.REPORTS, make=report
 
 
 def changes_in(cells: CellArray) -> int:
-    """Return how often a cell differs from the one before it: about as many runs there are."""
+    """Return how often a cell differs from the one before it: that is about the number of runs."""
     return int(np.count_nonzero(np.diff(cells.ravel())))
 
 

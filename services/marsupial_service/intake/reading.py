@@ -1,7 +1,7 @@
 """From the bytes of a body to the value that a route wants: parsed, counted, validated, made.
 
-What is small is done where it came in. A large body, or a small one that tells of a large map, is read in a process
-of its own, with limits: the server answers others meanwhile, and what a body makes of itself in memory ends with that
+The server's process reads small bodies itself. It has a large body, or a small one with a large map, read in a separate
+process with limits: meanwhile the server answers other requests, and the memory that the body takes is freed with that
 process.
 """
 
@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 
 class Sent(NamedTuple):
-    """A body as it came, and who sent it."""
+    """A received body and its sender."""
 
     data: bytes
     owner: str

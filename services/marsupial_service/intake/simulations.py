@@ -111,7 +111,7 @@ def _placed(asked: Asked, scenario: Scenario, warnings: Sequence[str]) -> tuple[
 
 
 def _elsewhere(_: SimulationBody) -> int:
-    # never in the server's process: to place a team takes a while
+    # never in the server's process: placing a team takes a while
     return INLINE_CELLS + 1
 
 

@@ -18,21 +18,21 @@ from marsupial_service.entries.records import TooMany
 from marsupial_service.entries.slots import Slots
 from marsupial_service.problems import HttpProblem
 
-# how often a process is begun where another one kills it
+# how often to start a process that something else kills
 _TRIES = 3
 _RETRY_S = 2
-# its own ends: to begin it again would not help
+# ends that the process caused itself: a restart would not help
 _OWN = (Ending.TIMEOUT, Ending.MEMORY, Ending.CRASHED)
-# for a process on a cluster, which has room for it as long as a node is there
+# how long to wait for room on a cluster, which has room as long as it has a node
 _ROOM_S = 5.0
-# at a time. Their threads are their own: while processes are still being made ready, others have work to do
+# most processes at a time. They have their own threads, so that starting processes never blocks other work
 _MOST = 16
 
 log = logging.getLogger("marsupial.service")
 
 
 class Supervised:
-    """Such processes; `leave` ends all there are and will be."""
+    """Supervised processes; `leave` ends all current and future ones."""
 
     def __init__(self) -> None:
         self._threads = ThreadPoolExecutor(_MOST, "supervised")
@@ -48,7 +48,7 @@ class Supervised:
         return await asyncio.get_running_loop().run_in_executor(self._threads, self._first, job)
 
     def leave(self) -> None:
-        """End them all; returns at once."""
+        """End all processes; return at once."""
         with self._lock:
             self._leaving = True
             for run in self._runs:
@@ -121,7 +121,7 @@ def _not_now(said: str) -> HttpProblem:
 
 @dataclass(slots=True, kw_only=True)
 class RequestProcesses:
-    """Processes that work for one request each, so many at a time: keys have turns, and are charged for their use."""
+    """Processes that serve one request each, a limited number at a time: keys take turns, and are charged for use."""
 
     supervised: Supervised
     slots: Slots

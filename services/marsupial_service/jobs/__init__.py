@@ -1,1 +1,1 @@
-"""Planning jobs that outlive the server: stored before they are acknowledged, run in processes that always end."""
+"""Planning jobs that survive a server: stored before they are acknowledged, run in processes that always end."""

@@ -1,4 +1,4 @@
-"""One attempt at a job: a thread that reads what the worker sends, and has it stored."""
+"""One attempt at a job: a thread that reads the worker's output and stores it."""
 
 import math
 import threading
@@ -19,12 +19,12 @@ from marsupial_service.jobs.work import GAVE_UP, solve
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError, Transaction
 
-# how long a planner that keeps its budget by itself may exceed it before it is stopped: ours, an operator's
+# how long a planner that enforces its own budget may exceed it before it is stopped: ours, an operator's
 _SLACK_S, _COMMAND_SLACK_S = 1.0, 0.5
 
-# a slow disk does not hold a planner up at once; a planner that floods the store waits
+# a slow disk does not block a planner at once; a planner that floods the store waits
 _MOST_UNSTORED = 16
-# pause before a write that failed is repeated
+# pause before a failed write is repeated
 _AGAIN_S = 1.0
 
 _OUTCOMES: Mapping[Ending, JobOutcome] = {
@@ -37,7 +37,7 @@ _OUTCOMES: Mapping[Ending, JobOutcome] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AttemptLost:
-    """The attempt was ended by something that is not the job's fault; `reason` is empty where that was us."""
+    """The attempt ended through no fault of the job; `reason` is empty if this server ended it."""
 
     reason: str
 
@@ -45,7 +45,7 @@ class AttemptLost:
 class Attempt:
     """An attempt at the job of `claim`, in `reservation`. Any thread may call `cancel` at any time.
 
-    `took_s` is how long its processes took from request to end; 0 until then.
+    `took_s` is how long its processes took from request to end; 0 until they end.
     """
 
     def __init__(
@@ -73,11 +73,11 @@ class Attempt:
 
     @property
     def tail_s(self) -> float:
-        """How long its processes still took once it was cancelled."""
+        """How long its processes took to end after it was cancelled, in seconds."""
         return max(0.0, self._begun_s + self.took_s - self._cancelled_s)
 
     def cancel(self) -> None:
-        """Request its end; returns at once."""
+        """Request the attempt's end; return at once."""
         with self._lock:
             self._cancelled_s = min(self._cancelled_s, time.monotonic())
             self._cancelled.set()
@@ -85,7 +85,7 @@ class Attempt:
                 self._run.cancel()
 
     def run(self) -> Closed | AttemptLost:
-        """Run it to its end; when this returns, nothing of it is running and its plans are stored."""
+        """Run the attempt to its end; on return its processes have ended and its plans are stored."""
         self._begun_s = time.monotonic()
         try:
             run = self._reservation.run(self._job())
@@ -97,7 +97,7 @@ class Attempt:
         try:
             with self._lock:
                 self._run = run
-                # `cancel` came before there was a run to cancel
+                # `cancel` was called before there was a run to cancel
                 if self._cancelled.is_set():
                     run.cancel()
             ended = run.follow(self._take)
@@ -106,7 +106,7 @@ class Attempt:
             return self._lost(str(error))
         finally:
             run.close()
-            # by the supervisor's clock, if possible: to wait for the store is no planning
+            # by the supervisor's clock, if possible: waiting for the store is not planning
             self.took_s = time.monotonic() - self._begun_s if ended is None else self.took_s + ended.wall_s
         return self._closed or self._judge(ended)
 
@@ -138,7 +138,7 @@ class Attempt:
         self._unstored.append((write, self._store.write(write)))
 
     def _wait_stored(self, at_most: int) -> None:
-        """Wait until all but so many writes are stored, however long the store is away: planning goes on meanwhile."""
+        """Wait until at most `at_most` writes are left to store, through any outage; planning continues meanwhile."""
         while len(self._unstored) > at_most:
             write, written = self._unstored.popleft()
             while (error := written.exception()) is not None:
@@ -147,7 +147,7 @@ class Attempt:
                 written = self._store.write(write)
 
     def _judge(self, ended: Ended) -> Closed | AttemptLost:
-        """Put the end of the processes into the words of jobs."""
+        """Convert the end of the processes to an end of the attempt."""
         if self._cancelled.is_set() or ended.ending in (Ending.KILLED, Ending.CANCELLED):
             return self._lost(ended.detail)
         closed = Closed(outcome=_OUTCOMES[ended.ending], detail=ended.detail)

@@ -1,4 +1,4 @@
-"""What can be read of jobs in the store, at one moment."""
+"""Read jobs from a snapshot of the store."""
 
 import zlib
 
@@ -28,14 +28,14 @@ def plan_text(reader: StoreReader, job: str, revision: int) -> str:
 
 
 def analysis(reader: StoreReader, job: str) -> Analysed | None:
-    """Return what was found on the map of a job; None before that, and for jobs sent with a situation."""
+    """Return the analysis of a job's map; None until it is stored, and for jobs sent with a situation."""
     sql = "SELECT situation, places FROM payloads JOIN jobs ON number = job WHERE id = ? AND situation IS NOT NULL"
     row = reader.execute(sql, (job,)).fetchone()
     return None if row is None else Analysed(situation=row["situation"], places=row["places"])
 
 
 def source_text(reader: StoreReader, job: str) -> str | None:
-    """Return the JSON text that was sent for a job."""
+    """Return the JSON text that the client sent for a job."""
     sql = "SELECT source FROM payloads JOIN jobs ON number = job WHERE id = ?"
     row = reader.execute(sql, (job,)).fetchone()
     return None if row is None else zlib.decompress(row["source"]).decode()

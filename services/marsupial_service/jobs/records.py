@@ -1,4 +1,4 @@
-"""What passes between planning jobs and their callers: requests, records, events, settings.
+"""The values that planning jobs exchange with their callers: requests, records, events, settings.
 
 Times are integer milliseconds since 1970 (UTC).
 """
@@ -37,7 +37,7 @@ MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PackedRequest:
-    """A job as it is stored: `source` is the compressed JSON text that was sent, which its worker reads again.
+    """A job to store: `source` is the client's JSON text, compressed, which the worker parses again.
 
     Two requests with one idempotency key must have the same `digest`.
     """
@@ -56,10 +56,10 @@ class PackedRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobRecord(StoredEntry):
-    """A job as it is stored; it has an `outcome` if and only if its state is final.
+    """A stored job; it has an `outcome` if and only if its state is final.
 
-    It has more than one of `attempts` only if a process of it was killed or the server ended. Each of its `plans`
-    improves on the one before; `makespan_ms` is that of the last, `lower_bound_ms` is what the planner proved.
+    `attempts` exceeds 1 only if a process of the job was killed or a server ended. Each of its `plans` improves on the
+    one before; `makespan_ms` is that of the last plan, `lower_bound_ms` is the bound that the planner proved.
     """
 
     state: JobState
@@ -77,7 +77,7 @@ class JobRecord(StoredEntry):
 
     @property
     def gap(self) -> float | None:
-        """How much longer the best plan is than the bound, as a share of the plan; None where one is missing."""
+        """The gap between the best plan and the bound, as a share of the plan; None if either is missing."""
         if self.makespan_ms is None or self.lower_bound_ms is None:
             return None
         return max(0, self.makespan_ms - self.lower_bound_ms) / self.makespan_ms if self.makespan_ms else 0.0
@@ -85,7 +85,7 @@ class JobRecord(StoredEntry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metrics:
-    """Counts for operators: jobs in the store by state and by outcome, those that wait by owner, and slots in use."""
+    """Counts for operators: stored jobs by state and by outcome, waiting jobs by owner, and slots in use."""
 
     states: Mapping[JobState, int]
     outcomes: Mapping[JobOutcome, int]
@@ -96,10 +96,10 @@ class Metrics:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobSettings(EntrySettings):
-    """Limits of jobs, and how they are run.
+    """Limits of jobs, and how to run them.
 
-    A job is started up to `max_attempts` times if its processes or the server are killed. `commands` has the engine
-    names of external planners (``cmd:...``) by the names that clients use.
+    A job is started up to `max_attempts` times if its processes or the server are killed. `commands` maps clients'
+    names of external planners to their engine names (``cmd:...``).
     """
 
     max_attempts: int = 3
@@ -108,9 +108,9 @@ class JobSettings(EntrySettings):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkerTask:
-    """One attempt at a job: its `source` as in `PackedRequest`, which must keep the `limits` of the service.
+    """One attempt at a job: its `source` as in `PackedRequest`, which must be within the `limits` of the service.
 
-    `start` is the best plan of earlier attempts; only better ones are sent back.
+    `start` is the best plan of earlier attempts; the worker sends back only better ones.
     """
 
     source: bytes
@@ -122,7 +122,7 @@ class WorkerTask:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Analysed:
-    """What the worker found on a map: the situation and its places, both as JSON text."""
+    """The worker's analysis of a map: the situation and its places, both as JSON text."""
 
     situation: str
     places: str
@@ -130,7 +130,7 @@ class Analysed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Found:
-    """A plan that the checker accepts and that is better than all before it; its actions as JSON text, and as IPC."""
+    """A valid plan that is better than all before it; its actions as JSON text, and as IPC."""
 
     score: Value
     makespan_ms: int

@@ -1,9 +1,9 @@
-"""Planning jobs: accepted, stored, run, followed.
+"""Accept, store, run and follow planning jobs.
 
-Everything here runs in one event loop. What blocks is elsewhere: writing and reading in the store's threads, following
-a running job in a thread per slot, planning in processes of its own. Each slot waits for a job in the queue and for
-room on a machine, and only then takes the job, as another server might run it meanwhile. `turns` says which job is next
-and which makes way, `attempt` how one is run.
+Everything here runs in one event loop. Blocking work runs elsewhere: reads and writes in the store's threads, each
+running job in its slot's thread, planning in separate processes. Each slot waits for a job in the queue and for room
+on a machine, and only then claims the job, as another server might run it meanwhile. `turns` decides which job is
+next and which is preempted; `attempt` runs one.
 """
 
 import asyncio
@@ -29,21 +29,21 @@ from marsupial_service.moments import wall_clock_ms
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, StoreError
 
-# what all workers need, loaded before they are forked
+# modules that all workers need, loaded before the fork
 PRELOAD = (*engines.PRELOAD, work.load_planners)
-# processors that a job takes on a cluster
+# processors that a job needs on a cluster
 _CPUS = 1.0
 
 _BUSY_RETRY_S = 1
 _HANG_S = 1.0
-# pause between checks whether a running job is to make way, while others wait
+# pause between checks whether to preempt a running job, while others wait
 _LOOK_S = 0.25
 
 log = logging.getLogger("marsupial.jobs")
 
 
 class _Claimed(NamedTuple):
-    """A job that is taken, and where it is to run; leaving `held` gives slot and reservation back."""
+    """A claimed job and where it will run; leaving `held` releases the slot and the reservation."""
 
     claim: table.Claim
     slot: Slot
@@ -75,14 +75,14 @@ class Jobs(Entries[JobRecord]):
         self._asked: Reservation | None = None
 
     async def start(self) -> None:
-        """Take up what an earlier run left, and begin to run jobs."""
+        """Recover the jobs that an earlier run left, and begin to run jobs."""
         await self._begin(PRELOAD)
         self._start("make way", self._make_way)
         for _ in range(self._limits.slots):
             self._start("slot", self._slot)
 
     async def stop(self, grace_s: float = 2.0) -> None:
-        """End streams and processes; running jobs go back into the queue, to go on at the next start."""
+        """End streams and processes; running jobs go back into the queue and continue after the next start."""
         self.leave()
         if self._asked is not None:
             self._asked.close()
@@ -91,7 +91,7 @@ class Jobs(Entries[JobRecord]):
         if not self.background.running:
             return
         _, left = await asyncio.wait(self.background.running, timeout=min(_HANG_S, grace_s))
-        if left:  # such as those that wait for the fork server to become ready
+        if left:  # for example slots that wait for the fork server
             await asyncio.to_thread(self._runner.shutdown)
             _, left = await asyncio.wait(left, timeout=grace_s)
         for task in left:
@@ -101,7 +101,7 @@ class Jobs(Entries[JobRecord]):
     async def submit(
         self, request: PackedRequest, *, owner: str, idempotency_key: str | None = None
     ) -> Created[JobRecord]:
-        """Store a job; what is returned is committed. Raises TooMany, KeyReused, StoreError."""
+        """Store a job; return it once it is committed. Raises TooMany, KeyReused, StoreError."""
         if self._storing >= self._limits.queue:
             raise table.queue_full(_BUSY_RETRY_S)
         self._storing += 1
@@ -116,11 +116,11 @@ class Jobs(Entries[JobRecord]):
             self._storing -= 1
 
     async def cancel(self, job: str) -> JobRecord:
-        """End a job, which keeps its best plan, unless it is over. Raises UnknownEntry, StoreError: the job goes on."""
+        """End a job, which keeps its best plan, unless it is over. Raises UnknownEntry, StoreError: it continues."""
         return await self.write(lambda tx: table.cancel(tx, job, self.now_ms(), self.quota))
 
     async def wait(self, job: str, seconds: float) -> JobRecord:
-        """Return the job once it is over, or as it is after so many seconds or at `stop`. Raises UnknownEntry."""
+        """Return the job once it is over, or as it is after `seconds` or at `stop`. Raises UnknownEntry."""
         try:
             async with asyncio.timeout(seconds):
                 with self.subscriptions.subscribe(job) as news:
@@ -140,7 +140,7 @@ class Jobs(Entries[JobRecord]):
         await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), ours, self.quota))
 
     async def _make_way(self) -> None:
-        """Preempt jobs of any server for owners that have none running."""
+        """Preempt jobs on any server for owners who have none running."""
         while await self._some_wait():
             await self._pause(_LOOK_S)
             with suppress(StoreError):
@@ -153,18 +153,18 @@ class Jobs(Entries[JobRecord]):
                     log.info("job makes way for another key's", extra={"job": job})
 
     async def _slot(self) -> None:
-        """Run one job after the other, once the fork server is ready: no attempt is to be lost by waiting for it."""
+        """Run jobs one after another, once the fork server is ready: waiting for it must not cost an attempt."""
         with suppress(InternalError):
             await asyncio.to_thread(self._runner.warm_up, wait=True)
         while not self.stopping:
-            async with self._claiming:  # one slot after the other: they would all wait for the same
+            async with self._claiming:  # one slot at a time: otherwise all would wait for the same job
                 claimed = await self._claimed()
             if claimed is not None:
                 with claimed.held:
                     await self._attend(claimed)
 
     async def _claimed(self) -> _Claimed | None:
-        """Wait for a job, a slot and room, and only then take it: it might run elsewhere meanwhile. None at `stop`."""
+        """Wait for a job, a slot and room; only then claim a job, as it might run elsewhere by then. None at `stop`."""
         while await self._some_wait():
             with ExitStack() as held:
                 slot = held.enter_context(self._slots.taken(await self._slots.for_job()))
@@ -177,7 +177,7 @@ class Jobs(Entries[JobRecord]):
         return None
 
     async def _some_wait(self) -> bool:
-        """Return as soon as a job waits in the queue; no at `stop`."""
+        """Wait until there is a job in the queue, then return True; return False at `stop`."""
         with self.subscriptions.subscribe(table.QUEUE) as news:
             while not self.stopping:
                 news.clear()
@@ -187,7 +187,7 @@ class Jobs(Entries[JobRecord]):
         return False
 
     async def _claim(self) -> table.Claim | None:
-        """Take a job, if one waits; it is among ours from now on."""
+        """Claim a job, if one waits; from now on it is among this server's."""
         self._is_claiming = True
         try:
             claim = await self.write_until_stored(lambda tx: table.claim(tx, self.now_ms(), self._anew))
@@ -200,10 +200,10 @@ class Jobs(Entries[JobRecord]):
     async def _is_queued(self) -> bool:
         with suppress(StoreError):
             return await self.read(table.is_queued)
-        return True  # who tries to take it waits for the store
+        return True  # the attempt to claim a job waits for the store
 
     async def _is_there(self, reservation: Reservation, slot: Slot) -> bool:
-        """Wait for room; a mission that wants the slot meanwhile gets it, and `stop` ends the waiting."""
+        """Wait for room, until `stop`; a mission that needs the slot meanwhile gets it."""
         self._slots.let_break(slot, reservation.close)
         self._asked = reservation
         there = not self.stopping and await asyncio.get_running_loop().run_in_executor(self._threads, reservation.wait)
@@ -211,7 +211,7 @@ class Jobs(Entries[JobRecord]):
         return there and not slot.is_wanted and not self.stopping
 
     async def _attend(self, claimed: _Claimed) -> None:
-        """Do an attempt at a job and store how it ended."""
+        """Run an attempt at a job and store how it ended."""
         claim = claimed.claim
         attempt = Attempt(claim, claimed.reservation, self._store, self._settings, self.now_ms)
         end = await self._attempt(attempt, claimed.slot)
@@ -254,10 +254,10 @@ class Jobs(Entries[JobRecord]):
         while True:
             with suppress(StoreError):
                 return await self.read(lambda reader: table.is_running(reader, claim))
-            await asyncio.sleep(RETRY_S)  # it can't be cancelled while the store is away
+            await asyncio.sleep(RETRY_S)  # the job can't be cancelled while the store is unavailable
 
     async def _settle(self, attempt: Attempt, end: Closed | AttemptLost) -> None:
-        """Store how an attempt ended. Whoever cancelled it has charged it until then; what it took beyond is added."""
+        """Store how an attempt ended. Its time up to a cancellation is charged already; add the rest."""
         claim, took_ms = attempt.claim, round(1000 * attempt.took_s)
         if isinstance(end, Closed):
             in_time = await self.write_until_stored(

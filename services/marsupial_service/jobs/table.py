@@ -1,7 +1,7 @@
-"""What happens to jobs in the store: every change of state, plan and event, each in one transaction.
+"""Changes to jobs in the store: every new state, plan and event, each in one transaction.
 
-A job's state, its plans and its events change together. A change that comes too late (the job is over, or another
-attempt at it is under way) changes nothing and says so.
+A job's state, its plans and its events change together. A write that comes too late (the job is over, or another
+attempt at it is running) changes nothing and reports that.
 """
 
 import json
@@ -40,9 +40,9 @@ from marsupial_service.store.transaction import StoreReader
 
 # the topic of jobs that wait to be claimed
 QUEUE = "queue"
-# before an owner's name: the document that has when a job last made way for them, or theirs for another
+# with an owner's name, the document with the time when a job was last preempted for this owner, or one of theirs was
 _WAY = "way/"
-# budget of a job that was interrupted when its time was over
+# budget of a job that was interrupted when its time was up
 _LEAST_S = 0.1
 
 _LONGEST_RETRY_S = 60
@@ -51,14 +51,14 @@ _LONGEST_DETAIL = 4000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewJob(NewEntry):
-    """A job to be stored."""
+    """A job to store."""
 
     request: PackedRequest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """An attempt at a job: what the worker needs, and `term`, without which it can't change the job."""
+    """An attempt at a job: the worker's input, and the `term` that the attempt needs to change the job."""
 
     number: int
     id: str
@@ -79,7 +79,7 @@ def insert(
     capacity: StoreCapacity = UNBOUNDED,
     quota: Quota = NO_QUOTA,
 ) -> Created[JobRecord]:
-    """Store a job, or find the one that the same request made before. Raises KeyReused, StoreFull, TooMany."""
+    """Store a job, or find the one that the same request created. Raises KeyReused, StoreFull, TooMany."""
 
     def add() -> None:
         capacity.check(tx, job.owner)
@@ -118,22 +118,22 @@ def broken_off(job: str) -> str:
 
 
 def queue_full(retry_after_s: int, *, yours: bool = False) -> TooMany:
-    """Return why a job is not taken: too many wait in all, or of this owner."""
+    """Return the error for a refused job: too many wait, in all or (`yours`) of this owner."""
     whose = "your part of the queue" if yours else "the queue"
     return TooMany(f"{whose} is full, try again in {retry_after_s} s", retry_after_s)
 
 
 def is_queued(reader: StoreReader) -> bool:
-    """Return whether a job waits."""
+    """Return whether a job is waiting."""
     sql = "SELECT 1 FROM jobs WHERE state = ? AND finished_ms IS NULL LIMIT 1"
     return reader.execute(sql, (JobState.QUEUED,)).fetchone() is not None
 
 
 def claim(tx: Transaction, now_ms: int, anew: Collection[str] = ()) -> Claim | None:
-    """Take a job, if one waits: it is running from now on.
+    """Claim a job, if one waits: its state becomes running.
 
-    Interrupted attempts have used up a part of its budget. Planners that begin `anew` from nothing get all of it
-    again, unless all attempts together would take more than twice the budget.
+    Interrupted attempts have used up part of its budget. Planners in `anew`, which start from scratch, get the whole
+    budget again, unless all attempts together would take more than twice the budget.
     """
     number = turns.first(tx)
     if number is None:
@@ -171,7 +171,7 @@ def counts(reader: StoreReader, slots: Slots) -> Metrics:
 
 
 def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
-    """Keep what was found on the map; return whether it was in time."""
+    """Store the analysis of the map; return whether it was in time."""
     if not _is_running(tx, claim):
         return False
     sql = "UPDATE payloads SET situation = ?, places = ? WHERE job = ?"
@@ -181,9 +181,9 @@ def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
 
 
 def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
-    """Keep a plan as the next revision; return whether it was in time and better than the last."""
+    """Store a plan as the next revision; return whether it was in time and better than the last."""
     best = _best(tx, claim.number)
-    # an attempt that was given up for dead may still send plans
+    # an attempt presumed dead may still send plans
     if not _is_running(tx, claim) or (best is not None and found.score >= best[0]):
         return False
     revision, started_ms = tx.execute(
@@ -218,7 +218,7 @@ def finish(
 
 
 def cancel(tx: Transaction, job: str, now_ms: int, quota: Quota = NO_QUOTA) -> JobRecord:
-    """Put a job into its final state, unless it is in one. Raises UnknownEntry."""
+    """Cancel a job, unless its state is final already. Raises UnknownEntry."""
     number = JOBS.held(tx, job).number
     _end(tx, number, Closed(outcome=JobOutcome.CANCELLED, detail="cancelled by a client"), now_ms, quota)
     tx.news.add(broken_off(job))
@@ -234,9 +234,9 @@ def give_back(
     quota: Quota = NO_QUOTA,
     took_ms: int | None = None,
 ) -> bool:
-    """Put a job whose attempt was lost into the queue again, or end it if that was the last; say which (True: queue).
+    """Requeue a job whose attempt was lost, or end it if that was the last attempt; return whether it was requeued.
 
-    With no `reason` the attempt was ended by us: it does not count, but for the time that it took (`took_ms`: see
+    With an empty `reason` this server ended the attempt: it does not count, but its time is charged (`took_ms`: see
     `_charge`).
     """
     return _is_running(tx, claim) and _try_again(tx, claim.number, reason, settings, now_ms, quota, took_ms)
@@ -245,14 +245,14 @@ def give_back(
 def make_way(
     tx: Transaction, settings: JobSettings, now_ms: int, anew: Collection[str], quota: Quota = NO_QUOTA
 ) -> str | None:
-    """Put a running job into the queue again if an owner waits too long of whom none run; return which.
+    """Requeue a running job if an owner without running jobs has waited too long; return the job's id.
 
     `anew`: see `turns.yielding`.
     """
-    # servers decide one after the other, or each of them would preempt a job for the same owner
+    # servers decide one at a time, or each would preempt a job for the same owner
     tx.lock(_WAY)
     for owner in turns.unserved(tx, now_ms):
-        # a slot may be about to become theirs, or was taken from them just now
+        # this owner may be about to get a slot, or has just lost one
         if now_ms - int(documents.text_of(tx, _WAY + owner) or "0") < turns.PATIENCE_MS:
             continue
         job = turns.yielding(tx, now_ms, anew)
@@ -273,10 +273,10 @@ def recover(
     ours: Collection[tuple[int, int]] | None = None,
     quota: Quota = NO_QUOTA,
 ) -> None:
-    """Put jobs that were running when their server died into the queue again, as `give_back` does.
+    """Requeue jobs that were running when their server died, as `give_back` does.
 
-    Also those of this server that are not among `ours`, by number and term: it was never told that it got them, as the
-    database broke off right after that. They were not begun.
+    Also requeue jobs of this server that are not among `ours` (number and term): the connection to the database broke
+    right after the commit of the claim, so this server never learned of it and never began them.
     """
     sql = "SELECT number, term FROM jobs WHERE state = ? AND finished_ms IS NULL AND "
     orphaned = f"{sql}(holder IS NULL OR holder NOT IN ({tx.live})){tx.skip_locked}"
@@ -297,7 +297,7 @@ def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
 
 
 def is_running(reader: StoreReader, claim: Claim, lock: str = "") -> bool:
-    """Return whether an attempt is under way, and neither over nor lost to another one."""
+    """Return whether an attempt is running: it is neither over nor superseded by another one."""
     sql = f"SELECT 1 FROM jobs WHERE number = ? AND state = ? AND term = ?{lock}"
     return reader.execute(sql, (claim.number, JobState.RUNNING, claim.term)).fetchone() is not None
 
@@ -331,9 +331,9 @@ def _try_again(
 
 
 def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota, took_ms: int | None) -> int:
-    """Charge the owner of a job for the attempt that ends, if one is under way; return how long it took, in ms.
+    """Charge the owner of a job for the attempt that ends, if one is running; return how long it took, in ms.
 
-    `took_ms` is known to whoever ran the attempt. If others end it (None), it is charged up to now.
+    Only the server that ran the attempt knows `took_ms`. If another ends it (None), it is charged up to now.
     """
     row = tx.execute(
         "SELECT owner, seconds, claimed_ms FROM jobs WHERE number = ? AND state = ?", (number, JobState.RUNNING)
@@ -341,7 +341,7 @@ def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota, took_ms: in
     if row is None or row["claimed_ms"] is None:
         return 0
     if took_ms is None:
-        # no more than it can have taken: its server may have died long ago
+        # at most the time that it can have taken: its server may have died long ago
         most_s = quota.asked_s(row["seconds"]) + PREPARATION_S
         took_ms = max(0, round(min(now_ms - row["claimed_ms"], 1000 * most_s)))
     quota.charge(tx, row["owner"], took_ms, now_ms)

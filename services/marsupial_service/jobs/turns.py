@@ -1,7 +1,7 @@
-"""Whose turn it is: which job is taken next, and which makes way for an owner who has none running.
+"""Whose turn it is: which job runs next, and which is preempted for an owner who has none running.
 
-All servers of a store share one queue, the rows of `jobs` in state `queued`, and take from it one job at a time in a
-transaction. So turns need no scheduler and no leader: each server with a free slot asks for the first job.
+All servers of a store share one queue, the rows of `jobs` in state `queued`, and claim one job at a time, each in a
+transaction. So no scheduler or leader is needed: each server with a free slot claims the first job.
 
     owners     running   waiting                  next
     ann        2         a3 a4 a5                 cat: none of hers run,
@@ -9,18 +9,18 @@ transaction. So turns need no scheduler and no leader: each server with a free s
     cat        0         c1 c2            ---->   c1
     dan        0         d1
 
-Fair share: the owner with the fewest running jobs comes first; among equals the one served longest ago (`owners.served`
-counts servings); within an owner the oldest job. A flood of jobs of one owner delays only that owner.
+Fair share: the owner with the fewest running jobs comes first, among equals the one served longest ago (`owners.served`
+counts servings); each owner's oldest job runs first. A flood of jobs from one owner delays only that owner.
 
-That alone would leave a new owner waiting for as long as the budgets of running jobs last, up to minutes. So a running
-job makes way (`yielding`) once an owner without a running job has waited for `PATIENCE_MS`. It goes back into the queue
+With that alone, a new owner would wait until running jobs use up their budgets, up to minutes. So a running job is
+preempted (`yielding`) once an owner without a running job has waited for `PATIENCE_MS`. It goes back into the queue
 with its best plan and the rest of its budget. The victim is a job of an owner with the most running jobs: one that can
-go on from its plan rather than one that has to begin anew, and of those the newest. An owner's only job is spared until
-it has run for as long as in all its attempts before: so its turns double, and beginning anew costs at most half of its
-time.
+continue from its plan rather than one that must start from scratch, and of those the newest. An owner's only job is
+spared until it has run for as long as all its earlier attempts together: so its turns double, and starting from
+scratch costs at most half of its time.
 
-Missions do not wait in this queue. Their plannings take slots of their own server before any job, and break one off if
-all are taken (`entries.slots`).
+Missions do not wait in this queue. Their plannings take slots of their own server before any job, and preempt a job if
+all slots are taken (`entries.slots`).
 """
 
 from collections import Counter
@@ -31,7 +31,7 @@ from marsupial_service.store import Transaction
 from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.transaction import StoreReader
 
-# how long an owner without a running job waits before another owner's job makes way
+# how long an owner without a running job waits before another owner's job is preempted
 PATIENCE_MS = 1000
 
 
@@ -39,7 +39,7 @@ def first(tx: Transaction) -> int | None:
     """Return the number of the next job, if one waits, and note that its owner was served."""
     sql = "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL AND owner = ? ORDER BY number LIMIT 1"
     for owner in _waiting(tx):
-        # another server may be taking that job at this moment: the next one is as good
+        # another server may be claiming that job right now: the next one will do
         row = tx.execute(sql + tx.skip_locked, (JobState.QUEUED, owner)).fetchone()
         if row is not None:
             tx.execute(
@@ -65,7 +65,7 @@ def _waiting(tx: Transaction) -> Sequence[str]:
 
 
 def unserved(reader: StoreReader, now_ms: int) -> list[str]:
-    """Return the owners of whom no job runs, none ended just now and one waits too long: the longest first."""
+    """Return owners with no running job, none that just ended and one that has waited too long: longest wait first."""
     rows = reader.execute(
         "SELECT owner FROM (SELECT owner, min(queued_ms) AS since_ms FROM jobs WHERE finished_ms IS NULL GROUP BY owner"
         " HAVING sum(CASE WHEN state = ? THEN 1 ELSE 0 END) = 0) AS waits WHERE since_ms <= ? AND NOT EXISTS"
@@ -76,9 +76,9 @@ def unserved(reader: StoreReader, now_ms: int) -> list[str]:
 
 
 def yielding(tx: Transaction, now_ms: int, anew: Collection[str]) -> StoreRow | None:
-    """Return number and id of the running job that makes way for an owner of whom none run, if one is to.
+    """Return number and id of the running job to preempt for an owner who has none running, if there is one.
 
-    Jobs with a budget in steps or of the planners `anew` would begin again from nothing.
+    Jobs with a budget in steps, or of the planners in `anew`, would start from scratch.
     """
     rows = tx.execute(
         "SELECT number, id, owner, planner, steps, claimed_ms, spent_ms FROM jobs"

@@ -1,6 +1,6 @@
-"""The worker's part of a job: analyse the map if there is one, search, check every plan, tell the better ones.
+"""The worker's part of a job: analyse the map if there is one, search, check every plan, report better ones.
 
-It runs in a worker (`marsupial.processes`), a process of its own that is ended from outside at the job's limit.
+It runs in a worker (`marsupial.processes`), a separate process that the server ends at the job's limit.
 """
 
 import json
@@ -43,11 +43,11 @@ _OUTCOMES: Mapping[Outcome, JobOutcome] = {
     Outcome.UNSUPPORTED: JobOutcome.UNSUPPORTED,
 }
 GAVE_UP = frozenset({JobOutcome.NO_PLAN, JobOutcome.TIMEOUT, JobOutcome.OUT_OF_MEMORY})
-"""Without a plan; where there is one, it is what the job was for."""
+"""Outcomes of a job without a plan; a job with a plan ends as satisficing instead."""
 
 
 def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
-    """Do the work: yield what was found on the map, each better plan, and at last how it ended."""
+    """Do the work: yield the analysis of the map, each better plan, and finally how it ended."""
     begun = time.monotonic()
     try:
         task = task_in(work.source, work.limits)
@@ -55,16 +55,16 @@ def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
             situation = task
         else:
             situation = task.situation()
-            # before the search: clients may draw the map while it is planned for
+            # before the search: clients may draw the map during planning
             yield Analysed(situation=situation_to_json(situation), places=line(task.places()))
         budget = work.budget
         if budget.seconds is not None:
             budget = replace(budget, seconds=max(_LEAST_S, budget.seconds - (time.monotonic() - begun)))
         asked = engine(work.engine)
-        # this process is the worker already: it needs none below it
+        # this process is the worker already: the planner needs no process of its own
         search = asked.solve_here if isinstance(asked, ProcessEngine) else asked.solve
         yield from told(search(situation, budget, start=work.start), situation, work.start)
-    except HttpProblem as error:  # the limits were larger when the job was taken
+    except HttpProblem as error:  # the limits were larger when the job was accepted
         yield Closed(outcome=JobOutcome.INVALID_INPUT, detail=summary(error.errors, len(error.errors)))
     except InputError as error:
         yield Closed(outcome=JobOutcome.INVALID_INPUT, detail=str(error))
@@ -73,7 +73,7 @@ def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
 
 
 def task_in(source: bytes, limits: ServiceLimits) -> Situation | MapState:
-    """Return what was sent for a job. Raises InputError, HttpProblem."""
+    """Return the situation or map state sent for a job. Raises InputError, HttpProblem."""
     sent = JobBody.model_validate(json.loads(zlib.decompress(source))).root
     if isinstance(sent, SituationJobBody):
         return situation_of(sent.situation, limits)
@@ -81,7 +81,7 @@ def task_in(source: bytes, limits: ServiceLimits) -> Situation | MapState:
 
 
 def told(steps: Iterator[Improved | Finished], situation: Situation, start: Plan | None) -> Iterator[Found | Closed]:
-    """Yield what to tell of the plans and the end of a search; `start` is the best plan known before it."""
+    """Yield the better plans and the end of a search; `start` is the best plan known before it."""
     incumbent = Incumbent(situation)
     if start is not None:
         incumbent.take(start)
@@ -99,7 +99,7 @@ def told(steps: Iterator[Improved | Finished], situation: Situation, start: Plan
 
 
 def _closed(end: Finished, incumbent: Incumbent) -> Closed:
-    """Put the end into the words of jobs; a planner whose plan was refused has proven nothing."""
+    """Convert the end of a search to the end of a job; a planner whose plan was invalid has proven nothing."""
     outcome, detail, bound_ms = _OUTCOMES[end.outcome], end.detail, end.lower_bound_ms
     has_plan = incumbent.plan is not None
     if incumbent.refused:
@@ -123,7 +123,7 @@ PLANNERS = ("greedy", "anytime", "exact", "auto")
 
 
 def load_planners() -> None:
-    """Load marsupial's own planners with their compiled code; the first time ever it is compiled, for half a minute."""
-    # in the fork server, of which workers are forks: so their first plan comes in milliseconds
+    """Load marsupial's own planners with their compiled code; the very first time, compiling takes half a minute."""
+    # in the fork server, from which workers are forked: so their first plan takes milliseconds
     for planner in PLANNERS:
         try_planner(planner)

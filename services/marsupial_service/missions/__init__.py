@@ -1,6 +1,6 @@
-"""Missions with robots that are not ours: their clients report what happens, the service plans and tells what to do.
+"""Missions with the clients' own robots: clients report what happens, the service plans and sends commands.
 
-A mission is the closed loop of `marsupial.mission.loop` in a process of its own, whose world is made of reports. What
-went in (reports, pause, resume, cancel) and what came out (events) is stored in that order, and makes up all of it:
-a process that died is replaced by one that goes through the same again.
+A mission is the closed loop of `marsupial.mission.loop` in a separate process, whose world is made of reports. The
+store has its inputs (reports, pause, resume, cancel) and outputs (events) in order, and they are its whole state:
+a process that died is replaced by one that replays them.
 """

@@ -1,7 +1,7 @@
-"""When simulated robots report: at the speed that their mission asks for, or at once.
+"""When simulated robots report: at the speed that their mission sets, or at once.
 
-Each batch of the mission's process brings the next report. The driver of the supervisor waits until it is due. There is
-one driver as there is one supervisor, and with a new one the robots go on from what is stored.
+Each batch from the mission's process includes the next report; the supervisor's driver waits until it is due. Each
+supervisor has one driver; after a new supervisor takes over, the robots continue from what is stored.
 """
 
 import asyncio
@@ -13,7 +13,7 @@ from marsupial_service.entries.capacity import StoreFull
 from marsupial_service.entries.records import TooMany
 from marsupial_service.missions.values import MissionBatch, StoredReport
 
-# how far the clock may be ahead of robots that then hurry; after a longer planning they go on from where they are
+# how far the robots may lag behind the clock and still catch up; after a longer planning they continue without hurry
 CATCH_UP_S = 0.5
 _RETRY_S = 1.0
 
@@ -46,12 +46,12 @@ class Driver:
         self._next: StoredReport | None = None
 
     def hear(self, batches: Sequence[MissionBatch]) -> None:
-        """Note the report that is due after these batches."""
+        """Remember the report that is due after these batches."""
         for batch in batches:
             self._next = batch.next or self._next
 
     async def wait(self, news: asyncio.Event) -> None:
-        """Wait until there is news, or the next report is due; then store it."""
+        """Wait until there is news or the next report is due; store a due report."""
         if self._next is None:
             await news.wait()
             return

@@ -1,7 +1,7 @@
-"""The frame of a mission's map, which grows to hold every frame that is reported.
+"""The frame of a mission's map, which grows to contain every reported frame.
 
-A frame is described by cells of the lattice that the mission was created with: whole numbers only, so that cells of one
-frame are found in any other. An origin off that lattice is moved to the nearest cell.
+A frame is given in whole cells of the lattice that the mission was created with, so that every cell of one frame is a
+cell of any larger frame. An origin off that lattice is moved to the nearest cell.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy.typing as npt
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 
-# radians by which the yaw of a frame may differ from the mission's: poses are no more exact
+# radians by which the yaw of a frame may differ from the mission's: poses are not more precise
 _SAME_YAW = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class MissionFrame:
-    """A frame: its size, and columns and rows to its lower left cell from that of the first frame."""
+    """A frame: its size, and the column and row of its lower left cell relative to the first frame's."""
 
     x: int
     y: int
@@ -30,33 +30,33 @@ class MissionFrame:
 
     @classmethod
     def of(cls, grid: Grid) -> MissionFrame:
-        """Return the frame that a mission is created with."""
+        """Return the first frame of a mission, that of its map."""
         return cls(0, 0, grid.width, grid.height)
 
     @property
     def size(self) -> int:
-        """How many cells it has."""
+        """The number of cells."""
         return self.width * self.height
 
     def grown(self, other: MissionFrame) -> MissionFrame:
-        """Return the smallest frame that holds both."""
+        """Return the smallest frame that contains both."""
         x, y = min(self.x, other.x), min(self.y, other.y)
         right = max(self.x + self.width, other.x + other.width)
         return MissionFrame(x, y, right - x, max(self.y + self.height, other.y + other.height) - y)
 
     def shift_to(self, larger: MissionFrame) -> FrameShift:
-        """Return the shift of its cells into a larger frame."""
+        """Return the shift of this frame's cells into a larger frame."""
         return FrameShift(Cell(self.x - larger.x, self.y - larger.y), self.width, larger.width, larger.height)
 
     def grid(self, grid: Grid, cells: CellArray) -> Grid:
-        """Return the map with these cells (height, width) in this frame; `grid` is the mission's at first."""
+        """Return the map with these cells (height, width) in this frame; `grid` is the mission's initial map."""
         x, y = grid.point_m(self.x, self.y)
         origin_m = grid.origin_m if self.x == self.y == 0 else (x, y, grid.origin_m[2])
         return replace(grid, cells=cells, origin_m=origin_m)
 
 
 def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, float] | None) -> MissionFrame | None:
-    """Return the frame of that size with its lowest corner at a pose, None if it is turned against the mission's."""
+    """Return the frame of that size with its lower left corner at a pose; None if rotated against the mission's."""
     if origin_m is None:
         return MissionFrame(0, 0, width, height)
     if abs(math.remainder(origin_m[2] - grid.origin_m[2], math.tau)) > _SAME_YAW:

@@ -1,15 +1,15 @@
-"""How briefs and inputs are stored: as JSON that names no class, so that renaming one breaks no stored mission.
+"""How briefs and inputs are stored: as JSON without class names, so that renaming a class breaks no stored mission.
 
-A brief is two lines: the first line of the mission's log (`marsupial.formats.loglines`), and what that doesn't say. An
-input is one object. Fields of a report that say nothing are left out, and a robot is a list, as most of what is stored
-is robots of reports:
+A brief is two lines: the first line of the mission's log (`marsupial.formats.loglines`), and the remaining fields. An
+input is one object. Empty fields of a report are left out, and a robot is a list, as robots in reports take most of
+the space:
 
     {"n":7,"t_ms":900,"revealed":[["rover1",[812,3,1]]],"robots":[["rover1",[12,7],1500,3.25,900]],"finished":[4]}
     {"control":"pause"}
 
-Cells are runs (`marsupial.model.runs`). The version of the tables (`marsupial_service.store.tables`) is that of these
-texts too. A process that takes over a mission must come to the same events as the one before, so it has to begin with
-the same brief to the last bit. Therefore each of them, also the first, begins with a brief that was read from its text.
+Cells are runs (`marsupial.model.runs`). The version of the tables (`marsupial_service.store.tables`) also covers these
+texts. A process that takes over a mission must produce the same events as its predecessor, so both must start from
+bit-identical briefs. Therefore every process, even the first, reads its brief from the stored text.
 """
 
 import json
@@ -29,12 +29,12 @@ from marsupial_service.entries.documents import line
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
 
-# fields of a report that are stored as they are, if they say anything
+# fields of a report that are stored unchanged unless empty
 _SAID_IF_ANY = ("revealed", "finished", "failed", "lost", "robot")
 
 
 def brief_text(brief: MissionBrief) -> bytes:
-    """Return what is stored of a brief."""
+    """Return the stored text of a brief."""
     area = None if brief.reachable is None else np.where(brief.reachable, np.uint8(1), np.uint8(UNKNOWN))
     simulation = brief.simulation and {
         "truth": known_runs(brief.simulation.truth),
@@ -55,7 +55,7 @@ def brief_text(brief: MissionBrief) -> bytes:
 
 
 def brief_in(text: bytes) -> MissionBrief:
-    """Return the brief that is stored in a text."""
+    """Return the brief in a stored text."""
     first, more_text = text.decode().split("\n")
     (started,) = LogDecoder().events(first)
     assert isinstance(started, MissionStarted)
@@ -88,7 +88,7 @@ def brief_in(text: bytes) -> MissionBrief:
 
 
 def input_text(data: Input) -> bytes:
-    """Return what is stored of an input."""
+    """Return the stored text of an input."""
     if isinstance(data, Control):
         return to_json({"control": data})
     fields: dict[str, object] = {"n": data.n, "t_ms": data.t_ms}
@@ -103,7 +103,7 @@ def input_text(data: Input) -> bytes:
 
 
 def input_in(text: bytes) -> Input:
-    """Return the input that is stored in a text."""
+    """Return the input in a stored text."""
     fields = from_json(text)
     if "control" in fields:
         return Control(fields["control"])

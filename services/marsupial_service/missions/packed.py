@@ -1,6 +1,6 @@
-"""What goes into a mission and comes out of it, as rows: an input in each, or all events of a batch, packed.
+"""The inputs and events of a mission as packed rows: one input per row, or all events of a batch.
 
-The events of a batch are lines of text, the type before the data.
+The events of a batch are lines of text: type, then data.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +19,7 @@ _IN_ORDER = "ORDER BY seq, part"
 
 
 def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes | None, now_ms: int) -> None:
-    """Store an input of the mission with that number; reports have a digest."""
+    """Store an input of mission `number`; only reports have a digest."""
     stored = packing.pack(input_text(data))
     more = len(stored) + ROW_BYTES + len(digest or b"")
     tx.execute("UPDATE missions SET inputs = ?, bytes = bytes + ? WHERE number = ?", (seq, more, number))
@@ -41,7 +41,7 @@ def inputs_after(reader: StoreReader, number: int, seq: int) -> Iterator[tuple[I
 
 
 def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[StoredEvent]], now_ms: int) -> None:
-    """Store the next events of a mission, by their batches; followers are notified after the commit."""
+    """Store the next events of a mission, by batch number; followers are notified after the commit."""
     texts = {batch: "\n".join(f"{one.type} {one.data}" for one in events) for batch, events in batches.items()}
     stored = {batch: packing.pack(text.encode()) for batch, text in texts.items()}
     sql = "UPDATE missions SET events = events + ?, bytes = bytes + ? WHERE number = ? RETURNING id, events"
@@ -65,7 +65,7 @@ def events_of_batch(reader: StoreReader, number: int, batch: int) -> tuple[Store
 def events_after(
     reader: StoreReader, number: int, seq: int = 0, batches: int | None = None
 ) -> Iterator[tuple[int, StoredEvent]]:
-    """Yield the events after number `seq`, with their numbers, of about so many batches."""
+    """Yield the events after number `seq` with their numbers, from about `batches` batches (None: all)."""
     if batches is None:
         rows = reader.execute(f"{_EVENTS} AND seq > ? {_IN_ORDER}", (number, seq))
     else:
@@ -77,7 +77,7 @@ def events_after(
 
 
 def remove(tx: Transaction, number: int, most: int) -> int:
-    """Remove about `most` rows of a mission at most, the oldest first; return how many."""
+    """Remove about `most` rows of a mission or fewer, oldest first; return how many."""
     removed = 0
     for table in ("mission_inputs", "mission_events"):
         oldest = f"SELECT seq FROM {table} WHERE mission = ? ORDER BY seq LIMIT ?"

@@ -1,7 +1,7 @@
-"""The process of a mission: the closed loop in a world of reports.
+"""The process of a mission: the closed loop in a world made of reports.
 
-After each input everything it led to goes back in one batch. A process that takes the place of a dead one is given the
-decisions of its predecessor with the inputs, and so comes to the same batches again without planning.
+After each input the process sends back all results of it in one batch. A process that replaces a dead one gets the
+inputs with its predecessor's decisions, and so produces the same batches without planning.
 """
 
 import hashlib
@@ -53,12 +53,12 @@ from marsupial_service.schemas.words import EventType
 
 
 def load_missions() -> None:
-    """Load what missions run with compiled code; the first time ever it is compiled."""
+    """Load the compiled code that missions run; the very first time, compile it."""
     try_mission("temporal", "auto", rovers=True)
 
 
 def run_mission(brief: MissionBrief, channel: Channel) -> None:
-    """Carry out a mission; the function of a job."""
+    """Run a mission; the function of a supervised process."""
     process = MissionProcess(brief, channel)
     kinds = {kind.name: kind for kind in brief.kinds}
     world = RemoteWorld(brief, process)
@@ -77,7 +77,7 @@ def run_mission(brief: MissionBrief, channel: Channel) -> None:
 
 
 class MissionProcess(Observer):
-    """A mission's end of the channel: sends batches, receives inputs, and is the strategy whose decisions are kept."""
+    """A mission's end of the channel: sends batches, receives inputs, acts as the strategy and records decisions."""
 
     def __init__(self, brief: MissionBrief, channel: Channel) -> None:
         self._brief = brief
@@ -102,7 +102,7 @@ class MissionProcess(Observer):
         self._decisions = deque(self._next_input().decisions)
 
     def event(self, event: MissionEvent) -> None:
-        """Log an event. A grown frame is an event of its own too, for clients that read no log."""
+        """Log an event. A grown frame is also sent as a separate event, for clients that don't read the log."""
         if isinstance(event, Planned):
             self._revision = event.revision
         elif isinstance(event, ActionStarted):
@@ -115,13 +115,13 @@ class MissionProcess(Observer):
         self._tell(EventType.LOG, self._encoder.line(event))
 
     def waiting(self, reason: str) -> None:
-        """Tell that the mission waits for a map on which its robots can stand, or that it goes on."""
+        """Send an event that the mission waits for a map on which its robots can stand, or that it continues."""
         self._tell_state("waiting" if reason else "running", reason or None)
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the decision that was made before, if there is one, or make one."""
+        """Return the predecessor's decision if there is one, else make one."""
         if self._decisions:
-            # of a predecessor: planning again could lead to another plan, which clients have not seen
+            # a predecessor's: planning again could give a plan that clients have not seen
             text = self._decisions.popleft()
             fields = json.loads(text)
             decision = Decision(plan=plan_of(fields["actions"]), report=planning_of(fields))
@@ -140,14 +140,14 @@ class MissionProcess(Observer):
         return decision
 
     def order(self, order: RobotCommand, *, stop: bool = False) -> None:
-        """Put a command among those to be sent next."""
+        """Add a command to those sent next."""
         revision, place = self._revision, None
         if self._action is not None and not stop:
             revision, place = self._action.revision, self._action.action.place
         self._commands.append(_command(order, revision, place, self._grid, stop=stop))
 
     def exchange(self, until_ms: int) -> Input:
-        """Send everything there is, to be answered by `until_ms`, and return the next input once it has come."""
+        """Send everything pending, with an answer due by `until_ms`, and return the next input when it arrives."""
         self._send_commands(until_ms)
         self._end_batch(over=False)
         answer = self._next_input()
@@ -196,7 +196,7 @@ class MissionProcess(Observer):
         data = batch.model_dump()
         self._tell(EventType.COMMANDS, line(data))
         if self._robots is not None and (report := self._robots.report(data)) is not None:
-            # the same for each process of the mission, so a report that was stored before is found to be
+            # the same in every process of the mission, so that a report stored before is recognized
             self._next = report, hashlib.sha256(input_text(report)).digest()
 
     def _end_batch(self, *, over: bool) -> None:
@@ -210,7 +210,7 @@ class MissionProcess(Observer):
             self._batches = []
 
     def _next_input(self) -> PendingInput:
-        """Return what is to be answered next; all batches are sent before it is waited for."""
+        """Return the next input to answer; before waiting for it, send all batches."""
         if not self._pending:
             self._send_batches()
             told = self._channel.receive()
@@ -220,7 +220,7 @@ class MissionProcess(Observer):
 
 
 def _command(order: RobotCommand, revision: int, place: str | None, grid: Grid, *, stop: bool) -> Command:
-    """Return a command as it is sent; positions are given as cells and in metres of the map frame."""
+    """Return a command in the form sent to clients; positions are cells and metres of the map frame."""
     said: dict[str, Any] = {"id": order.id, "robot": order.robot, "revision": revision}
     if stop:
         return StopCommand(name="stop", **said)

@@ -1,4 +1,4 @@
-"""What passes between missions and those who ask for them: states, records, settings."""
+"""The values that missions exchange with their callers: states, records, settings."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ STATE_AFTER: Mapping[Control, MissionPhase] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionRecord(StoredEntry):
-    """A mission as it is stored; it has a `status` if and only if it has ended."""
+    """A stored mission; it has a `status` if and only if it has ended."""
 
     state: MissionPhase
     name: str
@@ -36,18 +36,18 @@ class MissionRecord(StoredEntry):
     reason: str
     n: int  # number of the last report; `t_ms` is its time
     t_ms: int
-    revision: int  # of the plan that was made last
+    revision: int  # of the latest plan
     inputs: int
-    batches: int  # the answers: one to the brief and then one to each input
+    batches: int  # stored answers: one to the brief, then one to each input
     events: int  # in those answers
     frame: MissionFrame | None  # of the map after the last report; None: the one it was created with
-    term: int  # counts the servers that have held it, see `marsupial_service.store.tables`
-    simulation: SimulationAnswer | None  # of its robots; None: they are others'
+    term: int  # counts the takeovers by servers, see `marsupial_service.store.tables`
+    simulation: SimulationAnswer | None  # of its robots; None: the robots are the client's
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionCounts:
-    """Counts for operators: missions in the store by state, inputs that wait to be answered, open ones by owner."""
+    """Counts for operators: stored missions by state, unanswered inputs, open missions by owner."""
 
     states: Mapping[MissionPhase, int]
     backlog: int
@@ -56,7 +56,7 @@ class MissionCounts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSettings(EntrySettings):
-    """The limits that hold for missions, and callbacks: may an owner still have missions; how long an input waited."""
+    """The limits of missions, and callbacks: may an owner still have missions; how long an input waited."""
 
     may_go_on: Callable[[str], bool] = lambda owner: True
     lag: Callable[[float], None] = lambda seconds: None

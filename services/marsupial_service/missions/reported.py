@@ -1,6 +1,6 @@
-"""What reports say of the map and the team of a mission, applied.
+"""Apply reports to the map and the team of a mission.
 
-The server applies every report before it checks the next one (`state`), the process of the mission before it replans
+The server applies every report before it checks the next one (`state`); the mission's process does before it replans
 (`world`). Both use these classes, so that they can't draw different conclusions from the same reports.
 """
 
@@ -22,7 +22,7 @@ from marsupial_service.missions.values import MissionReport
 
 
 class MapChange(NamedTuple):
-    """Cells (row-major indices) with their codes before and now; `robot` has seen them (None: the reporter)."""
+    """Cells (row-major indices) with their old and new codes; `robot` saw them (None: the reporter)."""
 
     robot: str | None
     indices: npt.NDArray[np.int64]
@@ -31,7 +31,7 @@ class MapChange(NamedTuple):
 
 
 class ReportedMap:
-    """The known map: its cells, shape (height, width), in a frame that grows to hold that of every report."""
+    """The known map: its cells, shape (height, width), in a frame that grows to contain that of every report."""
 
     def __init__(self, cells: CellArray, frame: MissionFrame) -> None:
         self.first_frame = self.frame = frame
@@ -42,7 +42,7 @@ class ReportedMap:
         return self.frame if report.frame is None else self.frame.grown(report.frame)
 
     def grow(self, report: MissionReport) -> FrameShift | None:
-        """Grow the frame to hold that of a report; return the shift of its cells, if it grows."""
+        """Grow the frame to contain that of a report; return the shift of its cells, or None if it didn't grow."""
         before, self.frame = self.frame, self.frame_with(report)
         if before == self.frame:
             return None
@@ -50,7 +50,7 @@ class ReportedMap:
         return before.shift_to(self.frame)
 
     def draw(self, report: MissionReport) -> list[MapChange]:
-        """Draw the cells of a report, whose frame the map holds already; return what that has changed."""
+        """Draw the cells of a report, whose frame the map already contains; return the changes."""
         of = report.frame or self.first_frame
         changes = []
         for name, runs in report.revealed:
@@ -75,21 +75,21 @@ class ReportedMap:
 
 @dataclass(slots=True, kw_only=True)
 class RobotCommand:
-    """A command that was given and has not ended."""
+    """A command that was sent and has not ended."""
 
     id: int
     name: str
     robot: str
     carrier: str | None = None
     route: tuple[Cell, ...] = ()  # of a drive
-    cell: Cell | None = None  # where the rover docks, or an undocking puts it
-    passed: int = 0  # index in the route of the cell the robot is at or next at
+    cell: Cell | None = None  # where the rover docks or is set down
+    passed: int = 0  # index in the route of the robot's current or next cell
     stopped: bool = False
     halted: bool = False  # stopped because of a pause
 
     @property
     def robots(self) -> tuple[str, ...]:
-        """The robots in it, in the order of their names."""
+        """The robots that take part, in the order of their names."""
         return (self.robot,) if self.carrier is None else tuple(sorted((self.robot, self.carrier)))
 
 
@@ -115,25 +115,25 @@ class ReportedTeam(Generic[R]):
         self.commands: dict[int, RobotCommand] = {}
 
     def begin(self, command: RobotCommand, at: object) -> None:
-        """Add a command; a docking or undocking is `at` a place."""
+        """Add a command; `at` is the place of a docking or undocking."""
         self.commands[command.id] = command
         if command.carrier is not None:
             rover = self.robots[command.robot]
             rover.where = rover.where.begun(ActionName(command.name), at, command.carrier)
 
     def end(self, number: int, end: ActionEnd | None) -> RobotCommand | None:
-        """End a command and return it; None if it has ended before. Without an `end` its rover stays in place."""
+        """End a command and return it; None if it had already ended. Without an `end` its rover stays in place."""
         command = self.commands.pop(number, None)
         if command is not None and command.carrier is not None and end is not None:
             rover, name = self.robots[command.robot], ActionName(command.name)
             if end is ActionEnd.DONE and rover.where.at is not None:
-                # begun again: a client may finish it after one that was given later has failed
+                # begun again: a client may finish this command after a later one has failed
                 rover.where = rover.where.begun(name, rover.where.at, command.carrier)
             rover.where = rover.where.ended(name, end)
         return command
 
     def lose(self, name: str) -> tuple[str, ...]:
-        """Mark a robot as lost, with the rovers aboard; return those that are newly lost, itself first."""
+        """Mark a robot and the rovers aboard it as lost; return the newly lost robots, this robot first."""
         riders = (rover for rover, robot in self.robots.items() if robot.where.aboard == name)
         newly = tuple(one for one in (name, *riders) if not self.robots[one].lost)
         for one in newly:

@@ -1,4 +1,4 @@
-"""Missions: created, reported to, followed. Everything here runs in one event loop, and blocks nowhere."""
+"""Create and follow missions, and take their reports. Everything here runs in one event loop and never blocks."""
 
 import asyncio
 import threading
@@ -29,7 +29,7 @@ from marsupial_service.schemas.answers import LastReportsAnswer
 from marsupial_service.store import Store, StoreError, Transaction, packing
 from marsupial_service.store.engine import Connection
 
-# in a transaction, so that several servers share what a dead one has left
+# missions per transaction, so that several servers share those of a dead one
 _AT_A_TIME = 4
 
 T = TypeVar("T")
@@ -49,19 +49,19 @@ class Missions(Entries[MissionRecord]):
         super().__init__(store, MISSIONS, settings, settings.limits.kept_missions, now_ms, runner)
         self._settings = settings
         self._slots = slots or Slots(self._limits.missions)
-        self._threads = ThreadPoolExecutor(2 * self._limits.missions, "mission")  # one listens, one talks
+        self._threads = ThreadPoolExecutor(2 * self._limits.missions, "mission")  # one receives, one sends
         self._supervisors: dict[str, MissionSupervisor] = {}
         self._creating: set[str] = set()
         self._states = MissionStates()
-        # of what is committed, for the threads that read
+        # committed states, for the threads that read
         self._shown, self._showing = MissionStates(), threading.Lock()
 
     async def start(self) -> None:
-        """Begin to take up missions that are left open by others, or an earlier run."""
+        """Begin to take over open missions that other servers or an earlier run have left."""
         await self._begin((host.load_missions,))
 
     async def stop(self) -> None:
-        """End streams and processes; open missions go on at the next start, or with another server."""
+        """End streams and processes; open missions continue at the next start, or on another server."""
         self.leave()
         for task in self.background.running:
             task.cancel()
@@ -74,7 +74,7 @@ class Missions(Entries[MissionRecord]):
     async def create(
         self, brief: MissionBrief, digest: bytes, *, owner: str, idempotency_key: str | None = None
     ) -> Created[MissionRecord]:
-        """Store a mission and begin it, or find the one that an earlier request with the same key had made.
+        """Store a mission and begin it, or find the one that an earlier request with the same key created.
 
         Raises TooMany, KeyReused, StoreError.
         """
@@ -85,15 +85,15 @@ class Missions(Entries[MissionRecord]):
         return await asyncio.shield(asyncio.ensure_future(self._create(new)))
 
     async def brief(self, record: MissionRecord) -> MissionBrief:
-        """Return what a mission was created with."""
+        """Return the brief of a mission."""
         known = self._states.brief(record.id)
         return await self.read(lambda reader: brief(reader, record)) if known is None else known
 
     async def reports(self, record: MissionRecord, sent: Sequence[StoredReport]) -> MissionRecord:
-        """Store reports with their digests, all or none; what is returned is committed.
+        """Store reports with their digests, all or none; return the mission once they are committed.
 
-        Those that were taken before change nothing. Raises ReportConflict (also where the mission is over), which says
-        whose fault it is, TooMany, StoreFull, StoreError.
+        Repeated reports change nothing. Raises ReportConflict, which names the faulty report (also if the mission is
+        over), TooMany, StoreFull, StoreError.
         """
         if record.simulation is not None:
             said = "the robots of this mission are simulated by the service: it takes no reports"
@@ -104,7 +104,7 @@ class Missions(Entries[MissionRecord]):
         )
 
     async def control(self, record: MissionRecord, control: Control) -> MissionRecord:
-        """Pause, resume or cancel a mission; asking twice is asking once.
+        """Pause, resume or cancel a mission; this is idempotent.
 
         Raises ReportConflict (a mission that is over can only be cancelled), StoreError.
         """
@@ -120,11 +120,11 @@ class Missions(Entries[MissionRecord]):
         return frame.grid((await self.brief(record)).grid, cells)
 
     async def last_reports(self, record: MissionRecord) -> LastReportsAnswer:
-        """Return which reports were the last."""
+        """Return the numbers of the last reports."""
         return await self._look(record, lambda state: LastReportsAnswer.of(state, robots=state.counts))
 
     async def _look(self, record: MissionRecord, look: Callable[[MissionState], T]) -> T:
-        """Return what `look` finds in the state of a mission, after its last report."""
+        """Return the result of `look` on the state of a mission after its last report."""
 
         def found(reader: Connection) -> T:
             with self._showing:
@@ -159,7 +159,7 @@ class Missions(Entries[MissionRecord]):
         return self.write(lambda tx: table.take_up(tx, _AT_A_TIME, ours))
 
     async def _call_off(self) -> None:
-        """Cancel missions that nobody reports to any more, or nobody may."""
+        """Cancel missions that no longer get reports, or whose owner has no valid key left."""
         idle_s, now_ms = self._limits.idle_s, self.now_ms()
         for mission, owner, is_idle in await self.read(lambda r: table.abandoned(r, idle_s, now_ms)):
             if not self._settings.may_go_on(owner):
@@ -175,11 +175,11 @@ class Missions(Entries[MissionRecord]):
         if record.simulation is not None:
             supervisor.driver = Driver(record.simulation.speed, partial(self._simulated, record))
         self._supervisors[record.id] = supervisor
-        # not started again: a mission that nobody keeps is taken up by `_take_up`
+        # not restarted: `_take_up` picks up a mission without a supervisor
         self._start("supervisor", partial(self._keep, supervisor), restart=False)
 
     async def _simulated(self, record: MissionRecord, told: StoredReport) -> None:
-        """Store a report of simulated robots, unless the mission is over or another server's."""
+        """Store a report of simulated robots, unless the mission is over or belongs to another server."""
 
         def add(tx: Transaction) -> None:
             if table.held(tx, record.id, record.term) is not None:
@@ -196,6 +196,6 @@ class Missions(Entries[MissionRecord]):
 
 
 def _as_kept(brief: MissionBrief) -> tuple[MissionBrief, bytes]:
-    """Return a brief as every process of its mission reads it, and as it is stored."""
+    """Return a brief as every process of its mission reads it, and its stored text."""
     text = brief_text(brief)
     return brief_in(text), packing.pack(text)

@@ -1,4 +1,4 @@
-"""Our simulator as a client of missions: does what it is commanded, and reports what happens."""
+"""The simulator as a client of missions: it carries out commands and reports what happens."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
@@ -19,9 +19,9 @@ from marsupial_service.missions.values import MissionBrief, MissionReport, Robot
 
 
 class SimulatedTeam:
-    """A simulated world that takes commands and gives reports, both as JSON.
+    """A simulated world that receives commands and returns reports, both as JSON.
 
-    While the mission is `paused`, time goes on only as long as a robot is busy.
+    While the mission is `paused`, time advances only as long as a robot is busy.
     """
 
     def __init__(
@@ -51,9 +51,9 @@ class SimulatedTeam:
         }
 
     def report(self, batch: Mapping[str, Any]) -> MissionReport | None:
-        """Carry out a batch of commands until something happens, and return the report of it.
+        """Carry out a batch of commands until something happens, and report that.
 
-        There is none if the batch doesn't ask for one: it is the last, or answers an earlier report than the last.
+        Returns None if the batch wants no report: it is the last, or answers an earlier report than the last.
         """
         for command in batch["commands"]:
             self._obey(command)
@@ -113,13 +113,13 @@ def update_document(update: RobotUpdate) -> dict[str, Any]:
 
 
 def planning_of(document: Mapping[str, Any]) -> PlanningReport:
-    """Return how a decision was found, from its document."""
+    """Return the planning report in the document of a decision."""
     report = {key: value for key, value in document.items() if key != "actions"}
     return PlanningReport(**{**report, "outcome": Outcome(document["outcome"])})
 
 
 def simulated_team(brief: MissionBrief) -> SimulatedTeam | None:
-    """Return the robots that the service simulates, if it does; in every process of the mission they do the same."""
+    """Return the robots if the service simulates them, else None; each process of the mission gets the same."""
     if brief.simulation is None:
         return None
     truth = replace(brief.grid, cells=brief.simulation.truth)
@@ -136,9 +136,9 @@ def mission_document(
     budget: Budget,
     seed: int,
 ) -> dict[str, Any]:
-    """Return the body that asks for a mission of this team in a scenario, whose map is unknown at first.
+    """Return the request body for a mission of this team in a scenario, whose map is unknown at first.
 
-    `reachable` are the cells (height, width) that there are to explore.
+    `reachable` are the cells (height, width) to explore.
     """
     grid = scenario.grid
     names = {terrain.code: terrain.name for terrain in grid.terrains}

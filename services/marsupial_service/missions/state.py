@@ -1,9 +1,9 @@
-"""What the service knows of a mission while its process plans: enough to check a report the moment it comes.
+"""The service's own state of a mission: enough to check a report on arrival, even while the process plans.
 
-A report is judged by what its client knew: every command that was published and has not ended may end, whatever else
-has happened to its robots; a robot is lost once the client has said so. A state is made again from what is stored,
-commands before reports. Reports of one mission may come through any server: so a report is judged within the
-transaction that stores it, when all that other servers have stored was applied to the state.
+A report is checked against what its client knew: every published command that has not ended may end, whatever else
+has happened to its robots; a robot is lost once the client has reported that. A state is rebuilt from the store,
+commands before reports. Any server may receive reports of a mission, so a report is checked within the transaction
+that stores it, after everything stored by other servers has been applied to the state.
 """
 
 import json
@@ -31,14 +31,14 @@ from marsupial_service.schemas.words import EventType
 from marsupial_service.store import packing
 from marsupial_service.store.transaction import StoreReader
 
-# bytes of all maps that are held
+# limit on the bytes of all cached maps
 _MOST_CELLS = 200_000_000
-# where a robot is that is not aboard: its client knows the cell
+# the place of a robot that is not aboard: only its client knows the cell
 _GROUND = "ground"
 
 
 class ReportConflict(Exception):
-    """A report contradicts what is known; `problems` say where."""
+    """A report contradicts the state of the mission; `problems` say where."""
 
     def __init__(self, *problems: Problem) -> None:
         super().__init__("; ".join(map(str, problems)))
@@ -72,13 +72,13 @@ class MissionState:
 
     @property
     def counts(self) -> dict[str, int]:
-        """The last report of each robot that has reported by its own count."""
+        """The number of the last report of each robot that numbers its own reports."""
         return {robot: len(digests) for robot, digests in self._digests.items() if robot is not None}
 
     def is_repeat(self, n: int, digest: bytes, robot: str | None = None) -> bool:
-        """Return whether a report (of the team, or a robot's own) was taken before.
+        """Return whether a report (of the team, or a robot's own) was accepted before.
 
-        Raises ReportConflict if another one was, or one is missing before it.
+        Raises ReportConflict if another report has this number, or an earlier number is missing.
         """
         digests = self._digests.get(robot, [])
         if n == len(digests) + 1:
@@ -92,7 +92,7 @@ class MissionState:
         return True
 
     def check(self, report: MissionReport, most_cells: float = math.inf) -> None:
-        """Raise ReportConflict if `report` can't be true after all that was reported, or makes the map too large."""
+        """Raise ReportConflict if `report` contradicts earlier reports, or makes the map too large."""
         problems = tuple(self._faults(report))
         size = self.map.frame_with(report).size
         if size > most_cells:
@@ -102,7 +102,7 @@ class MissionState:
             raise ReportConflict(*problems)
 
     def take(self, report: MissionReport, digest: bytes) -> None:
-        """Apply a report that was checked."""
+        """Apply a checked report."""
         self._digests.setdefault(report.robot, []).append(digest)
         self.t_ms = max(self.t_ms, report.t_ms)
         if report.robot is None:
@@ -124,7 +124,7 @@ class MissionState:
             batch = json.loads(event.data)
             self.revision = batch["revision"]
             for command in batch["commands"]:
-                if command["name"] != "stop":  # which ends nothing by itself
+                if command["name"] != "stop":  # a stop ends no command by itself
                     own = {key: command[key] for key in ("id", "name", "robot")}
                     self._team.begin(RobotCommand(**own, carrier=command.get("carrier")), _GROUND)
 
@@ -165,10 +165,10 @@ class MissionState:
 
 
 def new_reports(state: MissionState, sent: Sequence[StoredReport], most_cells: float) -> list[StoredReport]:
-    """Return the reports of a request, with their digests, that were not taken before.
+    """Return the reports of a request, with their digests, that were not accepted before.
 
-    Several are entered in the state one after the other, as each is judged by those before it: give a copy. A single
-    one is not. Raises ReportConflict, which in a batch says whose fault it is.
+    Several reports are applied to `state` one by one, as each is checked after those before it: pass a copy. A single
+    report is not applied. Raises ReportConflict, which in a batch names the faulty report.
     """
     new: list[StoredReport] = []
     for i, (report, digest) in enumerate(sent):
@@ -191,7 +191,7 @@ def new_reports(state: MissionState, sent: Sequence[StoredReport], most_cells: f
 
 @dataclass(slots=True)
 class _Known:
-    """A state, and how many of the mission's inputs and events were applied to it."""
+    """A state, and how many of the mission's inputs and events it includes."""
 
     brief: MissionBrief
     state: MissionState
@@ -200,18 +200,18 @@ class _Known:
 
 
 class MissionStates:
-    """The states that were asked for last. Used by one thread, but for `brief`."""
+    """A cache of the most recently used states. Only `brief` may be called by any thread, the rest by one."""
 
     def __init__(self) -> None:
         self._known: OrderedDict[str, _Known] = OrderedDict()
 
     def brief(self, mission: str) -> MissionBrief | None:
-        """Return what a mission was created with, if it is known here; for any thread."""
+        """Return the brief of a mission, None if its state is not cached; any thread may call this."""
         known = self._known.get(mission)
         return None if known is None else known.brief
 
     def of(self, reader: StoreReader, record: MissionRecord) -> MissionState:
-        """Return the state of a mission with all that is stored of it, commands before reports."""
+        """Return the state of a mission with everything stored applied, commands before reports."""
         known = self._known.get(record.id)
         if known is None:
             found = brief(reader, record)
@@ -233,16 +233,16 @@ class MissionStates:
         return known.state
 
     def replace(self, record: MissionRecord, state: MissionState) -> None:
-        """Replace a state by `state`, to which all inputs of `record` were applied."""
+        """Replace a cached state by `state`, which includes all inputs of `record`."""
         known = self._known[record.id]
         known.state, known.inputs = state, record.inputs
 
     def drop(self, mission: str) -> None:
-        """Forget a state."""
+        """Remove a state from the cache."""
         self._known.pop(mission, None)
 
 
 def brief(reader: StoreReader, record: MissionRecord) -> MissionBrief:
-    """Return what a mission was created with."""
+    """Return the brief of a mission."""
     row = reader.execute("SELECT brief FROM mission_briefs WHERE mission = ?", (record.number,)).fetchone()
     return brief_in(packing.unpack(row["brief"]))

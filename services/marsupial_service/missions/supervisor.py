@@ -1,8 +1,8 @@
-"""The supervisor of one mission: starts its process, sends it the inputs, stores its batches, replaces it if it dies.
+"""The supervisor of one mission: starts its process, sends it inputs, stores its batches, replaces it if it dies.
 
-A mission is a log of inputs and batches, both numbered, and nothing else. Input 0 is the brief; the others are reports
-and controls, stored as they come by whatever server takes the request. Batch k is all that the process made of input k:
-log lines, decisions, commands. A batch is published by being stored; event streams read the store.
+A mission is only a log of numbered inputs and batches. Input 0 is the brief; the others are reports and controls, which
+the server that gets the request stores on arrival. Batch k is everything that the process produced from input k: log
+lines, decisions, commands. Storing a batch publishes it: event streams read the store.
 
     store     inputs    0 1 2 3 4 5 6 7      written by requests
               batches   0 1 2 3 4 .          written here, in order, each once
@@ -10,24 +10,24 @@ log lines, decisions, commands. A batch is published by being stored; event stre
     process   #1  0 1 2 3   x died          #2 gets all inputs again, with the decisions stored in batches 0 to 4:
     process   #2  0 1 2 3 4 | 5 6 7         it repeats 0 to 4 without planning, then goes on with 5
 
-So a process holds nothing that can't be made again, and may be killed at any moment. What #2 repeats must equal what is
-stored, as clients have acted on it: if it differs, `Diverged` ends the mission rather than contradict it.
+So a process holds no state that can't be rebuilt, and may be killed at any moment. The batches that #2 repeats must
+equal those stored, as clients have acted on them: if one differs, `Diverged` ends the mission.
 
-Who may write is decided by the store. Each server that takes a mission over begins a new term of it, and a write names
-the term: one of an earlier term changes nothing, and its supervisor ends with `Dismissed`. So a server that hangs and
-comes back can do no harm, and two supervisors of a mission can't both go on.
+The store decides who may write. Each server that takes over a mission begins a new term of it, and every write names
+its term: a write of an earlier term changes nothing, and its supervisor ends with `Dismissed`. So a server that hangs
+and recovers does no harm, and two supervisors of a mission can't both continue.
 
-The talk with the process, always in this order:
+The messages between supervisor and process, always in this order:
 
     supervisor   inputs                ---->   process     up to 32 at a time
-                 PlanningTurn.WANTED   <----               it has no stored decision, and waits
+                 PlanningTurn.WANTED   <----               it has no stored decision and waits
                  PlanningTurn.ALLOWED  ---->               once the owner's quota and a slot allow it
                  PlanningTurn.DONE     <----               the slot is free again
                  batches               <----               one for each input, in one piece or several
 
-Otherwise a mission fails only if its process crashes or exceeds its memory again and again, with nothing new in
-between. If it was killed, or none can be started, the mission has no part in that and is started again, with growing
-pauses.
+Otherwise a mission fails only if its process crashes or exceeds its memory repeatedly without new results in between.
+If the process was killed or can't be started, that is not the mission's fault: the supervisor starts it again, with
+growing pauses.
 """
 
 import asyncio
@@ -55,28 +55,28 @@ from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.store import StoreError
 from marsupial_service.store.engine import Connection
 
-# a mission whose process crashes so often by itself, and makes nothing new in between, has failed
+# a mission fails if its process crashes this often by itself without new results in between
 _MOST_CRASHES = 3
-# processors that a mission is counted as, where they are counted: it plans now and then, and waits in between
+# processors that a mission reserves, where they are counted: it plans now and then, and waits in between
 _CPUS = 0.1
-# inputs that a process is given at a time, where so many wait: their batches are stored together
+# most inputs sent to a process at a time: their batches are stored together
 _AT_A_TIME = 32
-# how much work of a mission is charged at once: each charge is a transaction
+# how much work of a mission, in seconds, is charged at once: each charge is a transaction
 _CHARGED_S = 0.5
-# how often a mission that waits for its owner's quota looks: jobs that end may give some back
+# how often a mission that waits for its owner's quota checks: jobs that end may return some
 _LOOK_S = 1.0
-# how long a mission rests before its process is started again: twice as long each time, up to the second
+# pause before a process is restarted: it doubles each time, from the first value up to the second
 _PAUSE_S, _LONGEST_PAUSE_S = 0.1, 10.0
-# missions end by their own limit of time; this one ends what is stuck
+# missions end by their own time limit; this one ends a stuck process
 _WALL_S = 7 * 86400.0
-# between the end of the talk and that of the process, whichever comes first
+# how long the last messages and the end of the process may be apart, whichever comes first
 _LAST_WORDS_S = 0.5
 
 log = logging.getLogger("marsupial.missions")
 
 
 class Diverged(Exception):
-    """A new process made something else of the same inputs: the mission can't be continued."""
+    """A new process produced different batches from the same inputs: the mission can't be continued."""
 
 
 class Dismissed(Exception):
@@ -85,7 +85,7 @@ class Dismissed(Exception):
 
 @dataclass(eq=False, slots=True)
 class MissionSupervisor:
-    """Keeps one open mission that this server holds; `driver` makes its robots report if they are simulated."""
+    """Runs one open mission that this server holds; `driver` makes its robots report if they are simulated."""
 
     record: MissionRecord
     brief: MissionBrief
@@ -96,13 +96,13 @@ class MissionSupervisor:
     settings: MissionSettings
     driver: Driver | None = None
     _batches: int = field(init=False)  # stored so far
-    _worked_s: float = field(default=0.0, init=False)  # not charged yet
+    _worked_s: float = field(default=0.0, init=False)  # not yet charged
 
     def __post_init__(self) -> None:
         self._batches = self.record.batches
 
     async def keep(self) -> None:
-        """Keep the mission going until it has ended or is another server's."""
+        """Keep the mission going until it has ended or belongs to another server."""
         failure = await self._resume()
         if failure is not None:
             missions = self.missions
@@ -111,7 +111,7 @@ class MissionSupervisor:
             )
 
     async def _resume(self) -> str | None:
-        """Follow one process after the other; return why that leads nowhere, None if there is no more to do."""
+        """Run one process after another; return why the mission has failed, None if there is no more to do."""
         crashes = losses = 0
         while True:
             before = self._batches
@@ -136,7 +136,7 @@ class MissionSupervisor:
             log.warning("the process of a mission ended", extra={"mission": self.record.id, "reason": ended.detail})
             if self._batches > before:
                 crashes = losses = 0
-            # only crashes of its own end a mission: it has no part in what was killed or can't be started
+            # only its own crashes end a mission: kills and failed starts are not its fault
             losses += 1
             crashes += ended.ending is not Ending.KILLED
             if crashes >= _MOST_CRASHES:
@@ -144,20 +144,20 @@ class MissionSupervisor:
             await asyncio.sleep(min(_PAUSE_S * 2 ** min(losses - 1, 10), _LONGEST_PAUSE_S))
 
     async def _is_still_ours(self) -> bool:
-        """Wait until the store can be read again; return whether the mission is still open and this server's."""
+        """Wait until the store can be read again; return whether the mission is open and still this server's."""
         while True:
             await asyncio.sleep(RETRY_S)
             with suppress(StoreError):
                 record = await self.missions.read(
                     lambda reader: table.of_term(reader, self.record.id, self.record.term)
                 )
-                # what could not be stored may be there: the database may have broken off right after the commit
+                # a failed write may be stored after all: the connection may have broken right after the commit
                 if record is not None:
                     self._batches = record.batches
                 return record is not None
 
     async def _live(self) -> Ended | None:
-        """Follow one process to its end; return None if it was the mission's end too."""
+        """Run one process to its end; return None if that was the mission's end too."""
         limits = JobLimits(wall_s=_WALL_S, memory_bytes=self.settings.limits.memory_bytes)
         run = await self._started(Job(function=run_mission, argument=self.brief, limits=limits, talks=True))
         loop, told = asyncio.get_running_loop(), asyncio.Queue[object]()
@@ -179,7 +179,7 @@ class MissionSupervisor:
         return None
 
     async def _started(self, job: Job) -> JobRun:
-        """Start a process where there is room; if that is cancelled, it is ended as soon as it is there."""
+        """Start a process where there is room; on cancellation, end it as soon as it has started."""
         reservation = self.runner.reserve(_CPUS)
         starting = self.threads.submit(lambda: reservation.run(job) if reservation.wait() else None)
         try:
@@ -193,7 +193,7 @@ class MissionSupervisor:
         return run
 
     async def _talk(self, run: JobRun, told: asyncio.Queue[object]) -> None:
-        """Hand out inputs and take batches, until the last one."""
+        """Send inputs and store batches, until the last batch."""
         number = asked = 0
         with self.missions.subscriptions.subscribe(table.inputs_of(self.record.id)) as news:
             news.set()
@@ -214,7 +214,7 @@ class MissionSupervisor:
                         raise AssertionError(other)
 
     async def _next(self, told: asyncio.Queue[object], *, is_new: bool) -> object:
-        """Wait for what the process sends; its work is charged unless another process has done the same before."""
+        """Return the next message of the process; charge its work unless an earlier process has done the same work."""
         begun_s = time.monotonic()
         try:
             return await told.get()
@@ -224,13 +224,13 @@ class MissionSupervisor:
                 self._charge(0.0)
 
     def _charge(self, planned_s: float) -> None:
-        """Charge the owner for a planning, and for what the process has done since the last charge."""
+        """Charge the owner for a planning and for the work of the process since the last charge."""
         used_s, self._worked_s = self._worked_s + planned_s, 0.0
         if used_s:
             self.missions.charge(self.record.owner, used_s)
 
     async def _plan(self, run: JobRun, told: asyncio.Queue[object]) -> None:
-        """Grant a planning once the quota and a slot allow it; it is charged however it ends."""
+        """Allow a planning once there are quota and a slot; charge it however it ends."""
         await self._wait_for_quota()
         with self.slots.taken(await self.slots.for_owner(self.record.owner)):
             begun_s = time.monotonic()
@@ -241,11 +241,11 @@ class MissionSupervisor:
                 self._charge(time.monotonic() - begun_s)
 
     async def _wait_for_quota(self) -> None:
-        """Wait until the owner may plan again, with an event at the beginning and the end."""
+        """Wait until the owner may plan again; send an event at the start and at the end of the wait."""
         missions = self.missions
         if not missions.quota.is_bounded:
             return
-        # another server may have sent the event before this one took the mission over
+        # the previous server may have sent the event before this one took over the mission
         last = await missions.read(lambda reader: packed.events_of_batch(reader, self.record.number, self._batches))
         told = [QuotaData.model_validate_json(event.data) for event in last if event.type is EventType.QUOTA]
         waited = bool(told) and told[-1].state == "waiting"
@@ -258,7 +258,7 @@ class MissionSupervisor:
             await self._tell_quota("", 0.0)
 
     def _quota_wait_s(self, reader: Connection) -> float:
-        """Return how long the owner may not plan; a mission that is to be cancelled does not wait. Raises Dismissed."""
+        """Return how long the owner must wait to plan; a mission being cancelled does not wait. Raises Dismissed."""
         if self._still(reader).state is MissionPhase.CANCELLING:
             return 0.0
         missions = self.missions
@@ -276,7 +276,7 @@ class MissionSupervisor:
         await self.missions.write(lambda tx: table.tell_quota(tx, id, term, reason, wait_s, now_ms))
 
     async def _ask(self, run: JobRun, number: int, news: asyncio.Event) -> int:
-        """Send what is due from input `number` on, as soon as something is, and return how many inputs that are."""
+        """Wait for due inputs from `number` on, send them, and return how many they are."""
         inputs = [None] if number == 0 else await self._inputs(number, news)
         pending = [PendingInput(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(inputs)]
         await self._send(run, tuple(pending))
@@ -304,7 +304,7 @@ class MissionSupervisor:
         self._batches = number + len(batches)
 
     async def _inputs(self, number: int, news: asyncio.Event) -> Sequence[bytes]:
-        """Wait for input `number`; return what is kept from it on. `news` is set if there may be more."""
+        """Wait for input `number`; return the stored inputs from there on. Set `news` if there may be more."""
 
         def come(reader: Connection) -> tuple[bytes, ...]:
             return packed.inputs_from(reader, self._still(reader).number, number, _AT_A_TIME)
@@ -324,7 +324,7 @@ class MissionSupervisor:
         return tuple(event.data for event in stored if event.type is EventType.DECISION)
 
     async def _stored(self, number: int) -> tuple[StoredEvent, ...]:
-        """Return what followed from an input, and was stored."""
+        """Return the stored events that followed from an input."""
         events = await self.missions.read(lambda source: packed.events_of_batch(source, self.record.number, number))
         return tuple(event for event in events if event.type is not EventType.QUOTA)
 

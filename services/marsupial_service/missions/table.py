@@ -1,4 +1,4 @@
-"""What happens to missions in the store, each change in one transaction, and what can be read of them."""
+"""Changes to missions in the store, each in one transaction, and reads of them."""
 
 import json
 from collections import Counter
@@ -39,7 +39,7 @@ from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 from marsupial_service.store.transaction import StoreReader
 
-# when to ask again where too many are simulated: such a mission takes a minute or more
+# retry delay when too many missions are simulated: such a mission takes a minute or more
 _SIMULATED_S = 10
 _LEAST_PLANNING_S = 0.1
 
@@ -55,7 +55,7 @@ class MissionTable(EntryTable[MissionRecord]):
     """The table of missions, whose events are stored by batches."""
 
     def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: Any) -> None:
-        """Add the next event of a mission, of the batch `batch`."""
+        """Add the next event of a mission, to its batch `batch`."""
         packed.add_events(tx, number, {more["batch"]: [StoredEvent(EventType(kind), data)]}, now_ms)
 
     def _events(self, reader: StoreReader, number: int, after: int, limit: int) -> Iterator[tuple[int, str, str]]:
@@ -79,7 +79,7 @@ MISSIONS = MissionTable(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewMission(NewEntry):
-    """A mission to be stored; `packed` is the brief as it is kept."""
+    """A mission to store; `packed` is the stored form of its brief."""
 
     brief: MissionBrief
     packed: bytes
@@ -93,7 +93,7 @@ def insert(
     capacity: StoreCapacity = UNBOUNDED,
     quota: Quota = NO_QUOTA,
 ) -> Created[MissionRecord]:
-    """Store a mission, which is this server's, or find the one that the same request made before.
+    """Store a mission with this server as its holder, or find the one that the same request created.
 
     Raises KeyReused, StoreFull, TooMany.
     """
@@ -112,7 +112,7 @@ def insert(
             simulated = f"{sql} AND simulation IS NOT NULL"
             (count,) = tx.execute(simulated).fetchone()
             (own,) = tx.execute(f"{simulated} AND owner = ?", (new.owner,)).fetchone()
-            if own and count >= limits.simulations:  # who has none goes first: others' may go on for hours
+            if own and count >= limits.simulations:  # an owner's first is exempt: others' may run for hours
                 raise TooMany(f"{count} missions are simulated, more are not allowed at a time", _SIMULATED_S)
         quota.check(tx, new.owner, asked_s(brief), now_ms)
         number = MISSIONS.add(
@@ -140,12 +140,12 @@ def _simulation_text(brief: MissionBrief, simulation: RobotSimulation) -> str:
 
 
 def asked_s(brief: MissionBrief) -> float:
-    """Return how many seconds a mission wants to be left before it plans; where it counts steps nobody knows."""
+    """Return the seconds of quota that a mission needs before it plans: its budget; for one in steps, the minimum."""
     return max(_LEAST_PLANNING_S, brief.budget.seconds or 0.0)
 
 
 def tell_quota(tx: Transaction, mission: str, term: int, reason: str, wait_s: float, now_ms: int) -> None:
-    """Add the event that a mission waits until its owner may plan again, or (without `reason`) that it goes on."""
+    """Add the event that a mission waits until its owner may plan again, or (empty `reason`) that it continues."""
     record = held(tx, mission, term)
     if record is not None:
         data = QuotaData(state="running", t_ms=record.t_ms)
@@ -164,9 +164,9 @@ def add_reports(
     now_ms: int,
     capacity: StoreCapacity = UNBOUNDED,
 ) -> MissionRecord:
-    """Check reports and store them with their digests, all or none; those stored before change nothing.
+    """Check reports and store them with their digests, all or none; repeated reports change nothing.
 
-    Raises ReportConflict (also where the mission has ended), StoreFull, TooMany if too many wait, UnknownEntry.
+    Raises ReportConflict (also if the mission has ended), StoreFull, TooMany if too many wait, UnknownEntry.
     """
     record = MISSIONS.held(tx, mission)
     state = states.of(tx, record)
@@ -182,7 +182,7 @@ def add_reports(
     for seq, (report, digest) in enumerate(new, start=record.inputs + 1):
         packed.add_input(tx, record.number, seq, report, digest, now_ms)
     tx.news.add(inputs_of(mission))
-    # before the state changes, as any statement may fail
+    # registered before the state changes, as any statement may fail
     tx.undone.append(lambda: states.drop(mission))
     if len(sent) == 1:
         tried.take(*new[0])
@@ -194,7 +194,7 @@ def add_reports(
 
 
 def add_control(tx: Transaction, mission: str, control: Control, now_ms: int) -> MissionRecord:
-    """Store a control that changes something. Raises ReportConflict if it comes too late, UnknownEntry."""
+    """Store a control unless it changes nothing. Raises ReportConflict if it comes too late, UnknownEntry."""
     record = MISSIONS.held(tx, mission)
     if MISSIONS.move(tx, record.number, STATE_AFTER[control], now_ms):
         packed.add_input(tx, record.number, record.inputs + 1, control, None, now_ms)
@@ -207,7 +207,7 @@ def add_control(tx: Transaction, mission: str, control: Control, now_ms: int) ->
 def add_batches(
     tx: Transaction, mission: str, term: int, number: int, batches: Sequence[MissionBatch], now_ms: int
 ) -> tuple[int, ...] | None:
-    """Store what a mission made of its inputs from `number` on, and return how long each input has waited, in ms.
+    """Store a mission's batches for its inputs from `number` on; return how long each input has waited, in ms.
 
     None if these batches were not due: the mission has ended, or another server has taken it over since `term` began.
     """
@@ -225,7 +225,7 @@ def add_batches(
 
 
 def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> None:
-    """End a mission that can't go on, unless it has ended or is another server's by now."""
+    """End a mission that can't continue, unless it has ended or now belongs to another server."""
     record = held(tx, mission, term)
     if record is not None:
         _end(tx, record, Status.FAILED, reason, now_ms)
@@ -240,7 +240,7 @@ def counts(reader: StoreReader) -> MissionCounts:
 
 
 def abandoned(reader: StoreReader, idle_s: float, now_ms: int) -> tuple[tuple[str, str, bool], ...]:
-    """Return the id and owner of every open mission, and whether nothing was put into it for so long."""
+    """Return the id and owner of every open mission, and whether it has had no input for `idle_s`."""
     last = "SELECT at_ms FROM mission_inputs WHERE mission = number ORDER BY seq DESC LIMIT 1"
     rows = reader.execute(
         f"SELECT id, owner, coalesce(({last}), created_ms) AS last_ms FROM missions WHERE finished_ms IS NULL"
@@ -249,7 +249,7 @@ def abandoned(reader: StoreReader, idle_s: float, now_ms: int) -> tuple[tuple[st
 
 
 def call_off(tx: Transaction, mission: str, reason: str, now_ms: int) -> None:
-    """Cancel a mission without its stop report, unless it has ended: nobody is there to do what it commands."""
+    """Cancel a mission without a stop report, unless it has ended: no client is there to carry out its commands."""
     record = MISSIONS.held(tx, mission)
     if _end(tx, record, Status.CANCELLED, reason, now_ms):
         tx.news.add(inputs_of(mission))
@@ -264,22 +264,22 @@ def _end(tx: Transaction, record: MissionRecord, status: Status, reason: str, no
 
 
 def of_term(reader: StoreReader, mission: str, term: int) -> MissionRecord | None:
-    """Return an open mission if that term of it still runs."""
+    """Return an open mission if `term` is its current term."""
     record = MISSIONS.find(reader, mission)
     return None if record is None or record.term != term or record.state is MissionPhase.ENDED else record
 
 
 def held(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
-    """Return the same, kept from other servers until the end of the transaction."""
+    """Return the same, with the mission locked against other servers until the end of the transaction."""
     MISSIONS.hold(tx, mission)
     return of_term(tx, mission, term)
 
 
 def take_up(tx: Transaction, most: int, ours: Collection[str]) -> tuple[MissionRecord, ...]:
-    """Make missions this server's that no server holds that is alive, at most so many.
+    """Take over at most `most` open missions that no live server holds.
 
-    Also those that are this server's and not among `ours`: it was never told that it got them, as the database broke
-    off right after that.
+    This includes missions held by this server but not among `ours`: the connection to the database broke right after
+    the commit, so this server never learned that it holds them.
     """
     unknown = "".join(", ?" for _ in ours)
     rows = tx.execute(
@@ -299,12 +299,12 @@ def leave(tx: Transaction) -> None:
 
 
 def inputs_of(mission: str) -> str:
-    """Return the topic on which the supervisor of a mission hears of its inputs."""
+    """Return the topic that notifies the supervisor of a mission of new inputs."""
     return f"{mission}/inputs"
 
 
 def log(reader: StoreReader, record: MissionRecord) -> str:
-    """Return the mission's log; where an earlier version began it anew, since then."""
+    """Return the mission's log; if an earlier version restarted it, only the part since then."""
     events = packed.events_after(reader, record.number)
     lines = [event.data for _, event in events if event.type is EventType.LOG]
     starts = [i for i, text in enumerate(lines) if text.startswith('{"event":"mission"')]
@@ -312,6 +312,6 @@ def log(reader: StoreReader, record: MissionRecord) -> str:
 
 
 def over(record: MissionRecord) -> Problem:
-    """Return why a mission accepts nothing more."""
+    """Return the problem that a mission accepts no more input."""
     end = "is being cancelled" if record.status is None else f"has ended ({record.status}: {record.reason})"
     return Problem("", f"the mission {end}")

@@ -1,4 +1,4 @@
-"""What a mission of the service consists of: its brief and its inputs."""
+"""The parts of a mission: its brief, its inputs and its outputs."""
 
 from dataclasses import dataclass
 from enum import Enum, StrEnum, auto
@@ -24,12 +24,12 @@ class RobotSimulation:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissionBrief:
-    """All that is fixed when a mission is created."""
+    """Everything that is fixed when a mission is created."""
 
     name: str
     strategy: str
-    planner: str  # the client's name of it
-    engine: str  # the library's name of it
+    planner: str  # the client's name for it
+    engine: str  # the library's name for it
     budget: Budget
     seed: int
     grid: Grid  # what is known of the map at first
@@ -56,16 +56,16 @@ class MissionBrief:
         )
 
     def without_command(self, text: str) -> str:
-        """Return what is said of the planner by the name the client has for it."""
+        """Replace the planner's engine name in a text by the client's name for it."""
         return text.replace(self.engine, self.planner)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotUpdate:
-    """What a report says of a robot; None where it says nothing."""
+    """A report's data on one robot; None where the report omits it."""
 
     name: str
-    cell: Cell | None = None  # where it is; while it drives, where it would stop if commanded now
+    cell: Cell | None = None  # its cell; while it drives, where it would stop if commanded now
     free_at_ms: int | None = None  # when it would be there
     distance_m: float | None = None  # driven so far, in all; `driving_ms`: for how long
     driving_ms: int | None = None
@@ -73,18 +73,18 @@ class RobotUpdate:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissionReport:
-    """What a client reports of one moment."""
+    """A client's report at one moment."""
 
     n: int  # counts the reports of a mission, or those of `robot`, from 1
     t_ms: int
-    # (robot, cells it has seen); code 255 for those that are not known any more
+    # (robot, cells it has seen); code 255 for cells that are no longer known
     revealed: tuple[tuple[str, Runs], ...] = ()
     map: CellArray | None = None  # a whole new map instead, shape (height, width)
     robots: tuple[RobotUpdate, ...] = ()
     finished: tuple[int, ...] = ()  # commands by their ids
-    failed: tuple[tuple[int, str], ...] = ()  # the same, with the reason
+    failed: tuple[tuple[int, str], ...] = ()  # failed commands by their ids, with the reason
     lost: tuple[tuple[str, str], ...] = ()  # (robot, reason)
-    robot: str | None = None  # who reports by its own count; None if the team does
+    robot: str | None = None  # the robot whose own count `n` is; None: the team's
     frame: MissionFrame | None = None  # of all cells of the report; None: the first frame of the mission
 
 
@@ -92,7 +92,7 @@ StoredReport = tuple[MissionReport, bytes]  # with the digest of what was sent
 
 
 class Control(StrEnum):
-    """What a client wants of the mission as a whole."""
+    """A client's request to the mission as a whole."""
 
     PAUSE = "pause"
     RESUME = "resume"
@@ -112,24 +112,24 @@ class StoredEvent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionBatch:
-    """What a mission makes of one input (the first one: of its brief); `over` if that was its end."""
+    """A mission's answer to one input (the first: to its brief); `over` if the mission has ended."""
 
     events: tuple[StoredEvent, ...]
     over: bool
-    revision: int  # of the plan that robots follow then
-    next: StoredReport | None = None  # what simulated robots report then, if nothing else is due before
+    revision: int  # of the plan that robots then follow
+    next: StoredReport | None = None  # the next report of simulated robots, if nothing else is due before
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PendingInput:
-    """An input (None: the brief), or what the store keeps of it."""
+    """An input (None: the brief), or its stored form."""
 
     input: Input | bytes | None
     decisions: tuple[str, ...] = ()  # made by an earlier process for this input
 
 
 class PlanningTurn(Enum):
-    """What a mission's process and its supervisor tell each other besides inputs and batches."""
+    """The messages between a mission's process and its supervisor besides inputs and batches."""
 
     WANTED = auto()  # the process waits until it may plan
     ALLOWED = auto()

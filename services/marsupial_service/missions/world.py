@@ -1,7 +1,7 @@
-"""The world of a mission as its client reports it: commands go out, reports of their ends come in.
+"""The world of a mission as its client reports it: commands go out, reports of their results come in.
 
-Mission time is the client's: it advances with each report. What a report omits about a robot is as predicted when its
-command was given.
+Mission time is the client's: it advances with each report. Data that a report omits about a robot is as predicted when
+its command was sent.
 """
 
 import math
@@ -26,10 +26,10 @@ from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.reported import MapChange, ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotUpdate
 
-# a robot that fails so often, one command after the other, counts as lost
+# a robot that fails this many commands in a row counts as lost
 MOST_FAILURES = 3
 PAUSED = "paused"
-# how far ahead, at least, the next report is asked for during a pause: nothing is to be looked at until it ends
+# the least time until the next report is due during a pause: nothing needs a check until the pause ends
 PAUSE_MS = 60_000
 
 
@@ -40,7 +40,7 @@ class Exchange(Protocol):
         """Add a command, or the one to stop it, to those sent next."""
 
     def exchange(self, until_ms: int) -> Input:
-        """Send everything there is, to be answered by `until_ms`, and wait for the next input."""
+        """Send everything pending, with an answer due by `until_ms`, and wait for the next input."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -58,11 +58,11 @@ class CommandedRobot(ReportedRobot[Cell]):
 
     @property
     def cell(self) -> Cell | None:
-        """Where it stands or drives; None while it is aboard."""
+        """The robot's cell; None while it is aboard."""
         return None if self.where.carrier is not None else self.where.at
 
     def passes(self, cell: Cell) -> None:
-        """Count the turns of the route up to a cell of it; off the route nobody knows which way the robot faces."""
+        """Count the turns of the route up to `cell`; off the route the robot's heading is unknown."""
         order = self.order
         if order is None or not order.route or cell == order.route[order.passed]:
             return
@@ -124,7 +124,7 @@ class RemoteWorld:
         return self._robots[robot].driving_ms
 
     def manoeuvres(self, robot: str) -> Manoeuvres:
-        # of what it did off its routes nobody knows
+        # manoeuvres off its routes are unknown
         return self._robots[robot].odometer.manoeuvres
 
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
@@ -150,7 +150,7 @@ class RemoteWorld:
         self._together(ActionName.UNDOCK, rover, carrier, cell)
 
     def advance(self, until_ms: int) -> News:
-        """Wait for the next report and return what is new; while paused, for all until that ends."""
+        """Wait for the next report and return its news; while paused, for all reports until the pause ends."""
         self._next(until_ms)
         # a mission begins with a report, even if it was paused and resumed before
         while not self.cancelled and (self._paused or not self._begun):
@@ -159,7 +159,7 @@ class RemoteWorld:
         return news
 
     def stop_all(self, *, halted: bool = False) -> None:
-        """Stop all robots that drive: until a pause ends if `halted`, else for good."""
+        """Stop all driving robots: until a pause ends if `halted`, else for good."""
         for name, robot in self._robots.items():
             if robot.order is not None and robot.order.name == "drive" and not robot.order.stopped:
                 robot.order.halted = halted
@@ -224,7 +224,7 @@ class RemoteWorld:
             self._lose(name, reason)
 
     def _grow(self, shift: FrameShift) -> None:
-        """Re-index all places after the map grew."""
+        """Re-index all places after the map has grown."""
         self._grid = self._map.frame.grid(self._first, self._map.cells)
         self._gathered.move(shift)
         for robot in self._robots.values():
@@ -273,7 +273,7 @@ class RemoteWorld:
                 self._lose(name, f"failed {MOST_FAILURES} times in a row: {reason}")
 
     def _end(self, number: int, end: ActionEnd | None) -> RobotCommand | None:
-        order = self._team.end(number, end)  # None: it ended when one of its robots was lost
+        order = self._team.end(number, end)  # None: the command ended when one of its robots was lost
         if order is not None:
             for name in order.robots:
                 self._robots[name].order = None
@@ -286,7 +286,7 @@ class RemoteWorld:
         for one in self._team.lose(name):
             order = self._robots[one].order
             if order is not None:
-                # a rover that was docking on a lost carrier stands where it is; one that was set down is on the ground
+                # a rover that was docking on a lost carrier stays where it stands; one being set down is on the ground
                 missed = order.name == ActionName.DOCK and order.carrier == one
                 self._end(order.id, ActionEnd.FAILED if missed else None)
             self._gathered.lost.append((one, reason if one == name else f"aboard {name}, which is lost"))
@@ -297,7 +297,7 @@ Seen = tuple[str, npt.NDArray[np.int64]]  # a robot and cells, by row-major indi
 
 @dataclass(slots=True)
 class PendingNews:
-    """What reports say, gathered until the mission gets it: at once, or at the end of a pause."""
+    """News from reports, gathered until the mission gets it: at once, or at the end of a pause."""
 
     revealed: list[Seen] = field(default_factory=list)
     changed: list[Seen] = field(default_factory=list)
@@ -308,7 +308,7 @@ class PendingNews:
     lost: list[tuple[str, str]] = field(default_factory=list)
 
     def see(self, name: str, change: MapChange) -> None:
-        """Add cells: revealed are those that were unknown at the last news, changed those that were known then."""
+        """Add cells: revealed if they were unknown at the last news, changed if they were known then."""
         _, indices, before, codes = change
         new, other = (before == UNKNOWN) & (codes != UNKNOWN), (before != UNKNOWN) & (before != codes)
         if other.any():
@@ -317,13 +317,13 @@ class PendingNews:
             _add(name, indices[new], to=self.revealed, unless_in=self.changed)
 
     def move(self, shift: FrameShift) -> None:
-        """Re-index all cells after the frame grew."""
+        """Re-index all cells after the frame has grown."""
         self.moved = shift if self.moved is None else self.moved.then(shift)
         self.revealed = [(name, shift.indices(cells)) for name, cells in self.revealed]
         self.changed = [(name, shift.indices(cells)) for name, cells in self.changed]
 
     def at(self, t_ms: int, codes: CellArray) -> News:
-        """Return the news of a moment at which the cells (flat) have these codes."""
+        """Return the news as of `t_ms`, when the cells (flat) have these codes."""
         known = [(name, cells[codes[cells] != UNKNOWN]) for name, cells in self.revealed]
         return News(
             t_ms=t_ms,

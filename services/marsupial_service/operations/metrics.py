@@ -1,4 +1,4 @@
-"""What operators measure, for Prometheus: requests by route and status, jobs and missions, slots, streams."""
+"""Metrics for Prometheus: requests by route and status, jobs and missions, slots, streams."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -39,16 +39,16 @@ class HttpMetrics:
         self._streams = Gauge("marsupial_event_streams", "Open event streams.", registry=own)
 
     def request(self, method: str, route: str, status: int, seconds: float) -> None:
-        """Count a request that has been answered."""
+        """Count an answered request."""
         self._requests.labels(method=method, route=route, status=str(status)).inc()
         self._seconds.labels(route=route).observe(seconds)
 
     def lag(self, seconds: float) -> None:
-        """Count commands that were stored so long after the report they answer."""
+        """Record how long after a report the commands that answer it were stored."""
         self._lag.observe(seconds)
 
     def planned(self, owner: str, seconds: float) -> None:
-        """Count what planning for an owner has taken."""
+        """Count the seconds that planning for an owner has taken."""
         self._planned.labels(owner=owner).inc(seconds)
 
     def failed(self, task: str) -> None:
@@ -68,7 +68,7 @@ class HttpMetrics:
             (self._left, left_s),
         )
         for gauge, counts in by_label:
-            gauge.clear()  # owners who have none any more
+            gauge.clear()  # drop owners who no longer have any
             for label, count in counts.items():
                 gauge.labels(label).set(count)
         self._backlog.set(missions.backlog)

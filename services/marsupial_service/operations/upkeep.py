@@ -1,4 +1,4 @@
-"""What operators do with a store besides running servers on it: look, back up, restore, remove what is old.
+"""Maintenance of a store by operators: inspect it, back it up, restore it, remove old entries.
 
 A backup is one SQLite file: the jobs and missions of one moment, and the keys, in a table that only backups have.
 """
@@ -54,7 +54,7 @@ class StoreInfo:
 
 
 def info(place: str | Path) -> StoreInfo:
-    """Return what a store holds; servers may run meanwhile. Raises StoreError."""
+    """Return the contents of a store; servers may run meanwhile. Raises StoreError."""
     with maintained(place) as store:
         return store.read(lambda reader: _info(store, reader))
 
@@ -79,7 +79,7 @@ def _info(store: MaintenanceConnection, reader: StoreReader) -> StoreInfo:
 
 
 def live_bytes(place: str | Path) -> int:
-    """Return what a folder's store would take if its rows lay as close as they can; a copy that is removed tells."""
+    """Return the bytes that a folder's store would take if compacted, measured on a temporary copy."""
     _refuse_shared(place, "pg_dump, or the extension pgstattuple")
     with maintained(place) as store, TemporaryDirectory(dir=place) as folder:
         dense = Path(folder) / FILE
@@ -88,7 +88,7 @@ def live_bytes(place: str | Path) -> int:
 
 
 def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: int) -> dict[str, int]:
-    """Remove what ended more than so many days ago, or is not among the `kept` newest of its kind that have ended.
+    """Remove entries that ended more than `days` ago, or are not among the `kept` newest ended ones of their kind.
 
     Returns how many jobs and missions were removed. Servers may run meanwhile: they can write between any two steps.
     """
@@ -112,7 +112,7 @@ def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: i
 
 
 def backup(place: str | Path, target: Path) -> None:
-    """Write what a folder holds at this moment to one file, with its keys; a server may run. Raises StoreError."""
+    """Write a snapshot of a folder's store and keys to one file; a server may run meanwhile. Raises StoreError."""
     _refuse_shared(place, "pg_dump --format=custom")
     if target.exists():
         raise UsageError(f"{target} is there already")
@@ -130,7 +130,7 @@ def backup(place: str | Path, target: Path) -> None:
 
 
 def restore(source: Path, folder: Path) -> int:
-    """Make a folder's store of a backup; return the version of its tables.
+    """Create a folder's store from a backup; return the version of its tables.
 
     Raises UsageError if the folder has a store or keys, StoreError if the file is no sound backup.
     """
@@ -138,7 +138,7 @@ def restore(source: Path, folder: Path) -> int:
         raise UsageError(f"{source}: there is no such file")
     if any((folder / name).exists() for name in (FILE, keys.FILE)):
         raise UsageError(f"{folder} has a store or keys already: a backup is restored into a folder of its own")
-    # a file that still has a write-ahead log is no backup of ours, and may lack what the log holds
+    # a file that still has a write-ahead log is not a backup of ours, and may lack the data in the log
     with open(source, "rb") as file:
         if file.read(_JOURNAL_AT + 1)[_JOURNAL_AT:] == bytes((_WAL,)):
             raise StoreError(f"{source} is no backup but a store's own file, of which a part may be in another file")
@@ -171,7 +171,7 @@ def _restore(source: Path, draft: Path, folder: Path) -> int:
 
 
 def _check(connection: sqlite3.Connection, path: Path) -> None:
-    """Raise StoreError if the database is damaged, or its rows refer to others that are not there."""
+    """Raise StoreError if the database is damaged, or its rows refer to missing rows."""
     (said,) = connection.execute("PRAGMA integrity_check(1)").fetchone()
     if said != "ok":
         raise StoreError(f"{path} is damaged: {said}")
@@ -186,7 +186,7 @@ def _refuse_shared(place: str | Path, instead: str) -> None:
 
 @contextmanager
 def _draft(target: Path) -> Iterator[Path]:
-    """Give a file that becomes `target` when all has gone well, for its owner alone; else nothing is left of it."""
+    """Provide a private file that becomes `target` on success, and is removed on failure."""
     draft = target.with_name(f"{target.name}.draft")
     try:
         os.close(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600))

@@ -108,7 +108,7 @@ async def list_plans(state: Service, job: JobOfPath) -> Response:
 
 
 async def _plans(jobs: Jobs, job: JobRecord) -> AsyncIterator[bytes]:
-    """Yield the text of all plans piece by piece: there may be hundreds, each of thousands of actions."""
+    """Yield the text of all plans piece by piece: there may be hundreds, each with thousands of actions."""
     yield b'{"plans":['
     for revision in range(1, job.plans + 1):
         text = await jobs.read(partial(lookup.plan_text, job=job.id, revision=revision))

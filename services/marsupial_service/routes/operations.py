@@ -44,7 +44,7 @@ async def healthz() -> Response:
 @router.get("/readyz", response_model=answers.ReadyAnswer, responses=errors("not-ready", key=False))
 async def readyz(state: Service) -> Response:
     """Plan for a tiny situation in a process of its own, write to the store and read it."""
-    # of many who ask at once the first one checks, and the others get what it finds
+    # of many concurrent requests, the first one checks and the others get its result
     async with state.readiness.lock:
         if time.monotonic() - state.readiness.checked_s > FRESH_S:
             state.readiness.found = await _check(state)

@@ -36,7 +36,7 @@ async def _key_holds(state: Annotated[State, Depends(_state)], request: Request)
 Service = Annotated[State, Depends(_state)]
 Owner = Annotated[str, Depends(_owner)]
 KeyHolds = Annotated[Callable[[], bool], Depends(_key_holds)]
-"""Says whether the key of the request is still good."""
+"""A function that returns whether the key of the request is still valid."""
 
 Prefer = Annotated[str | None, Header(description="`wait=5` waits up to 5 s for the job to end.", max_length=200)]
 IdempotencyKey = Annotated[
@@ -101,7 +101,7 @@ def streamed(events: str) -> dict[int | str, dict[str, Any]]:
 
 
 def headers_of(created: Created[E], path: str) -> dict[str, str]:
-    """Return the headers that tell where an entry is, and whether an earlier request had made it."""
+    """Return the headers with the location of an entry, and whether an earlier request created it."""
     return {"Location": path} | ({"Idempotency-Replayed": "true"} if created.replayed else {})
 
 

@@ -1,4 +1,4 @@
-"""Texts that are kept under a name, besides jobs and missions."""
+"""Texts stored by name, besides jobs and missions."""
 
 from marsupial_service.store.transaction import StoreReader, Transaction
 
@@ -10,12 +10,12 @@ def text_of(reader: StoreReader, name: str) -> str | None:
 
 
 def texts_of(reader: StoreReader, prefix: str) -> dict[str, str]:
-    """Return all texts whose names begin like that, by the rest of their names."""
+    """Return all texts whose names begin with `prefix`, by the rest of their names."""
     sql = "SELECT name, text FROM documents WHERE substr(name, 1, ?) = ?"
     return {row["name"][len(prefix) :]: row["text"] for row in reader.execute(sql, (len(prefix), prefix))}
 
 
 def keep(tx: Transaction, name: str, text: str) -> None:
-    """Keep a text under a name, in place of the one before; who makes it of that one takes the lock of the name."""
+    """Store a text under a name, replacing the old one; to derive it from the old one, first lock the name."""
     sql = "INSERT INTO documents VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET text = excluded.text"
     tx.execute(sql, (name, text))

@@ -1,4 +1,4 @@
-"""What the store asks of a database. Both understand the statements of this package, with `?` for values."""
+"""The interface of a database. Both databases accept the statements of this package, with `?` for values."""
 
 import uuid
 from abc import ABC, abstractmethod
@@ -10,7 +10,7 @@ StoreRow = Any
 
 
 class StoreRows(Protocol):
-    """What a statement found, or how many rows it changed."""
+    """The rows that a statement returned, or how many rows it changed."""
 
     @property
     def rowcount(self) -> int:
@@ -33,13 +33,13 @@ class Connection(Protocol):
         """Run one statement."""
 
     def close(self) -> None:
-        """Close it."""
+        """Close the connection."""
 
 
 class StoreError(Exception):
     """Nothing was stored; the message says why (no space, no permission, a damaged file, no connection).
 
-    `told` is what anybody may read: it names no file, address or user.
+    `told` is a message that anybody may read: it names no file, address or user.
     """
 
     def __init__(self, message: str, told: str = "the store can't be used; the log says why") -> None:
@@ -57,13 +57,13 @@ def said(error: Exception) -> str:
 
 
 class StoreBackend(ABC):
-    """A database that holds the tables, for one server. What only a shared database needs does nothing by default."""
+    """A database with the tables, for one server. Methods that only a shared database needs do nothing by default."""
 
     place: str  # its name in messages
     begin: str  # begins a transaction that writes
     begin_reading: str  # begins one that only reads, and sees one moment
-    row_lock = ""  # makes a SELECT keep its rows from other servers until the end of the transaction
-    skip_locked = ""  # the same, leaving out rows that others keep
+    row_lock = ""  # makes a SELECT lock its rows against other servers until the end of the transaction
+    skip_locked = ""  # the same, skipping rows that others have locked
     live: str  # selects the names of the servers that are alive
     errors: tuple[type[Exception], ...]  # what its library raises
     refusals: tuple[type[Exception], ...]  # those of them that concern one write and not the database
@@ -103,7 +103,7 @@ class StoreBackend(ABC):
 
     @abstractmethod
     def disk_bytes(self, connection: Connection) -> int:
-        """Return how much of the disk is taken."""
+        """Return how many bytes the database takes on disk."""
 
     @abstractmethod
     def version(self, connection: Connection) -> int:
@@ -114,16 +114,16 @@ class StoreBackend(ABC):
         """Release the database, once all connections are closed."""
 
     def lock(self, connection: Connection, name: str) -> None:
-        """Keep other servers from taking the lock `name` until the end of the transaction."""
+        """Take the lock `name`, and hold it until the end of the transaction."""
 
     def tell(self, connection: Connection, topics: frozenset[str]) -> None:
         """Notify other servers of news on these topics, with the commit."""
 
     def listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
-        """Call `heard` with the topics of which other servers notify; None: something may have been missed."""
+        """Call `heard` with the topics that other servers notify; None: a notification may have been missed."""
 
     def shrink(self, connection: Connection) -> bool:
-        """Give back some of the space that is no longer used, in a transaction; return whether there is more."""
+        """Free some unused space, in a transaction; return whether there is more."""
         return False
 
     def settle(self) -> bool:

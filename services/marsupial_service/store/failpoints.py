@@ -35,7 +35,7 @@ class Failpoints:
         self._passed = Counter[str]()
 
     def reach(self, point: str) -> None:
-        """Do what is to be done at `point`."""
+        """Run the action armed at `point`, if any."""
         if point in self._armed:
             act, at = self._armed[point]
             self._passed[point] += 1

@@ -17,7 +17,7 @@ SCHEMES = ("postgresql://", "postgres://")
 
 
 def open_store(place: str | Path) -> Store:
-    """Return the store in a folder, made if need be, or in the PostgreSQL database of an address.
+    """Return the store in a folder, created if necessary, or in the PostgreSQL database at an address.
 
     Raises StoreInUse if another server has the folder, StoreError if it can't be used.
     """
@@ -41,7 +41,7 @@ def is_shared(place: str | Path) -> bool:
 
 
 class MaintenanceConnection:
-    """A connection to a store that is there. Raises StoreError if it has no tables, or those of another version."""
+    """A connection to an existing store. Raises StoreError if it has no tables, or those of another version."""
 
     def __init__(self, engine: StoreBackend, connection: Connection) -> None:
         self.engine = engine
@@ -50,7 +50,7 @@ class MaintenanceConnection:
             raise StoreError(f"{engine.place}: the store has no tables yet")
 
     def read(self, read: Callable[[Connection], T]) -> T:
-        """Run `read` on what is committed at one moment."""
+        """Run `read` on a snapshot of the committed data."""
         self.connection.execute(self.engine.begin_reading)
         try:
             return read(self.connection)
@@ -66,7 +66,7 @@ class MaintenanceConnection:
 
 @contextmanager
 def maintained(place: str | Path) -> Iterator[MaintenanceConnection]:
-    """Give the store of a folder or database that is there. Raises StoreError."""
+    """Open the existing store of a folder or database for maintenance. Raises StoreError."""
     engine = engine_of(place, maintains=True)
     try:
         with closing(engine.maintainer()) as connection:

@@ -1,4 +1,4 @@
-"""What is wrong for a while is logged when it begins and when it is over, however often it is met in between."""
+"""Log a lasting fault once when it begins and once when it is over, however often it occurs in between."""
 
 import logging
 import threading
@@ -16,7 +16,7 @@ class Outage:
         self._since_s: float | None = None
 
     def met(self, reason: str) -> None:
-        """Note that it has begun; it is logged once."""
+        """Record that the fault occurs; log it only once."""
         with self._lock:
             if self._since_s is not None:
                 return
@@ -24,8 +24,8 @@ class Outage:
         log.error(self._said, extra={"reason": reason})
 
     def over(self) -> bool:
-        """Enter that it works; return whether it did not until now."""
-        # without the lock at first: after each commit nearly nothing is wrong
+        """Record that the fault is over; return whether there was one until now."""
+        # first without the lock: this runs after each commit, and there is rarely a fault
         if self._since_s is None:
             return False
         with self._lock:

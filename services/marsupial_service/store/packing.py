@@ -1,6 +1,6 @@
-"""How events and inputs are stored: compressed with a dictionary of what nearly all of them have in them.
+"""How events and inputs are stored: compressed with a dictionary of the text that nearly all of them contain.
 
-What is packed begins with the number of its dictionary, so that another one can be added.
+A packed value begins with the number of its dictionary, so that more dictionaries can be added.
 """
 
 import zlib
@@ -64,7 +64,7 @@ def pack(data: bytes) -> bytes:
 
 
 def unpack(data: bytes) -> bytes:
-    """Return what is stored so."""
+    """Return the data of a packed value."""
     return zlib.decompressobj(_WINDOW, _DICTIONARY_1).decompress(memoryview(data)[1:])
 
 

@@ -1,4 +1,4 @@
-"""The embedded database: one SQLite file in a folder that one server has to itself.
+"""The embedded database: one SQLite file in a folder that only one server uses.
 
 Write-ahead log, every commit on disk before it returns (`synchronous=FULL`), foreign keys held. The folder is made for
 its owner alone: it holds maps and keys.
@@ -15,10 +15,10 @@ from marsupial_service.store.engine import Connection, StoreBackend, StoreError,
 
 FILE = "marsupial.sqlite"
 
-# only maintenance writes besides the server: readers hold nobody up with a write-ahead log
+# only maintenance writes besides the server: with a write-ahead log, readers block nobody
 _BUSY_MS = 10_000
 _LONGEST_LOG = 64 << 20  # bytes, to which the write-ahead log is cut after a checkpoint
-# given back in one transaction, in some 10 ms
+# pages freed in one transaction, in some 10 ms
 _FREED_PAGES = 500
 # one page in so many may be free: it would be taken again soon, and freeing it means moving another
 _SLACK = 50
@@ -72,9 +72,9 @@ class Sqlite(StoreBackend):
         return excess > 0
 
     def settle(self) -> bool:
-        # puts the write-ahead log into the file, which is cut to its length then, and empties it
+        # copies the write-ahead log into the file, truncates the file, and empties the log
         with closing(self._connect()) as connection:
-            connection.execute("PRAGMA busy_timeout = 0")  # it can't be emptied while somebody reads
+            connection.execute("PRAGMA busy_timeout = 0")  # the log can't be emptied while somebody reads
             (busy, _, _) = connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
             return not busy
 
@@ -113,7 +113,7 @@ class Sqlite(StoreBackend):
 
     def _prepare(self, connection: sqlite3.Connection) -> None:
         script = tables.missing(self.version(connection), self.place)
-        # before the tables: a database that has some would have to be rewritten
+        # before the tables are created: later, this would rewrite the database
         connection.execute("PRAGMA auto_vacuum = INCREMENTAL")
         (mode,) = connection.execute("PRAGMA journal_mode = WAL").fetchone()
         if mode != "wal":

@@ -11,7 +11,7 @@ from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 from marsupial_service.store.writer import Writer
 
-# a long read leaves one thread to the short ones
+# a long read leaves one thread for short ones
 _READERS = 2
 
 T = TypeVar("T")
@@ -39,7 +39,7 @@ class Store:
 
     @property
     def server(self) -> str:
-        """By what name other servers know this one."""
+        """The name of this server for other servers."""
         return self._engine.server
 
     def write(self, write: Callable[[Transaction], T]) -> Future[T]:
@@ -64,7 +64,7 @@ class Store:
         return False
 
     def disk_bytes(self) -> Future[int]:
-        """Return how much of the disk is taken. Raises StoreError as `read` does."""
+        """Return how many bytes the store takes on disk. Raises StoreError as `read` does."""
         return self.read(self._engine.disk_bytes)
 
     def listen(self, listener: Listener) -> None:
@@ -72,7 +72,7 @@ class Store:
         self._listeners.append(listener)
 
     def close(self) -> None:
-        """Commit what is under way, and let go of the database."""
+        """Commit pending writes, and release the database."""
         self._writer.close()
         self._readers.shutdown()
         for connection in self._connections:

@@ -1,18 +1,17 @@
-"""The tables: jobs and missions, each with their events, and what belongs to one kind only.
+"""The tables: jobs and missions, each with their events, and the tables specific to one kind.
 
-The events of turn k of a mission are what it made of its first k inputs. They are stored together or not at all.
-A row of theirs holds a whole turn, `seq` is the number of its last event; long ones are stored in parts, as inputs are
-(`marsupial_service.store.packing`). `bytes` is about what an entry takes with all that belongs to it.
-An entry that is being worked on has a `holder`, one of the `servers`, and its `term` counts those it has had: what a
-holder of an earlier term writes comes too late. `owners` are those whose jobs were claimed; the one served longest ago
-is next.
+The events of turn k of a mission are its answer to input k (turn 0: to its brief). They are stored together or not at
+all: one row holds a whole turn, and `seq` is the number of its last event. Long rows are stored in parts, like inputs
+(`marsupial_service.store.packing`). `bytes` is the approximate size of an entry with all its rows.
+An active entry has a `holder`, one of the `servers`, and its `term` counts the holders so far: the store ignores writes
+by the holder of an earlier term. `owners` are those whose jobs were claimed; the one served longest ago is next.
 
 They are written in the SQL of SQLite; `postgres` translates what PostgreSQL says differently.
 """
 
 from marsupial_service.store.engine import StoreError
 
-# what a row takes besides its contents, in what is counted as `bytes` of an entry; and an entry with its indexes
+# bytes counted for a row in addition to its contents; and for an entry with its indexes
 ROW_BYTES = 40
 ENTRY_BYTES = 500
 
@@ -145,7 +144,7 @@ VERSION = 1
 
 
 def missing(version: int, place: str) -> str:
-    """Return what makes the tables of a database of that version. Raises StoreError if it has tables of another one."""
+    """Return the SQL that creates missing tables. Raises StoreError if the database has tables of another version."""
     if version not in (0, VERSION):
         raise StoreError(f"{place}: its tables have version {version}, this is for version {VERSION}")
     return "" if version else SCHEMA

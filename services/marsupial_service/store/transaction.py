@@ -8,7 +8,7 @@ from marsupial_service.store.engine import Connection, StoreBackend, StoreRows
 
 
 class Transaction:
-    """What a write works with."""
+    """The transaction that a write gets."""
 
     def __init__(self, engine: StoreBackend, connection: Connection) -> None:
         self._engine = engine
@@ -24,7 +24,7 @@ class Transaction:
 
     @contextmanager
     def committed(self, before_commit: Callable[[], None] = lambda: None) -> Iterator[None]:
-        """Begin it before a block, and commit it after, telling the news; what is raised takes all of it back."""
+        """Begin a transaction before the block; commit it and notify of its news after; roll back on any exception."""
         engine, connection = self._engine, self._connection
         is_begun = is_ending = False
         try:
@@ -65,7 +65,7 @@ class Transaction:
         self._engine.lock(self._connection, name)
 
     def shrink(self) -> bool:
-        """Give back some of the space that is no longer used; return whether there is more."""
+        """Free some unused space; return whether there is more."""
         return self._engine.shrink(self._connection)
 
 

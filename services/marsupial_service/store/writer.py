@@ -1,7 +1,7 @@
 """The one thread that writes, and commits in groups.
 
-A commit waits for the disk, for milliseconds, which limits how many there can be in a second. So writes queue up while
-one commit is under way, and all that wait become the next transaction:
+A commit waits milliseconds for the disk, which limits the number of commits per second. So writes queue up while one
+commit is in progress, and all waiting writes become the next transaction:
 
     callers    w1      w2 w3 w4          w5 w6
                |       |  |  |           |  |
@@ -11,9 +11,9 @@ one commit is under way, and all that wait become the next transaction:
 The more callers there are, the larger the groups: throughput grows with load, and a lone write waits for nobody. A
 future that has its result stands for data on the disk, so what the service acknowledges survives a power cut.
 
-One write's failure does not affect the others of its group. Each runs in a savepoint: one that refuses (raises) takes
-back its own changes only, and the others commit. If the commit itself fails, all of the group is taken back and every
-caller told.
+A failed write does not affect the others of its group. Each runs in a savepoint: if a write refuses (raises), only its
+own changes are rolled back, and the others commit. If the commit itself fails, the whole group is rolled back and every
+caller gets the error.
 
 A shared database adds two cases. If another server was in the way (a deadlock, a lock held too long), the group is done
 again write by write: then no write of ours waits for a lock while the group holds another that its holder wants. And if
@@ -60,7 +60,7 @@ class WriteRequest:
         self.refusal: Exception | None = None
 
     def run(self, transaction: Transaction, engine: StoreBackend) -> None:
-        """Do it; its changes are taken back if it refuses."""
+        """Run the write; roll back its changes if it raises."""
         self.refusal, before = None, len(transaction.undone)
         transaction.execute("SAVEPOINT write")
         try:
@@ -74,7 +74,7 @@ class WriteRequest:
         transaction.execute("RELEASE SAVEPOINT write")
 
     def tell(self) -> None:
-        """Tell its result, once committed."""
+        """Resolve the future, once committed."""
         if self.refusal is None:
             self.future.set_result(self.result)
         else:
@@ -109,7 +109,7 @@ class Writer:
         return request.future
 
     def close(self) -> None:
-        """Do what waits, then end."""
+        """Run the waiting writes, then end."""
         with self._lock:
             self._closed = True
             self._waiting.put(None)
@@ -128,7 +128,7 @@ class Writer:
                     group.append(request)
             group = [request for request in group if request.future.set_running_or_notify_cancel()]
             if not self._done(group):
-                for request in group:  # each by itself: others can't wait for one while it waits for them
+                for request in group:  # one at a time: no write waits for a lock while the group holds another
                     tries, latest_s = 1, time.monotonic() + _TRYING_S
                     while not self._done([request], tries >= _MOST_TRIES or time.monotonic() > latest_s):
                         tries += 1
@@ -147,7 +147,7 @@ class Writer:
         except BaseException as error:
             if transaction is not None and transaction.is_broken:
                 self._disconnect()
-                if transaction.is_lost and not is_new:  # the database was away, or has ended the session
+                if transaction.is_lost and not is_new:  # the database was unavailable, or has ended the session
                     return self._done(group, last_try)
             if isinstance(error, self._engine.interferences) and not last_try:
                 return False
@@ -157,7 +157,7 @@ class Writer:
         for request in group:
             request.tell()
         if self._outage.over() or self._untold:
-            self._spread(None)  # what failed last may be stored all the same
+            self._spread(None)  # the write that failed last may be stored after all
         elif transaction.news:
             self._spread(frozenset(transaction.news))
         return True
