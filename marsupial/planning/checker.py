@@ -1,12 +1,12 @@
 """Check whether a plan is feasible in a situation and reaches its goal, independently of any planner.
 
-Actions are checked in order of start. All that an action needs depends on its own robots: where they are, on which
-carrier, since when they are free. A robot takes part in one action at a time, so an action that depends on another's
-effects can only begin after its end. Therefore effects are applied as soon as an action is accepted. For the capacity
-of a carrier this means that docks count from their start, and undocks until their end.
+Actions are checked in order of start. The conditions of an action depend on its own robots only: where they are, on
+which carrier, since when they are free. A robot takes part in one action at a time, so an action that depends on
+another's effects can only begin after its end. Therefore effects are applied as soon as an action is accepted. For the
+capacity of a carrier this means that docks count from their start, and undocks until their end.
 
-The checker is the referee: it applies effects by itself, on purpose, and shares no rule with the code that makes plans
-(`marsupial.model.team`), so that a mistake there can't hide here.
+The checker deliberately applies effects itself and shares no rule with the code that makes plans
+(`marsupial.model.team`), so that it also finds mistakes of that code.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -211,7 +211,7 @@ class _World:
         fault = self._meet(action, action.robots[1:])
         if fault is not None:
             return fault
-        # Whoever drove to a meeting point can stand there. A rover that is carried there may be too wide for it.
+        # A robot that drove to a meeting point can stand there. A rover carried there may be too wide for it.
         kind = self.situation.type_of(action.robot)
         if not self.situation.standing[kind.name][self.situation.place_index[action.place]]:
             return ViolationKind.NO_ROOM, f"type {kind.name} can't stand at {action.place}"

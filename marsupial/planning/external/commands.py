@@ -2,7 +2,7 @@
 
 The command runs in a child process without a shell, in a private folder that holds the canonical domain and the
 problem. Its plans are taken from what it prints and the files it writes there (`marsupial.planning.external.output`),
-as they come. At the end of its time it is asked to end, read to the end, and killed.
+as they come. At the end of its time it gets SIGTERM, its output is read to the end, and it is killed.
 """
 
 import os
@@ -148,7 +148,7 @@ class _Child:
         while self._process.poll() is None:
             self._judge_time()
             yield self._read(_POLL_S)
-        # A process that it has left behind may hold the pipes open: no waiting for their end.
+        # An orphaned process may hold the pipes open: do not wait for their end.
         while self._selector.get_map() and self._selector.select(0) and time.monotonic() < self._kill_at:
             yield self._read(0)
 
@@ -174,7 +174,7 @@ class _Child:
             self._signal(signal.SIGTERM)
 
     def end(self) -> None:
-        """Kill it if it is running; the job's supervisor ends what else it has started."""
+        """Kill it if it is running; the job's supervisor ends its descendants."""
         self._selector.close()
         self._signal(signal.SIGKILL)
         with self._process:

@@ -1,9 +1,9 @@
 """Split a situation that is too big for an engine into parts that it can plan at once.
 
-A part is a carrier with the rovers aboard it and those on the ground that it can best fetch, or a rover on the ground
-by itself that has targets in reach. Robots of parts are disjoint. Targets go, the soonest served first, to the part
-that can be there soonest, as long as that part has room: what no part has room for is left to a later replanning. Of
-the meeting points a part keeps the best two for each thing it may need one for. Merged, the parts' plans are one plan.
+A part is a carrier with the rovers aboard it and those on the ground that it can best fetch, or a single rover on the
+ground that has targets in reach. Parts have disjoint robots. Each target, the soonest served first, goes to the part
+that can reach it soonest and has room; targets that fit in no part wait for a later replanning. A part includes the
+best two meeting points for each of its needs. The parts' plans merge into one plan.
 
 Wurm et al. 2010 don't split: their planner gets the whole problem, and their section V-A expects worse plans for teams
 of far more than 24 robots.
@@ -191,7 +191,7 @@ def _part(times: _Times, crew: Crew, share: set[int], limit: PartSize) -> Situat
 
 
 def _meetings(times: _Times, crew: Crew, targets: list[int], choices: int) -> Iterator[str]:
-    """Yield the meetings a part needs, the best ones for each need; a rover by itself needs none."""
+    """Yield the meetings a part needs, the best ones for each need; a single rover needs none."""
     situation, carriers = times.situation, times.carriers(crew)
     places = [situation.place_index[situation.targets[t].name] for t in targets]
     for carrier in carriers:

@@ -1,4 +1,4 @@
-"""An engine that plans situations in parts that are too big for another engine.
+"""An engine that splits situations too big for another engine into parts.
 
 Its plans serve the targets of the parts only, and of those only where the engine found a plan in time: the caller
 checks them with ``check(situation, plan, targets=plan.explored)`` and plans again when they are done. Two parts
@@ -27,7 +27,7 @@ class Decomposed:
     """An engine around `engine` that splits what is too big for it; budgets are in seconds.
 
     `limits`: sizes of parts, the biggest first; the first is taken for which a part's share of the budget suffices.
-    With less than the last one needs, the parts that can begin soonest get that much and the others nothing.
+    If even the last size needs more, the parts that can begin soonest get enough time and the others none.
     """
 
     def __init__(self, engine: Engine, *limits: PartSize) -> None:
@@ -134,6 +134,6 @@ class _Parts:
             detail = "; ".join([detail, *failures])
             return Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=elapsed_s)
         first = self._ends[0]
-        # that a part has no plan proves nothing of the whole
+        # a part without a plan proves nothing about the whole
         outcome = Outcome.NO_PLAN if first.outcome is Outcome.UNSOLVABLE else first.outcome
         return Finished(outcome=outcome, detail="; ".join([*failures, first.detail]), elapsed_s=elapsed_s)

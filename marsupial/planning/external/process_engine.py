@@ -1,8 +1,8 @@
 """Engines that run in a child process: the part that Tamer and Aries share.
 
-The child builds the engine's encoding, runs it and sends back plans in our own terms; here they are compared and
-passed on, and the end of the process is put into the words of `Outcome`. What needs no engine is settled here: nothing
-to do, or a goal that can't be reached at all.
+The child builds the engine's encoding, runs it and sends back plans in our own terms; this module compares them, passes
+them on, and translates the end of the process into an `Outcome`. It also handles cases that need no engine: nothing to
+do, or an unreachable goal.
 """
 
 from __future__ import annotations

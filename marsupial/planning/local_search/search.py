@@ -84,7 +84,7 @@ SEED, SEEDS = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 
 
 class AnnealingMemory(NamedTuple):
-    """What a search keeps beside its schedule."""
+    """The state of a search besides its schedule."""
 
     best: Ints  # (4,): the value of the incumbent and a lower bound on the makespan in ms
     best_nodes: Ints  # (nodes, `WIDTH`): the rows of the incumbent
