@@ -137,7 +137,7 @@ class Surveyor:
         return any(len(frontier.cells) for frontier in self.frontiers(robots).values())
 
     def remaining(self, targets: Sequence[Target], reason: str) -> tuple[Remaining, ...]:
-        """Return the frontiers left at the last survey: `targets` with `reason`, others with why they are none."""
+        """Return the frontiers left at the last survey: `targets` with `reason`, others with why not."""
         left = tuple(Remaining(cell=t.cell, frontier_cells=len(t.cells), reason=reason) for t in targets)
         return left + self.finder.refused(targets, self._reach)
 

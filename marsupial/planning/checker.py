@@ -28,7 +28,7 @@ class ViolationKind(StrEnum):
     OVERLAP = "overlap"  # less than EPSILON_MS after the end of the robot's previous action
     WRONG_PLACE = "wrong_place"  # a move to no meeting or home, an explore of no target, a dock at no meeting
     CARRIED = "carried"  # a carried rover can't move, explore or dock
-    ELSEWHERE = "elsewhere"  # the robot is not where the action begins
+    ELSEWHERE = "elsewhere"  # the robot is not at the place where the action begins
     NOT_ABOARD = "not_aboard"  # an undock of a rover that is not on that carrier
     CANNOT_EXPLORE = "cannot_explore"  # a target that the robot's type can't explore
     NO_PATH = "no_path"  # no path for the robot's type
@@ -94,7 +94,7 @@ Fault = tuple[ViolationKind, str]
 
 
 class _World:
-    """Where each robot is after the actions so far: `at` a place or `on` a carrier, free from `free_ms`."""
+    """The position of each robot after the actions so far: `at` a place or `on` a carrier, free from `free_ms`."""
 
     def __init__(self, situation: Situation) -> None:
         self.situation, robots = situation, situation.robots

@@ -100,7 +100,7 @@ class Outlook:
         best = [np.argmin(mine, axis=0) for mine in choices]
         costs = np.array([np.min(mine, axis=0) for mine in choices])
         rows, columns = least_assignment(costs)
-        # an impossible pair costs more than all possible ones, so there are as few as can be; these are dropped
+        # an impossible pair costs more than all possible ones, so their number is minimal; they are dropped
         pairs = sorted(zip(costs[rows, columns].tolist(), rows.tolist(), columns.tolist(), strict=True))
         return [(options[i][best[i][target]], target) for cost, i, target in pairs if cost < _IMPOSSIBLE / 2]
 

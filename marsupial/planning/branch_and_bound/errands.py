@@ -3,7 +3,7 @@
 A *room* is a set of places between which rovers can drive: a rover set down there stays until it is picked up at one of
 the room's meetings. Every room without a rover and with targets that no carrier explores has to be visited to set one
 down. Where rovers have to end aboard, every rover on the ground has to be picked up in its room, and so has the one to
-be set down: the last one to be picked up there cannot be aboard before the first one set down had the time to explore a
+be set down: the last rover picked up there cannot be aboard before the first one set down has had time to explore a
 target of the room. A target that no rover explores has to be visited by a carrier. Each carrier has to be done in time
 with the shortest tour over its errands, in which a carrier that both sets down first and picks up last in a room goes
 somewhere else in between, or waits.

@@ -45,7 +45,7 @@ QUICK = 2  # below this effort it is doubled
 
 
 class OptimalityProof:
-    """The `best` plan, the lower bound, and the searches that improve them; `latest` is the best plan of others."""
+    """The `best` plan, the lower bound, and the searches that improve them; `latest` is other engines' best plan."""
 
     def __init__(self, situation: Situation, best: Plan | None, latest: Callable[[], Plan | None]) -> None:
         self._situation, self._latest = situation, latest

@@ -276,7 +276,7 @@ class Encoding:
         self._add(schema, lambda names: replace(action, carrier=names[0]))
 
     def _count(self, schema: Any, load: Any, level: Any, capacity: int, docks: bool) -> None:
-        """Change the load by one level; nothing else can meanwhile, as a carrier is in one action at a time."""
+        """Change the load by one level; no other action can meanwhile, as a carrier is in one action at a time."""
         step = self.up.Fluent(f"step_{schema.name}", self.up.BoolType(), level=self.level)
         after = self.up.Fluent(f"after_{schema.name}", self.level, level=self.level)
         self.problem.add_fluent(step, default_initial_value=False)

@@ -38,7 +38,7 @@ _CHUNK = 1 << 16
 class External(ProcessEngine):
     """The engine called `name`, which is `PREFIX` and a command line with places for {domain} and {problem}.
 
-    A place may be part of an argument. {plan}, where it is given, becomes the beginning of the names of plan files.
+    A place may be part of an argument. {plan}, if present, becomes the prefix of plan files' names.
 
     Raise `UsageError` if the command line can't be split, or a place is missing.
     """
@@ -204,7 +204,7 @@ def _outcome(child: _Child, printed: Printed, reader: PlanReader, situation: Sit
 
 
 def _can_be_solved(situation: Situation) -> bool:
-    """Return whether there is a plan after all: planners also call problems unsolvable that they can't handle."""
+    """Return whether a plan exists: planners also report problems as unsolvable that they can't handle."""
     from marsupial.planning.list_scheduling.greedy import serve  # imports numba
 
     plan, _ = serve(situation)

@@ -78,7 +78,7 @@ class _Times:
         return self._from(robot, self.costs.meet)
 
     def alone(self, robot: RobotState) -> Ints:
-        """Return, per target, when a robot on the ground could be there by itself."""
+        """Return, per target, when a robot on the ground could drive there itself."""
         return self._from(robot, self.costs.explore)
 
     def delivered(self, rover: RobotState, carrier: RobotState) -> Ints:
@@ -122,7 +122,7 @@ def _crews(times: _Times, limit: PartSize) -> list[Crew]:
         fetchers = _seats(times, out, aboard)
         alone = [rover for rover in out if rover.name not in fetchers]
     else:
-        # A rover that has a target in reach goes on by itself; one that has none waits for a carrier.
+        # A rover with a target in reach continues by itself; a rover without one waits for a carrier.
         alone = [rover for rover in out if times.alone(rover).min(initial=NEVER) < NEVER]
         stranded = [rover for rover in out if rover not in alone]
         free = {carrier.name: limit.rovers - len(aboard[carrier.name]) for carrier in carriers}
@@ -176,7 +176,7 @@ def _share_targets(reach: Ints, crews: list[Crew], limit: PartSize) -> list[set[
         busy_ms = reach[crew, target] // len(crews[crew])
         left[crew] = np.where(left[crew] < NEVER, left[crew] + busy_ms, NEVER)
         left[:, target] = NEVER
-        # A single robot gets at most two targets, as others may be nearer later.
+        # A single robot gets at most two targets, as other robots may be nearer later.
         if len(shares[crew]) >= min(limit.targets, len(crews[crew]) + 1):
             left[crew, :] = NEVER
     return shares

@@ -43,7 +43,7 @@ class Decomposed:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        # Where the situation fits as a whole, the engine inside does all. `start` is only of use then: plans that serve
+        # If the whole situation fits, the inner engine plans it all. `start` is useful only then: plans that serve
         # other targets can't be compared with it.
         if budget.seconds is None:
             name = self._engine.info.name
@@ -88,7 +88,7 @@ class _Parts:
         self._ends: dict[int, Finished] = {}
 
     def plans(self) -> Generator[Plan]:
-        """Yield the merged plan each time a part's plan gets better; closing this ends every search."""
+        """Yield the merged plan each time a part's plan improves; closing the iterator ends every search."""
         try:
             while self._waiting or self._race.running:
                 self._let_in()

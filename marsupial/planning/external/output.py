@@ -45,7 +45,7 @@ _UNSOLVABLE = re.compile(
 
 
 def last_words(errors: bytes, printed: bytes) -> str:
-    """Return the last lines of stderr and stdout, after the first that sounds like a complaint, as text."""
+    """Return the last lines of stderr and stdout, after the first that looks like an error, as text."""
     parts = [" | ".join(_last_lines(text.decode(errors="replace"))) for text in (errors, printed) if text.strip()]
     return f", saying: {' || '.join(parts)}" if parts else ""
 
@@ -60,7 +60,7 @@ def _last_lines(text: str) -> list[str]:
 
 
 class Printed:
-    """Cuts plans out of printed output; `claim` is the line that says there is none, if any."""
+    """Cuts plans out of printed output; `claim` is the line that denies a plan, if any."""
 
     def __init__(self) -> None:
         self.claim: str | None = None
@@ -92,7 +92,7 @@ class Printed:
             yield "\n".join(steps)
 
     def growing(self, chunk: bytes) -> Iterator[str]:
-        """Yield the incomplete plan, once, when no more output came."""
+        """Yield the incomplete plan, once, when output pauses."""
         if not chunk and len(self._steps) > self._reported:
             self._reported = len(self._steps)
             yield "\n".join(self._steps)

@@ -139,7 +139,7 @@ class PortfolioMember:
     # and a function that returns the best plan of all so far
     make: Callable[[Clock, Latest], Engine]
     suits: Callable[[Situation], bool] = lambda situation: True  # whether it is of use in a situation
-    # the time for which the lead runs alone first; a member does not begin if less than twice that is left
+    # how long the lead runs alone first; a member does not begin if less than twice this time is left
     head_start_s: float = 0.0
 
 

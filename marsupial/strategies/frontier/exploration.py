@@ -1,7 +1,7 @@
 """Runs a frontier rule in a mission: robots drive to the cells that the rule chooses.
 
 The cells become the targets of a situation, so that the plan is checked, carried out and logged like any other. The
-mission ends as with every other strategy: when no robot can explore anything more, and carriers are home if required.
+mission ends as with every other strategy: when nothing is left to explore, and carriers are home if required.
 """
 
 from __future__ import annotations
