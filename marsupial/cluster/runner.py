@@ -135,7 +135,7 @@ class ClusterRunner:
 
 
 class _NodeReservation:
-    """Room on some node, requested anew whenever the gateway is lost during the wait."""
+    """Room on some node, requested again whenever the gateway is lost during the wait."""
 
     def __init__(self, runner: ClusterRunner, cpus: float) -> None:
         self._runner = runner

@@ -32,9 +32,9 @@ One turn of the loop handles one moment of mission time. Three parts of the stat
   policy of its own.
 - The *followed survey* gives the names in the current plan their meaning. Targets move as the map grows, so each new
   survey is matched with it (`_renamed`), and the rest of the plan is carried over under the new names.
-- With *charged* planning time (`PlanningTime.CHARGED`) the clock runs while the strategy computes: robots go on with
-  the old plan's drives, then the new plan is fitted to a second survey (`_adopt_after_planning`). Anything that went
-  wrong in between triggers another replanning at once.
+- With *charged* planning time (`PlanningTime.CHARGED`) the clock runs while the strategy computes: robots continue the
+  old plan's drives, then the new plan is fitted to a second survey (`_adopt_after_planning`). Anything that went wrong
+  in between triggers another replanning at once.
 
 Two maps exist if others make the map (`marsupial.mission.steady`). The log holds the raw one. Plans are made from a
 filtered one, in which flickering cells keep a value; a mission that is about to end first replans without the filter.
@@ -199,7 +199,7 @@ class MissionLoop:
 
     def _stop_blocked(self, news: News) -> Triggers:
         """Stop robots whose drives changed cells block; return the trigger for a new plan, if any robot stopped."""
-        if not news.changed:  # newly seen cells block nobody: routes lead over known cells only
+        if not news.changed:  # newly seen cells block no robot: routes lead over known cells only
             return ()
         grid = self._world.grid
         names = self._executor.stop_blocked(lambda kind, cells: fits(grid, self._kinds[kind], *cells))

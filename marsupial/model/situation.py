@@ -79,7 +79,7 @@ class Situation:
     types: tuple[PlanningType, ...]
     robots: tuple[RobotState, ...]
     targets: tuple[TargetInfo, ...]
-    meetings: tuple[str, ...]  #: names only, as those of homes
+    meetings: tuple[str, ...]  #: names only, like homes
     homes: tuple[str, ...] = ()
     #: per robot type an int64 table (n, n) over `places`: row = from, column = to; `UNREACHABLE` without a path. Held
     #: read-only. A type that can't explore a target can't reach it either.

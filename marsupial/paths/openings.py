@@ -106,7 +106,7 @@ def _middle(left: Flags, index: int, shape: tuple[int, int]) -> int:
 
 @native
 def _measure(passable: Mask, seed: int, diagonal: float, away: Floats) -> None:
-    """Write the distances from a cell to those of its square, by paths inside the square."""
+    """Write the distances from a cell to the cells of its square, by paths inside the square."""
     height, width = passable.shape
     bottom, top, first, end = _square(seed, (height, width))
     # relaxed until nothing changes: 64 cells need no queue

@@ -3,7 +3,7 @@
 An engine waits while its event is handled, as a generator does: otherwise it and the caller would slow each other down,
 and engines that estimate their pace from their first steps would be misled. An engine is stopped by `cancel` of its
 events where they have one, and by its clock, which then leaps ahead: an engine with a budget in seconds ends when it
-next looks at the clock.
+next reads the clock.
 """
 
 import queue
@@ -115,9 +115,9 @@ class Race:
 class Punctual:
     """A third-party engine that is cut off `GRACE_S` after the end of a budget in seconds.
 
-    marsupial's own engines look at the clock, and external ones are processes that are killed. An engine in this
-    process may do neither, and Python can't end a thread. So it searches in a thread that is abandoned when the time
-    is up, and its later events are dropped. Until that thread ends, the engine is not asked again.
+    marsupial's own engines read the clock, and external ones are processes that are killed. An engine in this process
+    may do neither, and Python can't end a thread. So it searches in a thread that is abandoned when the time is up, and
+    its later events are dropped. Until that thread ends, the engine is not asked again.
     """
 
     def __init__(self, engine: Engine) -> None:

@@ -100,7 +100,7 @@ def death(returncode: int) -> str:
 
 
 def ending_of(returncode: int, output: str = "") -> Ending:
-    """Return how a job ended by itself, from its process's return code and last output."""
+    """Return the ending of a job that was not stopped, from its process's return code and last output."""
     if -returncode in _FROM_OUTSIDE:
         return Ending.KILLED
     if returncode == -signal.SIGXCPU:

@@ -16,18 +16,19 @@ How it works
     carrier ------------------> gate t_2 . . . . . ?door_b - ?b  room: a carrier sets a rover down at
                                                      ROOM_MS     the door, the rover explores the room
 
-1. `marsupial.maps.unseen` divides the unknown into squares. The nearest `MOST_SQUARES` become guessed targets. 2. A
-square is a *room*, for rovers only, or a *hall*. The share of rooms is the share of the seen ground that only rovers
-can drive on or get to; the share of halls that rovers can explore as well is the share of carriers' ground that they
-can drive on. Where rooms are islands (rovers can't drive on carriers' ground at all), carriers have to bring them;
-elsewhere a rover on the ground drives on by itself. Each square has a random number that stays the same for the whole
-mission (`Square.draw`), so that it does not change its kind from plan to plan. 3. The path to a square leads through a
-*gate*, a known target that the robot can explore, then straight on; `BEND` allows for walls. The travel time from any
-place is the least over all gates. 4. The objective weights a real target with 1, and a square with `WORTH` times its
-unknown share. 5. Robots get a small discount on their current drives, as turning round for an equally good plan wastes
-driving. 6. In the plan, each robot's actions are real up to its first one in a square. This one becomes a drive to the
-gate on the way, even if another robot explores that target: the robot is then near when the ground behind it is
-revealed. Later actions are dropped; they are planned again once the map has grown.
+1. `marsupial.maps.unseen` divides the unknown into squares. The nearest `MOST_SQUARES` become guessed targets.
+2. A square is a *room*, for rovers only, or a *hall*. The share of rooms is the share of the seen ground that only
+   rovers can drive on or get to; the share of halls that rovers can explore as well is the share of carriers' ground
+   that they can drive on. Where rooms are islands (rovers can't drive on carriers' ground at all), carriers have to
+   bring them; elsewhere a rover on the ground drives on by itself. Each square has a random number that stays the same
+   for the whole mission (`Square.draw`), so that it does not change its kind from plan to plan.
+3. The path to a square leads through a *gate*, a known target that the robot can explore, then straight on; `BEND`
+   allows for walls. The travel time from any place is the least over all gates.
+4. The objective weights a real target with 1, and a square with `WORTH` times its unknown share.
+5. Robots get a small discount on their current drives, as turning round for an equally good plan wastes driving.
+6. In the plan, each robot's actions are real up to its first one in a square. This one becomes a drive to the gate on
+   the way, even if another robot explores that target: the robot is then near when the ground behind it is revealed.
+   Later actions are dropped; they are planned again once the map has grown.
 
 The guess is often wrong, which costs little: docs/strategies.md has the figures, and the rejected variants.
 """

@@ -34,7 +34,7 @@ class RoutePairs:
     """The shortest path and the route of least energy between pairs of cells."""
 
     shortest: Floats  # (n, 2): length and energy of the shortest path
-    cheapest: Floats  # (n, 2): those of the route of least energy
+    cheapest: Floats  # (n, 2): length and energy of the route of least energy
 
     @property
     def saved(self) -> float:
@@ -65,7 +65,7 @@ def blocked_at_random(side: int, share: float, seed: int) -> Mask:
 def route_pairs(
     passable: Mask, ends: int, seed: int, *, costs: MotionCosts | None = None, cuts_corners: bool = True
 ) -> RoutePairs:
-    """Plan both routes from each of `ends` random cells to each of as many others; leave out pairs without a path."""
+    """Plan both routes from each of `ends` random cells to each of as many others; omit pairs without a path."""
     motion = MotionCosts() if costs is None else costs
     sources, goals = _drawn(passable, ends, seed)
     width = passable.shape[1]

@@ -8,9 +8,9 @@ What the text leaves open
 -------------------------
 - Of plans that end at the same time, the previous one is kept; list scheduling appends new targets to it. This favours
   the method: plans made from scratch each time change goals and take longer.
-- Targets that nobody can serve are left out of the problem, which would have no solution otherwise.
+- The problem omits targets that no robot can serve, as it would have no solution otherwise.
 - If the planner has no plan in time, robots likewise follow the previous one: they never wait for a planner. Targets
-  that the planner's plan leaves out (big situations are split for some planners) are added in the same way.
+  that the planner's plan omits (big situations are split for some planners) are added in the same way.
 - Once no target is left, robots follow the shortest plan that recovers the rovers or brings the team home.
 
 References
@@ -39,7 +39,7 @@ class ShortestPlan(Strategy):
         return self._planner.decide(briefing, self._explore)
 
     def _explore(self, briefing: Briefing) -> Explored:
-        """Return the shortest plan for the known targets, the targets that nobody can serve, the answer."""
+        """Return the shortest plan for the known targets, the targets that no robot can serve, the answer."""
         listing, previous = Listing(briefing.situation), briefing.previous
         spare, unserved = listing.serve(previous)
         situation = without(briefing.situation, unserved)

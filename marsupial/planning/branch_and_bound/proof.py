@@ -158,7 +158,7 @@ class _BoundedSearch:
 
     @property
     def incomplete(self) -> bool:
-        """Whether something was left out for lack of space, so that its end proves nothing."""
+        """Whether the search skipped something for lack of space, so that its end proves nothing."""
         return bool(self.state.counters[col.INCOMPLETE])
 
     @property

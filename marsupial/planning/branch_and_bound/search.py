@@ -26,7 +26,7 @@ Backtracking is one step back in `LEVEL`; the events of the levels above are sti
 shows that it can't lead to the goal within the limit (`pruning`): rovers are carried at any time, or carriers need only
 the least docks, undocks and visits. A relaxation allows all that plans may do, so no plan is lost.
 
-**Dominance.** These are left out as well:
+**Dominance.** The search also skips:
 
 - Steps that end before the last one did (`KEY`: its end, then the number of steps that ended at that ms). Such a step
   shares no robot with the last one, so it could come before it, with the same result or a better one.
@@ -187,7 +187,7 @@ def _enter(tables: Tables, search: SearchState, level: int) -> None:
         counters[col.PRUNED] += 1
         return
     left, key = levels[level, col.LEFT], levels[level, col.KEY]
-    # The number of steps matters only where useless steps are left out.
+    # The number of steps matters only where useless steps are pruned.
     steps = 0 if tables.recover or not counters[col.KEYED] else level
     if is_dominated(tables, search.memory, search.order, search.states[level], left, key, steps):
         counters[col.DUPLICATES] += 1

@@ -32,7 +32,7 @@ class Tables(NamedTuple):
     carriers: int  # their number
     recover: bool  # whether all rovers have to end aboard
     errands: Errands  # the least docks, undocks and visits of carriers
-    closure: Ints  # (types, places, places): the shortest times to drive, by way of any places
+    closure: Ints  # (types, places, places): the shortest times to drive, via any places
     # bases, meetings, targets, robots: bases and targets as places, meetings as bases, robots as they are numbered in
     # the situation
     bases: Ints

@@ -14,7 +14,7 @@ from marsupial.planning.list_scheduling.costs import NEVER
 
 @native
 def close(leg: Ints) -> None:
-    """Lower square legs to the shortest times by way of any place (Floyd-Warshall)."""
+    """Lower square legs to the shortest times via any place (Floyd-Warshall)."""
     for k in range(len(leg)):
         for i in range(len(leg)):
             for j in range(len(leg)):

@@ -54,7 +54,7 @@ def decompose(situation: Situation, limit: PartSize) -> tuple[Situation, ...]:
     reach = np.array([times.crew(crew) for crew in crews], dtype=np.int64).reshape(len(crews), len(situation.targets))
     shares = _share_targets(reach, crews, limit)
     order = sorted(range(len(crews)), key=lambda i: (min((reach[i, t] for t in shares[i]), default=NEVER), i))
-    # Parts without a target are left out, unless the goal asks for rovers aboard or carriers at home.
+    # Parts without a target are omitted, unless the goal requires rovers aboard or carriers at home.
     return tuple(_part(times, crews[i], shares[i], limit) for i in order if shares[i] or situation.goal.aboard)
 
 

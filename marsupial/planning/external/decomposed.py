@@ -116,7 +116,7 @@ class _Parts:
                 self._enter(i, share)
 
     def _enter(self, i: int, share: Budget) -> None:
-        # A method of its own, so that each search keeps its part and share: the loop goes on before they are used.
+        # A separate method, so that each search binds its part and share: the loop advances before they are used.
         self._race.enter(str(i), lambda _: self._engine.solve(self._parts[i], share, objective=self._objective))
 
     def _share(self) -> Budget | None:

@@ -4,7 +4,7 @@ Theory of operation
 -------------------
 **Sorties, not rovers.** Rovers of one type are interchangeable aboard a carrier, so the search does not assign
 individual rovers. A *sortie* begins with the undock that sets a rover down, or where a rover stands at first (its
-`START`). It ends with the dock that picks the rover up, or with its last target. Who goes on a sortie is decided when
+`START`). It ends with the dock that picks the rover up, or with its last target. Rovers are assigned to sorties when
 the plan is read off (`loading.events_in`); the search only checks that some rover of the type is aboard. So a transfer
 (a dock or an undock) can move from one carrier to another and nothing else has to change.
 
@@ -153,7 +153,7 @@ def initial_load(sched: LinkedSchedule, carrier: int) -> int:
 @inlined
 def enqueue(sched: LinkedSchedule, node: int, sooner: bool = True) -> None:
     """Queue a node for timing; `sooner` says whether it may end sooner than before."""
-    # Twice the change's number, plus one if it may end sooner: one number tells both, and needs no clearing.
+    # Twice the change's number, plus one if it may end sooner: one number encodes both, and needs no clearing.
     queued_in, now = sched.work[col.QUEUED_IN, node], 2 * sched.work[0, col.EPOCH]
     if queued_in < now:
         sched.work[col.QUEUE, sched.work[0, col.QUEUED]] = node

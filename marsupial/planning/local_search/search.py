@@ -18,7 +18,7 @@ bound. It only moves down, when a new incumbent is found; then the cost of the c
 same as drawing u from (0, 1] first and accepting where the new cost is at most `limit = cost - temperature * ln(u)`.
 Since the limit is known before the schedule is timed, timing stops as soon as the cost is sure to be above it
 (`timing`). The decision is the one that complete timing would have led to, so this early rejection is exact; `timing`
-tells of a quicker test that is nearly so.
+describes a quicker test that is nearly exact.
 
 **Incumbent.** Decided apart from the cost, by the parts of the objective's value in turn (makespan, then arrivals, then
 driving), or by their weighted sum for priced arrival. Every accepted schedule is compared to it.

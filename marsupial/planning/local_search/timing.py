@@ -19,9 +19,9 @@ each other in a circle grow later with each round until they are too late, or un
 
 **Early rejection.** The limit on the cost is known beforehand (`search`). A queued node may end sooner than before only
 if the change was made there (`link` queues it so), or if a node before it ends sooner. `SOONER` counts such nodes in
-the queue. Once there are none, no end gets smaller any more. Lateness and arrivals grow with the ends, and driving
-changes only where links did, so the cost of what is timed so far is a lower bound on the final one. Above the limit,
-timing abandons the schedule; complete timing would have rejected it as well.
+the queue. Once there are none, ends no longer decrease. Lateness and arrivals grow with the ends, and driving changes
+only where links did, so the cost of what is timed so far is a lower bound on the final one. Above the limit, timing
+abandons the schedule; complete timing would have rejected it as well.
 
 A second test is quicker and nearly exact: an end that is above the limit by its lateness alone (`latest`) gives the
 schedule up at once. It may reject a good change if the node was timed before one that it waits for; the order of the

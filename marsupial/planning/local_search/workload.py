@@ -4,8 +4,8 @@ A *room* is a set of places between which rovers can drive themselves. Where it 
 and no rover stands in it, a rover has to be brought and set down; where rovers have to end aboard, or are fewer than
 the rooms, they have to be picked up. This bounds docking and undocking, driving inside of rooms, and driving between
 them: no less than a spanning forest of the rooms that grows from where the robots are. Robots that share this work
-evenly and finish together finish no later than those of any plan. Shortest ways may lead through any place and are
-those of the quickest type, so nothing is assumed of travel tables.
+evenly and finish together finish no later than those of any plan. Shortest paths may lead through any place and use the
+quickest type, so the bound assumes nothing about travel tables.
 """
 
 import numpy as np

@@ -2,9 +2,9 @@
 
 With a budget in seconds they run side by side, and each new incumbent (`marsupial.planning.incumbent`) is yielded as it
 comes; members can ask for the best plan of all at any time. The search ends at the end of the budget, when all members
-have ended, or when one proves that there is no plan. Once the makespan is proven optimal, the lead goes on for as long
-again, and a little more, to reach targets sooner, from the plan of the member that found it; unless the lead has ended
-by itself.
+have ended, or when one proves that there is no plan. Once the makespan is proven optimal, the lead continues for as
+long again, and a little more, to reach targets sooner, from the plan of the member that found it; unless the lead has
+already ended.
 
     lead       |-- plans -->----------------------|-- polish -->|    (makespan proven: others stop)
     member           |-- begins after its head start, gets the incumbent -->|
@@ -124,7 +124,7 @@ class Results:
 GRACE_S = 0.05  # time after the end of the budget in which engines may finish their step and report bounds
 FIRST_PLAN_S = 1.0  # the same without a plan
 
-POLISH_S = 0.1  # least time that the lead goes on after the makespan is proven optimal
+POLISH_S = 0.1  # least time that the lead continues after the makespan is proven optimal
 GIVEN = "the one before"  # name of the finder of `start`
 
 Latest = Callable[[], Plan | None]
