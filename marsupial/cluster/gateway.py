@@ -1,8 +1,8 @@
 """The gateway to a cluster: the process of a server that is connected to Ray, and relays its runs.
 
-It is a process of its own because Ray ends the one that uses it once the cluster is lost; its server then starts
-another one. It is asked as a fork server is: over a socket, with a channel for each request. For room it has Ray
-reserve processors (a placement group), on a node that has a node agent; then it relays the channel.
+It is a separate process because Ray ends the process that uses it once the cluster is lost; the server then starts
+another gateway. Like a fork server, it receives requests over a socket, with a channel for each. For room it makes Ray
+reserve processors (a placement group) on a node with a node agent; then it relays the channel.
 """
 
 import asyncio
@@ -31,9 +31,9 @@ from marsupial.processes import channel as frames
 from marsupial.processes.channel import Channel
 
 ROOM, PRELOAD, STATE = b"R", b"P", b"S"
-"""What is asked of it, each over a channel of its own: room for a run, functions to be called once on every node, and
-how it is. Asked for room it answers with `channel.START` once there is some, is sent the order, and answers again once
-that is begun."""
+"""Requests, each over a channel of its own: room for a run, functions to call once on every node, and its state. It
+replies to a request for room with `channel.START` once there is room, receives the order, and replies again once the
+run has begun."""
 
 _LOOK_S = 1.0
 _SILENCE_S = 90.0
@@ -44,7 +44,7 @@ _LEAVE_S = 2.0
 
 
 def main(fd: int, asker: int, address: str, *packages: str) -> None:
-    """Serve what process `asker` wants over the socket `fd`, until it is closed."""
+    """Serve the requests of process `asker` over the socket `fd`, until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: os._exit(0))
     cluster = cluster_at(address)
@@ -53,7 +53,7 @@ def main(fd: int, asker: int, address: str, *packages: str) -> None:
         with connected(cluster) as ray:
             try:
                 asyncio.run(_serve(ray, line, asker, cluster, packages))
-            except Exception as error:  # its last words; another gateway may do better
+            except Exception as error:  # its last output; another gateway may succeed
                 print(str(error) or type(error).__name__, file=sys.stderr, flush=True)
             hurry = threading.Timer(_LEAVE_S, os._exit, (0,))
             hurry.daemon = True
@@ -92,7 +92,7 @@ class Gateway:
         self._tasks: set[asyncio.Task[Any]] = set()
 
     def accept(self) -> None:
-        """Take a request."""
+        """Accept a request."""
         request, fds, _, _ = socket.recv_fds(self._line, 1, 1)
         if not request:
             self.ended.set()
@@ -111,7 +111,7 @@ class Gateway:
         relay = Relay(channel, take, lambda: relay.close())
 
     def answer(self, request: bytes, payload: bytes) -> bytes:
-        """Do what a request other than for room asks, and return the answer."""
+        """Handle a request other than for room, and return the reply."""
         if request == PRELOAD:
             self.preload += [one for one in pickle.loads(payload) if one not in self.preload]
             for link in self.links.values():
@@ -119,19 +119,19 @@ class Gateway:
         return json.dumps(self._trouble()).encode()
 
     def go(self, work: Coroutine[Any, Any, Any]) -> None:
-        """Run a coroutine beside all others."""
+        """Run a coroutine concurrently with all others."""
         task = asyncio.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
     async def call(self, function: Any, *arguments: Any) -> Any:
-        """Call a function of Ray that waits."""
+        """Call a blocking function of Ray."""
         return await asyncio.get_running_loop().run_in_executor(self._threads, function, *arguments)
 
     async def look(self) -> None:
         """Keep a node agent on every node that has processors, and drop those of nodes that are gone.
 
-        Raises ConnectionError if the node of this connection is dead, TimeoutError if nobody answers.
+        Raises ConnectionError if the node of this connection is dead, TimeoutError if the cluster does not answer.
         """
         nodes = [node for node in await asyncio.wait_for(self.call(self.ray.nodes), _SILENCE_S) if node["Alive"]]
         self._seen_s = time.monotonic()
@@ -149,7 +149,7 @@ class Gateway:
         return {node: link for node, link in self.links.items() if link.ready}
 
     def _trouble(self) -> tuple[str, str] | None:
-        """Return why nothing can be run, if that is so, and what is known of it besides."""
+        """Return why no job can run, if so, and further details."""
         if time.monotonic() - self._seen_s > LEASE_S:
             return "the head of the cluster does not answer", ""
         if self.ready():
@@ -185,14 +185,14 @@ class RelayedRun:
             self.end()
 
     def from_agent(self, tag: bytes, payload: bytes) -> None:
-        """Hand on a frame."""
+        """Relay a frame."""
         if not self._over and tag != LOST:
             self._relay.send(tag, payload)
         if tag in (frames.ENDED, LOST):
             self.end()
 
     def end(self) -> None:
-        """Hang up, and give the processors back."""
+        """Close the channel, and release the processors."""
         if self._over:
             return
         self._over = True
@@ -204,7 +204,7 @@ class RelayedRun:
             (places.offer if link is not None and link.ready else places.give_back)(place)
 
     async def _begin(self, cpus: float) -> None:
-        """Find a place and answer the asker, unless it leaves before; it may ask again if this fails."""
+        """Find a place and reply to the client, unless it hangs up first; if this fails, the client may ask again."""
         try:
             self._place = await self._found(cpus)
         finally:
@@ -236,5 +236,5 @@ class RelayedRun:
         return None
 
     def _still(self, ready: Mapping[str, Link]) -> bool:
-        """Return whether a place on these nodes is wanted: no other ones are ready meanwhile."""
+        """Return whether a place on these nodes is wanted: no other nodes are ready yet."""
         return not self._left and self._gateway.ready().keys() == ready.keys()

@@ -20,26 +20,26 @@ _REFUSED_S = 30.0
 
 
 class Link:
-    """A node agent that is started again whenever it is lost, while its node is there."""
+    """A node agent that is restarted whenever it is lost, as long as its node exists."""
 
     def __init__(self, gateway: Gateway, node: str) -> None:
         self._gateway = gateway
         self._node = node
         self.runs: dict[int, RelayedRun] = {}
-        self.ready = False  # whether it takes jobs
-        self.fault = ""  # what is wrong with it, in words; empty if nothing is
+        self.ready = False  # whether it accepts jobs
+        self.fault = ""  # its fault in words; empty if it works
         self._gone = False
         self._agent: Any = None
         self._unsent: list[Envelope] = []
         self._posting = False
 
     async def attend(self) -> None:
-        """Start the agent and relay what it sends, again and again, until the node is gone."""
+        """Start the agent and relay its messages; restart it until the node is gone."""
         while not self._gone:
             pause_s = _RETRY_S
             try:
                 await self._follow()
-            except Exception as error:  # whatever it is: an agent that is silent or sends nonsense is lost
+            except Exception as error:  # any error: an agent that is silent or sends invalid data is lost
                 refused = getattr(error, "cause", None)
                 if isinstance(refused, WorkerRefused):
                     pause_s = _REFUSED_S
@@ -75,7 +75,7 @@ class Link:
             self._gateway.go(self._post())
 
     def load(self) -> None:
-        """Make the agent load what was added to the preload list meanwhile."""
+        """Make the agent load the latest additions to the preload list."""
         if self.ready:
             self._agent.load.remote(self._gateway.preload)
 
@@ -85,7 +85,7 @@ class Link:
         self._lost(fault)
 
     async def _post(self) -> None:
-        """Send all that waits to be sent, in one call."""
+        """Send all queued messages in one call."""
         try:
             while self._unsent:
                 envelopes, self._unsent = self._unsent, []
@@ -96,7 +96,7 @@ class Link:
             self._posting = False
 
     def _lost(self, fault: str) -> None:
-        """Tell all runs that they are over; the agent, should it still be there, ends them."""
+        """Notify all runs that they are over; the agent, if it still exists, ends them."""
         self.ready, self.fault = False, fault
         self._gateway.changed.set()
         for run in list(self.runs.values()):
@@ -112,5 +112,5 @@ class Link:
 
 
 async def _answer(reference: Any) -> Any:
-    """Wait for what a method of an actor returns; also through Ray Client."""
+    """Wait for the result of an actor's method; also through Ray Client."""
     return await reference

@@ -1,7 +1,7 @@
-"""The make of a process on a cluster: the versions of what it depends on. It works for callers of the same make only.
+"""The make of a process on a cluster: the versions of its dependencies. It works for callers of the same make only.
 
-Rows of different versions must not stand in one file unnoticed, nor may another version continue a mission. So requests
-to a process of a cluster come with terms, and a process that can't meet them refuses.
+Rows of different versions must not get into one file unnoticed, nor may another version continue a mission. So requests
+to a process of a cluster state terms, and a process that can't meet them refuses.
 """
 
 import hashlib
@@ -17,16 +17,16 @@ from pathlib import Path
 LIBRARIES = ("numpy", "scipy", "numba")
 
 ENGINES = ("unified-planning", "up-aries", "up-tamer")
-"""Packages that missions depend on beside `LIBRARIES`, if they are installed."""
+"""Packages that missions depend on besides `LIBRARIES`, if they are installed."""
 
 OURS = ("marsupial",)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terms:
-    """What is asked of a process: the same make, and to serve no caller without a token if `token`.
+    """Requirements for a process: the same make and, with `token`, to serve no caller without a token.
 
-    `packages` are those of ours whose source files have to be the same.
+    `packages` are the packages of ours whose source files must be equal.
     """
 
     make: Mapping[str, str]
@@ -52,7 +52,7 @@ def demand(terms: Terms) -> None:
 
 @cache
 def make(packages: tuple[str, ...] = OURS) -> Mapping[str, str]:
-    """Return what this process depends on: versions, and digests of the source files of packages of ours."""
+    """Return the dependencies of this process: versions, and digests of the source files of packages of ours."""
     return {
         **{name: f"{_version('marsupial')} (source {_source(name)})" for name in packages},
         "Python": platform.python_version(),

@@ -1,7 +1,7 @@
-"""The agent on a node: an actor that has jobs run there by a launcher of its own, for one gateway.
+"""The agent on a node: an actor that runs jobs there with its own launcher, for one gateway.
 
-It ends with the gateway: Ray ends it when its owner is gone, and it ends itself when the gateway has not asked for so
-long that its server counts as dead to others. What it has launched ends with it, in whatever way.
+It ends with the gateway: Ray ends it when its owner is gone, and it ends itself when the gateway has been silent for so
+long that others consider its server dead. However it ends, all processes that it launched end with it.
 """
 
 import asyncio
@@ -22,16 +22,16 @@ from marsupial.processes import launcher, reaper
 from marsupial.processes.jobs import GRACE_S, JobOrder
 
 ORDER, CANCEL = b"O", b"C"
-"""What a gateway asks beside sending messages: begin the run, end it."""
+"""A gateway's orders besides messages: begin the run, end it."""
 
 LOST = b"L"
-"""In answer, in place of `channel.ENDED`: the run is over, and nobody knows how."""
+"""Reply in place of `channel.ENDED`: the run is over, and its ending is unknown."""
 
 POLL_S = 2.0
-"""How long `take` waits for news."""
+"""How long `take` waits for messages."""
 
 LEASE_S = 10.0
-"""A gateway or agent that is silent for so long counts as gone; servers hold entries of a store as long."""
+"""A gateway or agent that is silent for this long counts as gone; servers hold entries of a store equally long."""
 
 _KILL_S = 2.0
 _MOST_BYTES = 32 << 20
@@ -70,7 +70,7 @@ class NodeAgent:
         await asyncio.to_thread(partial(launcher.warm_up, preload=calls))
 
     async def take(self) -> list[Envelope]:
-        """Return what the runs send, or nothing after a while."""
+        """Return the messages of the runs, or none after a while."""
         self._heard_s = time.monotonic()
         if not self._out:
             with contextlib.suppress(TimeoutError):
@@ -84,7 +84,7 @@ class NodeAgent:
         return found
 
     async def give(self, envelopes: list[Envelope]) -> None:
-        """Take what is sent to the runs."""
+        """Accept messages to the runs."""
         for run, tag, payload in envelopes:
             if tag == ORDER:
                 self._runs[run] = _AgentRun(self, run, pickle.loads(payload)._replace(path=sys.path))
@@ -105,11 +105,11 @@ class NodeAgent:
     async def _watch(self) -> None:
         while time.monotonic() - self._heard_s < LEASE_S:
             await asyncio.sleep(LEASE_S / 10)
-        os._exit(1)  # the launcher notices
+        os._exit(1)  # the launcher detects it
 
 
 class _AgentRun:
-    """A run on this node; what is sent to it before it has begun waits."""
+    """A run on this node; messages to it wait until it has begun."""
 
     def __init__(self, agent: NodeAgent, number: int, order: JobOrder) -> None:
         self._agent = agent
@@ -139,7 +139,7 @@ class _AgentRun:
         self._relay = Relay(channel, self._take, lambda: self._end(LOST))
         for tag, payload in self._early:
             self.give(tag, payload)
-        if self._over:  # all had come at once
+        if self._over:  # everything arrived at once
             self._relay.close()
 
     def _take(self, tag: bytes, payload: bytes) -> None:

@@ -1,7 +1,7 @@
 """Processors that Ray has reserved for runs of one gateway (placement groups).
 
-Ray looks again for room about once a second where there was none. So what a run leaves goes to the next run of the same
-gateway, if one waits for as much or comes at once, and only then back to Ray.
+Ray looks again for room about once a second where there was none. So the processors of a finished run go to the next
+run of the same gateway, if one waits for as many or arrives at once, and otherwise back to Ray.
 """
 
 import asyncio
@@ -16,7 +16,7 @@ _NODE = "ray.io/node-id"
 
 
 class NodePlace(NamedTuple):
-    """So many processors of a node, and the reservation (None: of no processors)."""
+    """A number of processors of a node, and the reservation (None: of no processors)."""
 
     cpus: float
     node: str
@@ -24,7 +24,7 @@ class NodePlace(NamedTuple):
 
 
 class Places:
-    """The reservations of a gateway: `call` calls a waiting function of Ray in a thread, `go` starts a coroutine."""
+    """The reservations of a gateway: `call` calls a blocking function of Ray in a thread, `go` starts a coroutine."""
 
     def __init__(
         self, call: Callable[..., Coroutine[Any, Any, Any]], go: Callable[[Coroutine[Any, Any, Any]], None]
@@ -36,7 +36,7 @@ class Places:
         self._left: dict[float, deque[NodePlace]] = {}
 
     async def find(self, cpus: float, nodes: Collection[str], still: Callable[[], bool]) -> NodePlace | None:
-        """Return a place on one of these nodes; None once it is no longer wanted there, as `still` says."""
+        """Return a place on one of these nodes; None once `still` says that it is no longer wanted."""
         left = self._left.get(cpus)
         while left:
             place = left.popleft()
@@ -61,7 +61,7 @@ class Places:
         return own
 
     async def _either(self, group: Any, offered: asyncio.Future[NodePlace], still: Callable[[], bool]) -> str | None:
-        """Return where processors are reserved; None if they no longer are needed."""
+        """Return where processors are reserved; None if they are no longer needed."""
         while still() and not offered.done():
             looking = asyncio.ensure_future(self._call(_node_of, group))
             await asyncio.wait((looking, offered), return_when=asyncio.FIRST_COMPLETED)
@@ -86,7 +86,7 @@ class Places:
             self.give_back(place)
 
     def give_back(self, place: NodePlace) -> None:
-        """Give a place back to Ray."""
+        """Return a place to Ray."""
         if place.group is not None:
             self._go(self._call(_give_back, place.group))
 

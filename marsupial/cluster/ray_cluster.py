@@ -1,9 +1,9 @@
 """A Ray cluster: its address, whether it may be used, and the connection to it.
 
-Any process that may talk to a Ray cluster may run any code on it. So beyond this machine only clusters are used that
-demand a token, and what is started here listens on the loopback interface alone. Ray is looked at, and imported, only
-by this package and the comparisons' `ray_pool`, and only once a cluster is asked for. Its settings are environment
-variables that it reads when it is imported.
+Any process that may talk to a Ray cluster may run any code on it. So remote clusters are used only if they demand a
+token, and processes started here listen on the loopback interface only. Only this package and the comparisons'
+`ray_pool` import Ray, and only once a cluster is requested. Its settings are environment variables that it reads when
+it is imported.
 """
 
 import ipaddress
@@ -28,10 +28,10 @@ from marsupial.processes.launcher import ONE_THREAD
 LOCAL, AUTO, CLIENT = "local", "auto", "ray://"
 
 REACH_S = 5.0
-"""Wall-clock time in which the address must answer."""
+"""Wall-clock time within which the address must answer."""
 
 JOIN_S = 30.0
-"""Wall-clock time in which the cluster must let us in."""
+"""Wall-clock time within which the cluster must accept the connection."""
 
 OLDEST = (2, 52)
 """The first version of Ray with tokens."""
@@ -40,7 +40,7 @@ _TO_GET_IT = "to get it: pip install 'marsupial[ray]', in a checkout pip install
 _CLIENT_PORT = 10001
 _STORE_BYTES = 200_000_000
 _HEAD_S = 10
-"""Time without its head after which a cluster of our own is given up: nobody starts that head again."""
+"""Time without its head after which a cluster of our own is given up: no process restarts that head."""
 
 _TOKENS = ("RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH")
 _TRY = "import sys, ray; ray.init(address=sys.argv[1], logging_level='DEBUG', log_to_driver=False); ray.shutdown()"
@@ -50,7 +50,7 @@ _IMPATIENT = {"RAY_NUM_REDIS_GET_RETRIES": "5", "RAY_CLIENT_INITIAL_CONNECTION_T
 
 @dataclass(frozen=True, slots=True)
 class Cluster:
-    """Where a cluster is: `address` as Ray takes it, `host` and `port` of it, None if Ray knows itself."""
+    """A cluster's location: `address` in Ray's form, its `host` and `port`, None if Ray finds them itself."""
 
     address: str
     host: str | None = None
@@ -58,12 +58,12 @@ class Cluster:
 
     @property
     def here(self) -> bool:
-        """Whether nothing of it can be reached from other machines by this address."""
+        """Whether other machines can't reach it by this address."""
         return self.address == LOCAL or (self.host is not None and _is_loopback(self.host))
 
 
 def refusal(text: str) -> UsageError:
-    """Return an error of one line that names the option."""
+    """Return a one-line error that names the option."""
     return UsageError(f"--ray: {' '.join(text.split())}")
 
 
@@ -72,7 +72,7 @@ def cluster_at(address: str) -> Cluster:
 
     ``auto`` is the one that a node on this machine belongs to; ``local`` one of its own, for as long as it is needed.
 
-    Raises UsageError if this is no address.
+    Raises UsageError if this is not an address.
     """
     if address in (LOCAL, AUTO):
         return Cluster(address)
@@ -91,7 +91,7 @@ def cluster_at(address: str) -> Cluster:
 def usable(cluster: Cluster) -> Cluster:
     """Return the cluster once it is known to be usable, with the settings of Ray made for it.
 
-    Raises UsageError if Ray is missing, or the cluster can't be reached, does not let us in, or demands no token.
+    Raises UsageError if Ray is missing, or the cluster can't be reached, refuses the connection, or demands no token.
     """
     _demand_ray()
     reach(cluster)
@@ -146,7 +146,7 @@ def _demand_ray() -> None:
 
 
 def reach(cluster: Cluster) -> None:
-    """Raise UsageError if nobody answers at the address."""
+    """Raise UsageError if no process answers at the address."""
     host, port = cluster.host, cluster.port
     if host is None or port is None:
         return
@@ -173,12 +173,12 @@ def _settle(cluster: Cluster) -> None:
 
 
 def _try_out(cluster: Cluster) -> None:
-    """Connect once in a process of its own: Ray tries for minutes where it is not let in, and says why on stderr."""
+    """Connect once in a separate process: Ray retries for minutes when refused, and reports the reason on stderr."""
     command = [sys.executable, "-c", _TRY, cluster.address]
     try:
         try:
             done = _tried(command, JOIN_S / 2)
-        except subprocess.TimeoutExpired:  # Ray's server for clients forks amid threads, and at times that one hangs
+        except subprocess.TimeoutExpired:  # Ray's client server forks while it has threads; the child may hang
             done = _tried(command, JOIN_S / 2)
     except subprocess.TimeoutExpired as error:
         why = _meaning(error.stderr or b"") or f"no Ray cluster answers in {JOIN_S:g} s"
@@ -193,7 +193,7 @@ def _tried(command: list[str], seconds: float) -> subprocess.CompletedProcess[by
 
 
 def _meaning(stderr: bytes) -> str | None:
-    """Return in words what is wrong, if the output of Ray shows it."""
+    """Return the fault in words, if the output of Ray shows it."""
     said = stderr.decode(errors="replace")
     if "Version mismatch" in said:
         return said[said.index("Version mismatch") :]
@@ -206,7 +206,7 @@ def _meaning(stderr: bytes) -> str | None:
 
 
 def _is_loopback(host: str) -> bool:
-    """Return whether a name or number stands for this machine alone."""
+    """Return whether a host name or number refers to this machine only."""
     try:
         numbers = {str(info[4][0]) for info in socket.getaddrinfo(host, None)}
     except OSError:

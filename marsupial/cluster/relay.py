@@ -1,4 +1,4 @@
-"""One end of a channel in an event loop: nothing here waits."""
+"""One end of a channel in an event loop: no method blocks."""
 
 import asyncio
 from collections.abc import Callable
@@ -7,9 +7,9 @@ from marsupial.processes.channel import Channel, FrameTooBig
 
 
 class Relay:
-    """Hands every frame that comes to `take`, then calls `over` once, when the other end is closed.
+    """Passes every received frame to `take`, then calls `over` once, when the other end is closed.
 
-    Both may be called before it is made, with what has come already.
+    The constructor may already call `take`, for frames that have arrived before.
     """
 
     def __init__(self, channel: Channel, take: Callable[[bytes, bytes], None], over: Callable[[], None]) -> None:
@@ -22,18 +22,18 @@ class Relay:
         self._hand_on()
 
     def send(self, tag: bytes, payload: bytes = b"") -> None:
-        """Send a frame, as soon as the other end takes it."""
+        """Send a frame as soon as the other end accepts it."""
         if self._channel.fileno() >= 0:
             self._channel.put(tag, payload)
             self._flush()
 
     def end(self) -> None:
-        """Signal the end of what is sent, once all of it is sent."""
+        """Signal the end of data once all of it is sent."""
         self._ending = True
         self._flush()
 
     def listen(self, *, on: bool) -> None:
-        """Begin or cease to read; the other end has to wait then."""
+        """Resume or pause reading; the other end has to wait during a pause."""
         if on == self._listening or self._channel.fileno() < 0:
             return
         self._listening = on
@@ -55,7 +55,7 @@ class Relay:
             self._over()
 
     def _hand_on(self) -> bool:
-        """Hand on the frames that have come; return whether they are such."""
+        """Pass the received frames on; return whether they are valid."""
         try:
             for tag, payload in self._channel.frames():
                 self._take(tag, payload)
@@ -69,7 +69,7 @@ class Relay:
             return
         while channel.unsent not in (0, left):
             left = channel.unsent
-            channel.flush()  # if the other end is closed, nothing is left to be sent
+            channel.flush()  # if the other end is closed, nothing is left to send
         if bool(channel.unsent) != self._sending:
             self._sending = bool(channel.unsent)
             if self._sending:

@@ -1,4 +1,4 @@
-"""A runner whose jobs run on a cluster: it keeps a gateway, and hands out room that this one finds."""
+"""A runner whose jobs run on a cluster: it maintains a gateway, and assigns the room that the gateway finds."""
 
 import json
 import pickle
@@ -17,7 +17,7 @@ from marsupial.processes.launcher import JobRun, Launcher, Preload, call, order_
 from marsupial.processes.runner import Reservation
 
 _START_S = 45.0
-"""Wall-clock time in which a gateway must be connected."""
+"""Wall-clock time within which a gateway must connect."""
 
 _ANSWER_S = 15.0
 _LOOK_S = 1.0
@@ -29,8 +29,8 @@ _LOST = "the connection to the cluster was lost"
 class ClusterRunner:
     """Runs jobs on a usable cluster (`ray_cluster.usable`), to which it connects at the first `warm_up`.
 
-    While the cluster can't be used, whoever asks for room waits; runs under way end as killed. `packages` of ours have
-    to be the same on all nodes; `warn` receives a message when the cluster can't be used, with Ray's reason.
+    While the cluster is unusable, requests for room wait; active runs end as killed. `packages` of ours must be the
+    same on all nodes; `warn` receives a message when the cluster can't be used, with Ray's reason.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class ClusterRunner:
         return self._ended.is_set()
 
     def warm_up(self, preload: tuple[Preload, ...] = (), *, wait: bool = False) -> None:
-        # a node takes no jobs before it has loaded what they need, so there is nothing to wait for
+        # a node accepts no jobs before it has loaded their libraries, so there is nothing to wait for
         with self._lock:
             self._preload.update(dict.fromkeys(pickle.dumps(call(one)) for one in preload))
             if self._keeping.ident is None:
@@ -62,7 +62,7 @@ class ClusterRunner:
         return _NodeReservation(self, cpus)
 
     def trouble(self) -> str | None:
-        # in words of ours, without addresses or files
+        # in our own words, without addresses or files
         return None if self._trouble is None else self._trouble[0]
 
     def shutdown(self) -> None:
@@ -84,7 +84,7 @@ class ClusterRunner:
             channel.close()
 
     def _keep(self) -> None:
-        """Keep a gateway running."""
+        """Keep a gateway running, restarting it when lost."""
         while not self.ended:
             try:
                 self._follow()
@@ -128,14 +128,14 @@ class ClusterRunner:
         return True
 
     def _tell(self, trouble: str, reason: str) -> None:
-        """Note that the cluster can't be used; warn once."""
+        """Record that the cluster is unusable; warn once."""
         if self._trouble != (trouble, reason):
             self._warn(f"{trouble}: {reason}" if reason else trouble)
         self._trouble = (trouble, reason)
 
 
 class _NodeReservation:
-    """Room on some node, requested anew whenever the gateway is lost during the wait."""
+    """Room on some node, requested again whenever the gateway is lost during the wait."""
 
     def __init__(self, runner: ClusterRunner, cpus: float) -> None:
         self._runner = runner

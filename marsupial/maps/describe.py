@@ -22,12 +22,12 @@ USUAL_EXTENT_M = 5000.0
 
 NOTABLE_GAIN = 0.05  # warn of specks that keep robots out of this much ground, as a share of what they reach
 
-NOISY_GAIN = 1.0  # the same for obstacles: many are legs of furniture, so only halved ground looks like noise
+NOISY_GAIN = 1.0  # the same for obstacles: many are legs of furniture, so only a loss of half the ground suggests noise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TerrainShare:
-    """One terrain class of a map (or obstacle, or unknown); `share` is that of all cells, 0 to 1."""
+    """One terrain class of a map (or obstacle, or unknown); `share` is its share of all cells, 0 to 1."""
 
     name: str
     code: int
@@ -51,7 +51,7 @@ class TypeReach:
 class MapDescription:
     """The contents of a map."""
 
-    format: str  # of the file; empty for a grid that comes from no file
+    format: str  # of the file; empty for a grid that was not read from a file
     width: int  # in cells, as `height`
     height: int
     width_m: float
@@ -73,8 +73,8 @@ def describe(
 ) -> MapDescription:
     """Describe a map for the given robot types, or for the default ones if there are none; check the starts of `team`.
 
-    `reading` is the interpretation of the file; None for a grid that comes from no file. Its map may differ from `grid`
-    (terrain mask).
+    `reading` is the interpretation of the file; None for a grid that was not read from a file. Its map may differ from
+    `grid` (terrain mask).
     """
     # one pass over the map instead of one per class
     counts = np.bincount(grid.cells.ravel(), minlength=256)
@@ -92,7 +92,7 @@ def describe(
         *_scale_warnings(grid),
         *_reach_warnings(grid, kinds, reach, masks),
         *_noise_warnings(grid, kinds, reach),
-        *_speck_warnings(grid, kinds, reach, footprints),  # changes the masks
+        *_speck_warnings(grid, kinds, reach, footprints),  # modifies the masks
         *_start_warnings(grid, team),
     ]
     return MapDescription(
@@ -136,7 +136,7 @@ def _free(grid: Grid) -> Mask:
 
 
 def _leak(grid: Grid) -> tuple[int, int]:
-    """Return the number of free cells on the border, and that of all free cells connected to them."""
+    """Return the number of free cells on the border, and the number of all free cells connected to them."""
     free = _free(grid)
     inside = np.zeros(grid.cells.shape, dtype=np.bool_)
     inside[1:-1, 1:-1] = True

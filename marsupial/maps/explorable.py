@@ -1,9 +1,9 @@
-"""The ground that a team can come to explore, by what it sees on its way.
+"""The ground that a team can eventually explore, given what it sees on its way.
 
-A robot touches what is one cell beyond its footprint, so it explores all the ground that is connected to where it
-stands. Only a rover that is set down may have to be seen from afar: a carrier that sees less far than it docks never
-knows the ground beside it. Such ground counts where a robot that looks for it sees it (`marsupial.maps.landings`). On
-most maps rovers can be set down where carriers drive, and nothing has to be looked for.
+A robot senses cells up to one cell beyond its footprint, so it explores all ground connected to its position. Only
+landing ground for rovers may have to be seen from afar: a carrier whose sensor range is below its docking range never
+sees that ground. Such ground counts if a robot that searches for it sees it (`marsupial.maps.landings`). On most maps,
+carriers can set rovers down where they drive, and no search is needed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,7 +23,7 @@ from marsupial.model import UNKNOWN, Grid, Mask, PlacedRobot, RobotType, Role
 
 
 def explorable_area(grid: Grid, kinds: Sequence[RobotType], robots: Sequence[PlacedRobot]) -> Mask:
-    """Return the cells (height, width) of the whole map that a team, given at its start, can come to stand on."""
+    """Return the cells (height, width) of the whole map that a team, given at its start, can eventually stand on."""
     truth = grid.solid()
     territory = Territory(truth, kinds)
     whole = reach_of(territory, robots)
@@ -31,7 +31,7 @@ def explorable_area(grid: Grid, kinds: Sequence[RobotType], robots: Sequence[Pla
     reached = dict(whole.by_type)
     for name, labels in regions.items():
         reached[name] = _entered(labels, _entrances(territory, whole, robots, name))
-        # robots do not look for ground hardly larger than a rover: finding it is a matter of luck
+        # robots do not search for ground hardly larger than a rover: they find it by chance only
         labels[~(reached[name] | roomy(whole.by_type[name], territory.footprints[name]))] = 0
     if any(np.count_nonzero(reached[name]) < np.count_nonzero(labels) for name, labels in regions.items()):
         explored = _Explored(truth, kinds)

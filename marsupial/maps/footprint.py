@@ -1,12 +1,12 @@
 """Where a robot type may stand on a map that is being revealed.
 
 A disc of the type's radius around the centre of a cell must touch no obstacle, no unknown cell and no terrain that the
-type can't drive on. It touches a cell if it contains the cell's centre, as in costmaps. Two things are kept per cell:
+type can't drive on. It touches a cell if it contains the cell's centre, as in costmaps. Each cell stores two values:
 
-- a count of the cells under the disc that bar it now: unknown or not drivable. It is `standable` at zero.
-- whether one bars it for ever: not drivable. If none does it is `possible`: all unknown cells may yet be drivable.
+- the number of cells under the disc that block it now: unknown or not drivable. At zero, it is `standable`.
+- whether a non-drivable cell blocks it for ever. If none does, it is `possible`: unknown cells may be drivable.
 
-Revealing a cell updates the disc around it only, so the cost goes with the new cells, not with the size of the map. It
+Revealing a cell updates the disc around it only, so the cost depends on the new cells, not on the size of the map. It
 is updated row by row, which the compiler vectorises.
 """
 
@@ -50,7 +50,7 @@ class Footprint:
         self._rows = np.bincount(self.offsets[:, 1] - self.offsets[:, 1].min()) // 2
         self._drivable = code_table(kind.terrains)
         self.standable: Mask = np.zeros(shape, dtype=np.bool_)  # live: where it may stand
-        self.possible: Mask = np.zeros(shape, dtype=np.bool_)  # live: where it may turn out to
+        self.possible: Mask = np.zeros(shape, dtype=np.bool_)  # live: where it may prove able to stand
         reach = len(self._rows) // 2
         self.possible[reach : max(reach, shape[0] - reach), reach : max(reach, shape[1] - reach)] = True
         self.opened = Feed()  # the cells (row-major) that become standable
@@ -100,7 +100,7 @@ def standable(grid: Grid, kind: RobotType) -> Mask:
 
 @native
 def _open(indices: Ints, rows: Ints, barred: Counts | Ints32, opened: Ints) -> int:
-    """Lower the counts of cells in `barred` around drivable ones; write those nothing bars now to `opened`.
+    """Lower the counts in `barred` around drivable cells; write the cells that reach zero to `opened`.
 
     `rows` (2 reach + 1,) has the half width of each row of the disc. Return the number of cells written.
     """
@@ -137,15 +137,15 @@ def _close(indices: Ints, rows: Ints, possible: Mask) -> None:
 
 
 class Contact:
-    """Finds the cells that robots of one type touch, and so know without seeing them.
+    """Finds the cells that robots of one type sense by contact, without seeing them.
 
-    A robot next to an unknown cell learns whether it can go on. Contact spreads from cell to neighbouring cell, up to
-    one cell beyond the footprint, and ends at obstacles: it passes neither walls nor closed corners. If it did, the
-    robot would reveal cells behind them and leave a frontier there that no robot can reach.
+    A robot next to an unknown cell learns whether it can drive there. Contact spreads from cell to neighbouring cell,
+    up to one cell beyond the footprint, and ends at obstacles: it passes neither walls nor closed corners. If it did,
+    the robot would reveal cells behind them and leave a frontier there that no robot can reach.
     """
 
     def __init__(self, kind: RobotType, resolution_m: float) -> None:
-        # slightly more than one cell, so that rounding leaves out no cell of the footprint one cell further
+        # slightly more than one cell, so that rounding omits no cell of the footprint one cell further
         self._offsets = disc(kind.radius_m / resolution_m + 1.0 + 1e-6)
         self._beside = _beside(self._offsets)
 

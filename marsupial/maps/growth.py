@@ -1,7 +1,7 @@
 """What the team can reach, updated while the map grows.
 
-Known cells never change, so areas only grow, from newly passable cells, and an update costs what is new. A lost robot
-resets everything. When a rover goes aboard, the area that only it could reach is given up.
+Known cells never change, so areas only grow, from newly passable cells, and the cost of an update depends on the new
+cells only. A lost robot resets everything. When a rover goes aboard, the area that only it could reach is removed.
 """
 
 from collections.abc import Sequence

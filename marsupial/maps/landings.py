@@ -1,10 +1,10 @@
-"""Where to look whether a rover could be set down, once no frontier is left.
+"""Where to look for ground to set rovers down on, once no frontier is left.
 
-Robots touch the ground beside them, so they get to know all ground that is connected to where they are. Not so ground
-that rovers can only be set down on: a carrier docks with a rover that is farther away than it touches, or even sees. As
-long as unknown cells of such ground are in view from somewhere, a robot goes there and looks. So what a team comes to
-know does not depend on what its robots happen to see on their way. Ground on which a rover could hardly move, such as
-the unseen corner of a room, is not worth the drive.
+Robots sense the ground beside them, so they explore all ground connected to their positions. They may miss ground that
+a rover reaches only when a carrier sets it down: the docking range can exceed the contact range, and even the sensor
+range. While unknown cells of such ground are visible from a reachable cell, a robot drives there and looks. So the
+explored area does not depend on what robots happen to see on their way. Ground on which a rover could hardly move, such
+as the unseen corner of a room, is not worth the drive.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ GAP_CELLS = 2.0 + 1e-6  # how far from a rover's body a cell between it and the 
 
 @dataclass(slots=True)
 class Looks:
-    """Where robots were sent to look, and what they looked for in vain, with sensors that show less than they could."""
+    """Where robots were sent to look, and cells that stayed unknown because sensors show less than they could."""
 
-    # offered, made: robot types and the cells (row-major) to look from; those from which one has looked since
+    # offered, made: (robot type, cell (row-major) to look from); the pairs whose look has been made since
     offered: set[tuple[str, int]] = field(default_factory=set)
     made: set[tuple[str, int]] = field(default_factory=set)
-    in_vain: set[int] = field(default_factory=set)  # cells (row-major) that stayed unknown when they were looked for
+    in_vain: set[int] = field(default_factory=set)  # cells (row-major) that stayed unknown after a look
 
     def make(self, kind: str, stand: int) -> None:
         """Note that a robot of a type has explored from a cell (row-major)."""
@@ -43,7 +43,7 @@ class Looks:
             self.made.add((kind, stand))
 
     def moved(self, shift: FrameShift) -> Looks:
-        """Return the looks re-indexed for a frame that grew."""
+        """Return the looks re-indexed for a larger frame."""
         return Looks(
             offered={(name, shift.index(stand)) for name, stand in self.offered},
             made={(name, shift.index(stand)) for name, stand in self.made},
@@ -65,7 +65,7 @@ class Landings:
         self._found: tuple[object, Mapping[str, Frontier]] | None = None
 
     def frontiers(self, reach: Mapping[str, Mask], rovers: Collection[str]) -> Mapping[str, Frontier]:
-        """Return where each type is to look as what it can explore, given all reaches and the types of rovers."""
+        """Return the looks of each type as its frontier, given the reach of all types and the rover types."""
         counts = {name: int(np.count_nonzero(cells)) for name, cells in reach.items()}
         now = self._territory.revision, frozenset(rovers), counts
         if self._found is None or self._found[0] != now or self._looks.made:
@@ -75,7 +75,7 @@ class Landings:
         return self._found[1]
 
     def towards(self, landings: Mapping[str, Mask], reach: Mapping[str, Mask]) -> Mapping[str, Frontier]:
-        """Return what `frontiers` does for rovers that may be set down on `landings` (height, width), by type."""
+        """Return the result of `frontiers` for rovers with possible `landings` (height, width), by type."""
         width = self._grid.width
         found: dict[str, set[int]] = {name: set() for name in self._territory.kinds}
         unknown = self._not_in_vain(self._unknown_of(landings, reach))
@@ -93,7 +93,7 @@ class Landings:
         return {name: Frontier(cells=cells, viewpoints=cells) for name, cells in stands.items()}
 
     def _unknown_of(self, landings: Mapping[str, Mask], reach: Mapping[str, Mask]) -> Ints:
-        """Return the unknown cells, ascending, on which it depends whether a rover can be set down on `landings`."""
+        """Return the unknown cells, ascending, that decide whether a rover can be set down on `landings`."""
         unknown = self._grid.cells == UNKNOWN
         found = np.zeros_like(unknown)
         for carrier in self._territory.of_role(Role.CARRIER):
@@ -107,7 +107,7 @@ class Landings:
         return np.flatnonzero(found & unknown)
 
     def _not_in_vain(self, unknown: Ints) -> Ints:
-        """Return those of the cells that were not looked for in vain, now that some more looks are made."""
+        """Update `in_vain` with the latest looks; return the cells that are not in it."""
         for name, stand in self._looks.made:
             cell = cell_at(stand, self._grid.width)
             seen = np.union1d(self._sight.visible(cell, self._ranges[name]), self._touched(name, cell))
@@ -116,7 +116,7 @@ class Landings:
         return np.setdiff1d(unknown, np.array(sorted(self._looks.in_vain), dtype=np.int64))
 
     def _stand(self, name: str, reach: Mask, group: Ints) -> Cell | None:
-        """Return the nearest cell of its reach from which a type sees cells that are wanted, or else touches one."""
+        """Return the nearest reachable cell from which a type sees wanted cells, or else touches one."""
         shape, width = reach.shape, self._grid.width
         y, x = np.divmod(group, width)
         low, high = Cell(int(x.min()), int(y.min())), Cell(int(x.max()), int(y.max()))

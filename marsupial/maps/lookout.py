@@ -25,7 +25,7 @@ class Lookout:
         self._goal = goal
         self._fresh = False
         self._looked_ms = -LOOK_MS
-        self.exploration_ms: int | None = None  # time since which nothing has been left to explore, or None
+        self.exploration_ms: int | None = None  # when the last target disappeared, or None while some are left
         self._looks = Looks()
         self._analysed: Surveyor | None = self._analysis()
         self._coming: dict[str, list[Ints]] = {}  # revealed cells by robot: one late update costs less than many
@@ -50,7 +50,7 @@ class Lookout:
 
     @property
     def wake_ms(self) -> int | None:
-        # newly seen cells are surveyed together, once `LOOK_MS` has passed
+        # newly seen cells are surveyed together, `LOOK_MS` after the last survey
         return self._looked_ms + LOOK_MS if self._fresh else None
 
     @property
@@ -58,7 +58,7 @@ class Lookout:
         return self._fresh and self._world.now_ms >= self._looked_ms + LOOK_MS
 
     def update(self, news: News) -> None:
-        # an analysis holds only while known cells and the frame stay as they are
+        # an analysis is valid only while known cells and the frame do not change
         if news.moved is not None:
             self._move(news.moved)
         if news.moved is not None or news.changed:

@@ -9,7 +9,7 @@ The border is cut into stretches: a door gives one point, a long border several.
 - for rover-only areas that matter now: with a target that no carrier can explore, or a rover on the ground;
 - where a rover on the ground can be picked up, or a carrier can set one down, without driving.
 
-Points in use are kept from one planning to the next, so that plans and names are stable.
+Points in use persist from one planning call to the next, so that plans and names are stable.
 
 References
 ----------
@@ -108,7 +108,7 @@ class _Pair:
         seeds += [robot.cell for robot in self._robots if robot.type == self._rover and robot.cell is not None]
         queue = np.empty(rover_only.size if seeds else 0, dtype=np.int32)
         for seed in seeds:
-            # a robot or target may stand at the door itself, just outside the area that it is for
+            # a robot or target may be at the door itself, just outside its area
             around = Window.around(seed, seed, 0 if rover_only[seed.y, seed.x] else 1, rover_only.shape)
             for index in around.on_map(np.flatnonzero(rover_only[around.cut]), self._width).tolist():
                 if not self._areas.flat[index]:
@@ -214,13 +214,13 @@ class _Pair:
 
 
 def _near(index: int, others: Ints, width: int, limit: float) -> Mask:
-    """Return which of other cells (n,) are at most `limit` cells from one."""
+    """Return which of the other cells (n,) are at most `limit` cells from the given cell."""
     dx, dy = others % width - index % width, others // width - index // width
     return np.asarray(dx * dx + dy * dy <= limit**2)
 
 
 def _spread(cells: Ints, taken: Sequence[int], stretch: float, width: int) -> list[int]:
-    """Choose cells of a border, greedily, so that each is within half a stretch of a chosen or taken one."""
+    """Choose border cells greedily, so that each border cell is within half a stretch of a chosen or taken one."""
     rest = cells
     for index in taken:
         rest = rest[~_near(index, rest, width, stretch / 2)]

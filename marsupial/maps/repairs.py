@@ -2,7 +2,7 @@
 
 Specks are small groups of unknown or obstacle cells surrounded by free cells. Laser maps have hundreds. Like walls,
 each keeps robots away by their radius. Unknown ones are cells where no beam ended; obstacles are noise or legs of
-furniture, which only someone who knows the place can tell.
+furniture, which only someone who knows the place can distinguish.
 
 A map whose outside is free is closed along the convex hull of all obstacles, so that robots do not explore beyond its
 walls: cells outside it become unknown, and free cells along the hull become obstacles. A yard between two wings of a

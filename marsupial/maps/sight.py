@@ -53,7 +53,7 @@ class _View(NamedTuple):
     codes: Bytes
     width: int
     opaque: CellArray  # (256,): non-zero for terrain codes that block sight
-    slopes: Floats  # (8, 2): the lowest and highest slope that is looked along in each octant
+    slopes: Floats  # (8, 2): the lowest and highest slope that the sweep covers in each octant
     intervals: Floats  # (4, n): lower and upper slopes of the open intervals of a row, and of the next one
     # (rows, columns): number of the last sweep that saw each cell, for a window of the sensor range only: small enough
     # to stay in the processor's cache
@@ -89,7 +89,7 @@ class Sight:
         return seen
 
     def first_to_see(self, stands: Ints, wanted: Flags, window: Window, range_cells: float) -> Cell | None:
-        """Return the first of `stands` (row-major) from which a cell is visible that is wanted (flag per cell).
+        """Return the first of `stands` (row-major) from which a wanted cell (flag per cell) is visible.
 
         Faster than comparing all fields of view: each stand looks only towards `window`, which holds all wanted cells.
         """
@@ -109,7 +109,7 @@ class Sight:
 
 @native
 def _first_to_see(view: _View, stands: Ints, wanted: Flags, window: Ints, reach: float, last_stamp: int) -> int:
-    """Return the place among `stands` of what `Sight.first_to_see` returns, -1 for none."""
+    """Return the index in `stands` of the cell that `Sight.first_to_see` returns, -1 for none."""
     bottom, top, left, right = window[0], window[1] - 1, window[2], window[3] - 1
     for i in range(len(stands)):
         x, y = stands[i] % view.width, stands[i] // view.width
@@ -117,7 +117,7 @@ def _first_to_see(view: _View, stands: Ints, wanted: Flags, window: Ints, reach:
             fx, fy, sx, sy = _OCTANTS[octant, 0], _OCTANTS[octant, 1], _OCTANTS[octant, 2], _OCTANTS[octant, 3]
             ahead = (left - x) * fx + (bottom - y) * fy, (right - x) * fx + (top - y) * fy
             beside = (left - x) * sx + (bottom - y) * sy, (right - x) * sx + (top - y) * sy
-            # slopes of lines that touch a cell of the window, and a hair more
+            # slopes of lines that touch a cell of the window, with a tiny margin
             low, high = (min(beside) - 0.5) / (max(ahead) + 0.5), (max(beside) + 0.5) / max(min(ahead) - 0.5, 1e-9)
             empty = max(ahead) < 1 or max(beside) < 0
             view.slopes[octant] = (1.0, 0.0) if empty else (max(0.0, low - 1e-6), min(1.0, high + 1e-6))
@@ -156,7 +156,7 @@ def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
             near, far = k - 0.5, k + 0.5
             m = 0
             for i in range(n):
-                # a slope that is out of range here stays so in all rows to come
+                # a slope that is out of range here is out of range in all later rows
                 start, end = low[i], min(high[i], (ranging + 0.5) / near)
                 j = int(start * near + 0.5)
                 if j <= beside and (j + 0.5) / near <= start + 1e-9:

@@ -2,8 +2,8 @@
 
 Theory of operation
 -------------------
-Each stage derives its result from the one before. Down to the frontiers, stages are updated by what is new since the
-last question, so their cost goes with the newly revealed cells, not with the size of the map:
+Each stage derives its result from the one before. Stages down to the frontiers process only what is new since the last
+call, so their cost depends on the newly revealed cells, not on the size of the map:
 
     cells revealed ----> Territory         what each type may stand on (Footprint), what one can see through
                            | feeds: revealed, cleared, opened
@@ -22,20 +22,20 @@ last question, so their cost goes with the newly revealed cells, not with the si
                            v
                          Survey            poses of all places, and the Situation: travel times between them (travel.py)
 
-Updates rely on one property: known cells never change, the map only grows. So an area only grows, from cells that
-opened (but when a rover goes aboard, the part that only it could reach is given up), a frontier cell only ceases to be
-one, and a distance only falls. A `Feed` carries new cells to any number of readers, each of which takes them when it is
-asked. What breaks the property starts anew: a lost robot resets `GrowingReach`, and a map whose known cells changed, or
-whose frame grew, gets a new `Surveyor` (lookout.py). If no frontier is left, `Landings` adds places from where a robot
-may see ground that rovers could be set down on; only when there are none of these either is everything explored.
+Updates rely on one property: known cells never change, the map only grows. So an area only grows, from opened cells
+(except that when a rover goes aboard, the part that only it could reach is removed), a known cell never becomes a
+frontier cell again, and a distance only falls. A `Feed` passes new cells to any number of readers, each of which reads
+them when needed. Exceptions cause a restart: a lost robot resets `GrowingReach`, and a map whose known cells changed,
+or whose frame grew, gets a new `Surveyor` (lookout.py). If no frontier is left, `Landings` adds places from which a
+robot may see ground to set rovers down on; if there is none either, everything is explored.
 
 `_look` runs the stages down to the frontiers, unless neither map nor robots changed since. That answers "is anything
-left to explore?", the question asked most. Targets, meeting points and travel times are computed anew for each
-planning, with two memories: fields of view (views.py) and distances between places (`marsupial.paths.distances`) are
-kept and searched again only if revealed cells may have changed them.
+left to explore?", the question asked most. Targets, meeting points and travel times are recomputed for each planning
+call, with two caches: fields of view (views.py) and distances between places (`marsupial.paths.distances`) are
+recomputed only if revealed cells may have changed them.
 
 A place is a name (`t_...` target, `m_...` meeting point, `s_...` a robot's position, `h_...` a carrier's home) with a
-cell per robot type that can use it. A planner sees names and travel times only; `Survey` keeps what the names mean.
+cell per robot type that can use it. A planner sees names and travel times only; `Survey` stores what the names mean.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Survey:
     unseen: Callable[[], Unseen]
 
     def moved(self, shift: FrameShift) -> Survey:
-        """Return the survey with the targets, meetings and poses re-indexed for a frame that grew."""
+        """Return the survey with the targets, meetings and poses re-indexed for a larger frame."""
         return replace(
             self,
             targets=tuple(target.moved(shift) for target in self.targets),
@@ -95,8 +95,8 @@ class Survey:
 class Surveyor:
     """Surveys one growing map, whose territory the mission updates.
 
-    `homes` has the home cell of each carrier by name, `goal` what remains to be done once no target is left, and
-    `looks` what robots have looked for already.
+    `homes` has the home cell of each carrier by name, `goal` the mission's goal once no target is left, and `looks` the
+    looks of robots so far.
     """
 
     def __init__(self, territory: Territory, homes: Mapping[str, Cell], goal: Goal, looks: Looks | None = None) -> None:
@@ -137,7 +137,7 @@ class Surveyor:
         return any(len(frontier.cells) for frontier in self.frontiers(robots).values())
 
     def remaining(self, targets: Sequence[Target], reason: str) -> tuple[Remaining, ...]:
-        """Return the frontiers left at the last survey: `targets` with `reason`, others with why they are none."""
+        """Return the frontiers left at the last survey: `targets` with `reason`, others with why not."""
         left = tuple(Remaining(cell=t.cell, frontier_cells=len(t.cells), reason=reason) for t in targets)
         return left + self.finder.refused(targets, self._reach)
 
@@ -155,7 +155,7 @@ class Surveyor:
         return self._landings.frontiers(self._reach.by_type, rovers)
 
     def lengths(self, kind: str, start: Cell, cells: Ints, heading: int | None = None) -> Floats:
-        """Return the lengths (n,) in cells of a robot type's routes to n cells (row-major), inf for none."""
+        """Return the lengths (n,) in cells of a robot type's routes to n cells (row-major), inf without a route."""
         width = self.territory.grid.width
         return self._ways[kind].lengths(start, np.stack([cells % width, cells // width], axis=1), heading)
 
@@ -171,8 +171,8 @@ class Surveyor:
     ) -> Survey:
         """Return the survey of the robots that are not lost.
 
-        `keep` are meeting points in use, and `targets` replace all present ones. With `returning` it asks for the
-        mission's final goal even if something is left to explore; without `docking` it has no meeting points.
+        `keep` are meeting points in use, and `targets` replace all present ones. With `returning`, the situation has
+        the mission's final goal even if targets are left; without `docking`, it has no meeting points.
         """
         active = tuple(robot for robot in robots if not robot.lost)
         where = placed(active)
@@ -197,7 +197,7 @@ class Surveyor:
         )
 
     def _look(self, robots: tuple[PlacedRobot, ...]) -> None:
-        """Find reach and frontiers, unless that was done for the same map and robots."""
+        """Find reach and frontiers, unless they are up to date for this map and these robots."""
         now = (self.territory.revision, robots)
         if now != self._looked_at:
             self._looked_at = now
@@ -237,7 +237,7 @@ class Surveyor:
         return poses
 
     def _meeting_poses(self, point: MapMeeting, reach: Reach) -> Mapping[str, Cell]:
-        """Return the poses at a meeting point of all types that can use it, not only of those it was made for."""
+        """Return the poses at a meeting point of all types that can use it, not only of its own two types."""
         poses: dict[str, Cell] = {}
         for kind in self.territory.kinds.values():
             cell = point.carrier_cell if kind.role is Role.CARRIER else point.rover_cell

@@ -49,7 +49,7 @@ class Target:
     reveal_m2: float
 
     def moved(self, shift: FrameShift) -> Target:
-        """Return the target re-indexed for a frame that grew."""
+        """Return the target re-indexed for a larger frame."""
         return replace(
             self,
             name=shift.place(self.name),
@@ -81,7 +81,7 @@ class Frontier:
     viewpoints: Ints
 
     def approach(self, cell: int, width: int) -> Cell:
-        """Return the viewpoint of one of the cells."""
+        """Return the viewpoint of a cell of this frontier."""
         return cell_at(int(self.viewpoints[np.searchsorted(self.cells, cell)]), width)
 
 
@@ -91,7 +91,7 @@ class TargetFinder:
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
         grid = territory.grid
-        # views look through unknown cells: they count what a robot may come to see
+        # views pass through unknown cells: they count the cells that a robot may reveal
         self._views = Views(grid.cells, hopeful_codes(grid), UNKNOWN)
         self._drivable = code_table({code for kind in territory.kinds.values() for code in kind.terrains})
         self._frontier = np.flatnonzero(grid.cells != UNKNOWN)
@@ -108,7 +108,7 @@ class TargetFinder:
         self._views.forget()
         for indices in news:
             self._views.revealed(indices)
-        # a cell revealed before never becomes a frontier cell, so only the last ones and the new ones are tested
+        # a cell revealed before never becomes a frontier cell, so only the last and the new cells are tested
         left = np.concatenate([self._frontier, *news])
         self._frontier = np.sort(left[self.at_unknown(left)])
         return self._frontier
@@ -141,7 +141,7 @@ class TargetFinder:
         return tuple(targets)
 
     def frontiers(self, reach: Reach) -> Mapping[str, Frontier]:
-        """Return what each type can explore, by name, given the reach that follows that of the last call."""
+        """Return what each type can explore, by name, given the next reach after that of the last call."""
         cells = self.frontier()
         return {name: self._frontier_of(name, reach, cells) for name in sorted(self._territory.kinds)}
 
@@ -158,7 +158,7 @@ class TargetFinder:
     def _frontier_of(self, name: str, reach: Reach, cells: Ints) -> Frontier:
         """Return what a type can explore from its reach, given all frontier cells."""
         footprint = self._territory.footprints[name]
-        # a cell that was no viewpoint when first reached never becomes one
+        # a cell that was no viewpoint when first reached never becomes a viewpoint
         left = self._viewpoints.get(name)
         left = np.flatnonzero(reach.by_type[name]) if left is None else np.concatenate([left, reach.fresh[name]])
         found = left[_are_viewpoints(left, reach.by_type[name], footprint.standable, footprint.possible)]
@@ -171,7 +171,7 @@ class TargetFinder:
         return Frontier(cells=cells[near], viewpoints=nearest[near])
 
     def _by_explorers(self, frontiers: Mapping[str, Frontier]) -> Iterator[tuple[list[str], Ints]]:
-        """Yield each set of types with the cells, ascending, that just these can explore."""
+        """Yield each set of types with the cells, ascending, that exactly these types can explore."""
         kinds = sorted(self._territory.kinds)
         cells = np.unique(np.concatenate([frontier.cells for frontier in frontiers.values()]))
         access = np.zeros(len(cells), dtype=np.int64)
@@ -221,7 +221,7 @@ def cell_at(index: int, width: int) -> Cell:
 
 
 def _may_turn_out(group: Ints, prints: Iterable[Footprint], shape: tuple[int, int]) -> bool:
-    """Return whether some robot may turn out to fit on one of the cells or beside it."""
+    """Return whether some robot may prove to fit on one of the cells or beside it."""
     near = np.arange(-1, 2)
     y = np.clip((group // shape[1])[:, None] + np.repeat(near, 3), 0, shape[0] - 1)
     x = np.clip((group % shape[1])[:, None] + np.tile(near, 3), 0, shape[1] - 1)

@@ -24,14 +24,14 @@ def dock_range_cells(carrier: RobotType, rover: RobotType, resolution_m: float) 
 
 
 def ways_from(cell: Cell, limit: float, see_through: Mask) -> tuple[Window, Floats]:
-    """Return a window, and in it the lengths in cells of see-through ways from a cell, inf beyond a limit."""
+    """Return a window, and in it the lengths in cells of see-through paths from a cell, inf beyond a limit."""
     window = Window.around(cell, cell, int(limit) + 1, see_through.shape)
     here = Cell(cell.x - window.left, cell.y - window.bottom)
     return window, PathSearch(see_through[window.cut]).field(here, limit=limit)
 
 
 def within_range(one: Cell, other: Cell, limit: float, see_through: Mask) -> bool:
-    """Return whether a see-through way of at most `limit` cells joins two cells: robots do not dock through walls."""
+    """Return whether a see-through path of at most `limit` cells joins two cells: robots do not dock through walls."""
     if math.dist(one, other) > limit:
         return False
     window, lengths = ways_from(one, limit, see_through)
@@ -51,7 +51,7 @@ class Reach:
     """What each robot type can reach (masks by type name), and where pairs (carrier type, rover type) can dock."""
 
     by_type: Mapping[str, Mask]
-    fresh: Mapping[str, Ints]  # by type, the cells (row-major) that were added since the reach before
+    fresh: Mapping[str, Ints]  # by type, the cells (row-major) added since the previous reach
     docking: Mapping[tuple[str, str], Docking]
 
 
@@ -65,7 +65,7 @@ class Territory:
         self._prints: dict[tuple[float, frozenset[int]], Footprint] = {}
         self.footprints = {kind.name: self._footprint(kind) for kind in kinds}
         self.revision = 0  # increases with every reveal
-        self.revealed, self.cleared = Feed(), Feed()  # cells (row-major): all, and those one can see through
+        self.revealed, self.cleared = Feed(), Feed()  # cells (row-major): all, and the see-through ones
         self._opaque = grid.opaque_codes()
         self._lowest, self._highest = Cell(grid.width, grid.height), Cell(-1, -1)
         for cells in known_parts(grid):

@@ -29,7 +29,7 @@ def travel_times(
     """Return the travel times (ms) between places of robot types that share their routes, from one search.
 
     `lengths_between` returns the lengths (k, k) in cells between k cells, given the headings of robots that stand
-    there; `headings` has those by place.
+    there; `headings` has the headings by place.
     """
     names = list(poses)
     # the cells where some type stands, with the headings there, numbered

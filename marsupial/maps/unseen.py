@@ -1,7 +1,7 @@
 """The unseen part of a map, in squares about as large as a room.
 
-A square counts as unseen while at least half of it is unknown. The map ends where its grid does; what stays unknown for
-ever, such as the inside of rock, can't be distinguished from what is not seen yet.
+A square counts as unseen while at least half of it is unknown. The map ends where its grid does; cells that stay
+unknown for ever, such as the inside of rock, can't be distinguished from unseen cells.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ CODES = 256  # number of possible terrain codes
 
 
 class UnseenPart:
-    """The unseen part of a growing territory, updated by what was revealed since the last question."""
+    """The unseen part of a growing territory, updated with the cells revealed since the last call."""
 
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
@@ -79,7 +79,7 @@ class UnseenPart:
         return (only + FIRST_GUESS * FIRST_GUESS_M2) / (self._known(rovers | carriers) + FIRST_GUESS_M2)
 
     def _behind_narrow_doors(self, reach: Reach) -> int:
-        """Return how many cells rovers get to where a carrier has room, but no way to them."""
+        """Return how many cells rovers reach where a carrier would fit but has no path."""
         cut = self._territory.known.cut
         carriers, rovers = self._territory.of_role(Role.CARRIER), self._territory.of_role(Role.ROVER)
         prints = self._territory.footprints

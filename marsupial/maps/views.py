@@ -1,7 +1,6 @@
 """A cache of fields of view on a growing map.
 
-Views pass through unknown cells, so a view can change only if one of its cells is revealed; only then it is computed
-again.
+Views pass through unknown cells, so a view can change only if one of its cells is revealed; only then is it recomputed.
 """
 
 from collections.abc import Sequence
@@ -15,7 +14,7 @@ from marsupial.maps.sight import Sight
 from marsupial.model.grid import Cell, CellArray
 from marsupial.native import native
 
-MOST_CELLS = 1 << 16  # of larger views only the number of unknown cells is kept
+MOST_CELLS = 1 << 16  # larger views store only their number of unknown cells
 
 
 @dataclass(slots=True)
@@ -44,7 +43,7 @@ class Views:
         self._boxes.append((int(x.min()), int(y.min()), int(x.max()), int(y.max())))
 
     def forget(self) -> None:
-        """Drop the views that were not used since the last call of this."""
+        """Drop the views that were not used since the last call of this method."""
         self._former, self._views = self._views, {}
 
     def hidden(self, cell: Cell, range_cells: float) -> int:
@@ -55,7 +54,7 @@ class Views:
         """Split groups of cells (row-major) into clusters that are visible from a seed; return (seed, ascending
         members).
 
-        Each seed is the middle of what is left of a group, group by group; its cluster may take cells of other groups.
+        Each seed is the middle cell of a group's rest, group by group; its cluster may include cells of other groups.
         """
         width = self._cells.shape[1]
         for group in groups:
@@ -112,7 +111,7 @@ def _count(indices: Ints | Ints32, codes: Bytes, code: int) -> int:
 
 @native
 def _taken(indices: Ints | Ints32, free: Flags) -> Ints:
-    """Return the free ones of some cells, and clear their flags."""
+    """Return the free cells among some cells, and clear their flags."""
     out = np.empty(len(indices), dtype=np.int64)
     count = 0
     for index in indices:

@@ -1,7 +1,7 @@
-"""Fits a plan to a later situation than the one it was made for.
+"""Fits a plan to a situation later than its own.
 
-Meanwhile robots have moved and targets have shifted or gone. `same_targets` matches old targets with new ones, and
-`carried_over` schedules the actions that are still possible anew. The checker decides whether the result is valid.
+Meanwhile robots have moved, and targets have shifted or disappeared. `same_targets` matches old targets with new ones,
+and `carried_over` reschedules the actions that are still possible. The checker decides whether the result is valid.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,8 +1,8 @@
 """Executes plans: starts each action as soon as all robots that it needs are free.
 
 Every robot has a queue of its actions in plan order. An action starts when it is at the head of the queues of all its
-robots and none of them is busy. So a valid plan can't deadlock, and robots that are early wait. A new plan replaces
-the queues: drives to the same place go on, other drives stop at the next cell, and docking is never interrupted.
+robots and none of them is busy. So a valid plan can't deadlock, and early robots wait. A new plan replaces the queues:
+drives to the same place continue, other drives stop at the next cell, and docking is never interrupted.
 """
 
 from collections import deque
@@ -74,7 +74,7 @@ class Executor:
         self._goals = shift.cells(self._goals)
         self._routes = {name: [shift.cell(cell) for cell in route] for name, route in self._routes.items()}
         self._poses = {shift.place(name): shift.cells(cells) for name, cells in self._poses.items()}
-        # a docking is the same action for both its robots, and stays so
+        # both robots of a docking must still share one action afterwards
         running = [action for _, action in self._running.values()]
         moved = {id(action): shift.action(action) for action in chain(running, *self._queues.values())}
         self._queues = {name: deque(moved[id(action)] for action in queue) for name, queue in self._queues.items()}
@@ -84,7 +84,7 @@ class Executor:
     def stop_blocked(self, standing: Standing) -> tuple[str, ...]:
         """Stop drives over cells where their robots can no longer stand; return the robots blocked now or later.
 
-        Superseded drives stop anyway. A robot that stands on such a cell may drive on, away from it.
+        Superseded drives stop anyway. A robot that stands on such a cell may drive away from it.
         """
         blocked = dict.fromkeys(self._blocked_drives(standing))
         for name in blocked:
@@ -128,7 +128,7 @@ class Executor:
 
     def start_due(self, *, drives_only: bool = False) -> tuple[str, ...]:
         """Start every action whose robots are all free; return the robots without a route."""
-        if not self._changed:  # most news is about newly seen cells only
+        if not self._changed:  # most news contains newly seen cells only
             return ()
         self._changed = False
         blocked: list[str] = []
@@ -203,7 +203,7 @@ class Executor:
         return action if ready and name == action.robot else None
 
     def _start(self, robot: RobotReport, action: Action) -> bool:
-        """Send the command for `action`; return False and drop the robot's queue if there is no route."""
+        """Send the command for `action`; without a route, drop the robot's queue and return False."""
         cell = self._poses[action.place].get(robot.type)
         route: Sequence[Cell] | None = None
         if action.carrier is None and cell is not None and robot.cell is not None:

@@ -1,15 +1,15 @@
-"""Filters flickering cells out of a map that others make; the filtered map is what plans are made from.
+"""Filters flickering cells out of a map that other software builds; plans are made from the filtered map.
 
 Known cells of such a map change for good reasons: a door closes, a box is moved. But some cells flicker without a cause
-in the world, such as a door frame seen from two sides: they become unknown and known again, or ground and obstacle in
-turn. As news, that would trigger replannings for ever. So `Flicker` counts the changes of each cell:
+in the world, such as a door frame seen from two sides: they alternate between unknown and known, or between ground and
+obstacle. Such changes would trigger replanning for ever. So `Flicker` counts the changes of each cell:
 
 - A cell that became unknown often, and the cells near it, keep their last known value while they are unknown. A cell
   that is still unknown after a robot was beside it counts as lost once more.
 - A cell that changed its value often counts as an obstacle until it has been the same for a while; under a robot it
   counts as ground.
 
-All other cells have the value that is reported, and a reported obstacle is always one.
+All other cells have the value that is reported, and a reported obstacle always counts as an obstacle.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ class Flicker:
     def __init__(self, raw: CellArray, last: CellArray) -> None:
         self._raw = raw
         self.cells, self._last = last.copy(), last  # the filtered map, live; last known value of each cell
-        self._ground = np.where(last == OBSTACLE, np.uint8(UNKNOWN), last)  # last value that was no obstacle
+        self._ground = np.where(last == OBSTACLE, np.uint8(UNKNOWN), last)  # last value other than obstacle
         self._losses, self._flips = np.zeros_like(raw), np.zeros_like(raw)  # how often unknown, how often changed
         self._kept = np.zeros(raw.shape, dtype=np.bool_)  # cells that keep their last value while unknown
         self._flipped_ms = np.zeros(raw.shape, dtype=np.int64)
@@ -68,7 +68,7 @@ class Flicker:
         self._last.ravel()[seen[known]] = raw[known]
         ground = known & (raw != OBSTACLE)
         self._ground.ravel()[seen[ground]] = raw[ground]
-        # watched cells can change without a report: a robot moves on, or the time to settle is over
+        # watched cells can change without a report: a robot moves on, or the settling time ends
         return self._filter(np.union1d(seen, self._watched), now_ms, under)
 
     def visited(self, cells: Ints) -> None:
@@ -113,7 +113,7 @@ class Flicker:
         return np.where(held, np.where(stands, ground, np.uint8(OBSTACLE)), codes)
 
     def _held(self, cells: Ints, now_ms: int) -> Flags:
-        """Return which cells (n,) have changed their value too often and recently."""
+        """Return which cells (n,) have changed too often recently."""
         often = self._flips.ravel()[cells] > MOST_FLIPS
         return np.asarray(often & (now_ms - self._flipped_ms.ravel()[cells] <= STEADY_MS))
 

@@ -1,4 +1,4 @@
-"""The mission's goal besides exploring: rovers aboard, carriers at home; what of it is met, in words."""
+"""The mission's goal besides exploring: rovers aboard, carriers at home; which parts are met, in words."""
 
 from collections.abc import Iterable, Mapping, Set
 

@@ -1,8 +1,8 @@
 """The closed loop of a mission: sense, survey, decide, check, act, until the mission ends.
 
-`MissionLoop` connects a world, a strategy and a replanning policy, which it knows by their protocols only. Every plan
-is checked before robots follow it. The loop replans when news could change the plan. Time alone asks for a new plan
-only when the team has to be called back, or when a wait has lasted too long (`Patience`).
+`MissionLoop` connects a world, a strategy and a replanning policy, through their protocols only. Every plan is checked
+before robots follow it. The loop replans when news could change the plan. Time alone triggers a new plan only when the
+team must be called back, or when a wait has lasted too long (`Patience`).
 
 How it works
 ------------
@@ -23,24 +23,24 @@ How it works
                       |                                                                 |
               policy.look(news): does the news ask for a new plan? -- triggers ---------+
 
-One turn of the loop handles one moment of mission time. Three parts of the state decide how it goes on:
+One turn of the loop handles one moment of mission time. Three parts of the state decide what follows:
 
-- The *replanning policy* (`marsupial.mission.replanning`) decides which news asks for a new plan, and which survey the
+- The *replanning policy* (`marsupial.mission.replanning`) decides which news triggers a new plan, and which survey the
   plan is made from. It starts as the strategy's own policy or `OnNews`. Once the time left is only just enough for the
   way back, `Recall` replaces it with `ReturnPolicy`, which ignores what is left to explore. If time remains once all
   rovers are aboard, carriers explore on alone (`CarriersAlone`), unless the team has to be home or the strategy has a
   policy of its own.
 - The *followed survey* gives the names in the current plan their meaning. Targets move as the map grows, so each new
   survey is matched with it (`_renamed`), and the rest of the plan is carried over under the new names.
-- With *charged* planning time (`PlanningTime.CHARGED`) the clock runs while the strategy computes: robots go on with
-  the old plan's drives, then the new plan is fitted to a second survey (`_adopt_after_planning`). Anything that went
-  wrong in between triggers another replanning at once.
+- With *charged* planning time (`PlanningTime.CHARGED`) the clock runs while the strategy computes: robots continue the
+  old plan's drives, then the new plan is fitted to a second survey (`_adopt_after_planning`). Anything that went wrong
+  in between triggers another replanning at once.
 
 Two maps exist if others make the map (`marsupial.mission.steady`). The log holds the raw one. Plans are made from a
-steady one, in which cells that flicker keep a value; a mission that is about to end first tries again without it.
+filtered one, in which flickering cells keep a value; a mission that is about to end first replans without the filter.
 
 The loop can't run for ever: time is limited, and replannings that follow each other at one moment are counted
-(`Rounds`). It prints and writes nothing: all that happens goes to the observer as events (`marsupial.model.mission`).
+(`Rounds`). It prints and writes nothing: it reports everything to the observer as events (`marsupial.model.mission`).
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -82,10 +82,10 @@ class MissionOrder:
     # cells (height, width) that count as the area to explore; None if the true map is not known
     reachable: Mask | None = None
     homes: Mapping[str, Cell] | None = None  # the cell that each carrier has to return to; None for its start
-    # returns how robots got into each other's way; None if they share cells
+    # returns the interference between robots; None if they share cells
     interference: Callable[[], log.Interference] | None = None
-    # whether the mission waits, instead of ending, while robots stand where the known map does not allow it: if others
-    # make the map, it may be late or wrong
+    # whether the mission waits, instead of ending, while robots stand where the known map does not allow it: a map
+    # built by other software may be late or wrong
     waits: bool = False
 
 
@@ -124,7 +124,7 @@ class MissionLoop:
         self._followed: Survey | None = None  # the survey that the current plan was made from
         self._revision = 0
         self._rounds = Rounds()
-        self._recall: Recall | None = Recall(world, kinds, order.goal, order.limits.time_ms)  # None once it is called
+        self._recall: Recall | None = Recall(world, kinds, order.goal, order.limits.time_ms)  # None after the recall
         self._planning_ms = self._busy_ms = 0
         self._patience = Patience(world, kinds, observer, may_wait=order.waits)
         self._pending: tuple[Action, ...] = ()  # actions of a plan that is not adopted yet
@@ -154,7 +154,7 @@ class MissionLoop:
             triggers = self._planning_triggers() or self._advance()
 
     def _call_back(self) -> bool:
-        """Switch to the return policy when the time left is only just enough; return whether that happened."""
+        """Switch to the return policy when the time left is only just enough; return whether it switched."""
         if self._recall is None or self._replanning.exploration_ms is not None:
             return False
         with self._observer.analysis():
@@ -182,7 +182,7 @@ class MissionLoop:
         return Status.TIME_LIMIT, f"called back before the {limit}{done}"
 
     def _advance(self) -> Triggers:
-        """Let time pass until something happens; return what asks for a new plan."""
+        """Let time pass until something happens; return the triggers of a new plan."""
         until, wake_ms = self._order.limits.time_ms, self._replanning.wake_ms
         if self._recall is not None and self._replanning.exploration_ms is None:
             until = min(until, max(self._world.now_ms, self._recall.wake_ms(self._busy_ms)))
@@ -199,7 +199,7 @@ class MissionLoop:
 
     def _stop_blocked(self, news: News) -> Triggers:
         """Stop robots whose drives changed cells block; return the trigger for a new plan, if any robot stopped."""
-        if not news.changed:  # newly seen cells block nobody: routes lead over known cells only
+        if not news.changed:  # newly seen cells block no robot: routes lead over known cells only
             return ()
         grid = self._world.grid
         names = self._executor.stop_blocked(lambda kind, cells: fits(grid, self._kinds[kind], *cells))
@@ -325,7 +325,7 @@ class MissionLoop:
         self._replanning.follow(later, since=survey)
 
     def _planning_triggers(self) -> Triggers:
-        """Return what happened during planning and asks for another plan."""
+        """Return the triggers that occurred during planning."""
         setbacks, self._triggers_while_planning = self._triggers_while_planning, ()
         overtaken = not setbacks and self._executor.idle and not self._patience.waits
         return (Trigger(Cause.OVERTAKEN),) if overtaken else setbacks
@@ -360,7 +360,7 @@ class MissionLoop:
             self._triggers_while_planning += self._stop_blocked(news) + setbacks_in(news)
 
     def _survey(self, planned: Iterable[Action] = (), *, late: bool = False) -> Survey:
-        """Return the current survey; it keeps the meeting points that this plan or `planned` use."""
+        """Return the current survey with the meeting points that the current plan or `planned` uses."""
         used = {action.place for action in (*self._executor.remainder(), *planned)}
         used |= set(self._executor.deployed_at.values())
         meetings = () if self._followed is None else self._followed.meetings

@@ -1,4 +1,4 @@
-"""Observers of a mission: they get every event, and how each planning call went.
+"""Observers of a mission: they receive every event and the result of each planning call.
 
 The mission loop itself prints and writes nothing. Logs, progress displays and statistics are observers, which override
 the methods that they need. `Observers` passes everything on to several of them.
@@ -23,7 +23,7 @@ class Observer:
         """Called after each planning call, with wall-clock times."""
 
     def waiting(self, reason: str) -> None:
-        """Called when the mission starts to wait for a better map, and with "" when it goes on."""
+        """Called when the mission starts to wait for a better map, and with "" when it resumes."""
 
     def analysing(self) -> None:
         """Called when an analysis of the map begins."""
@@ -33,7 +33,7 @@ class Observer:
 
     @contextmanager
     def analysis(self) -> Iterator[None]:
-        """Call `analysing` and `analysed` around an analysis: its time is reported apart from planning."""
+        """Call `analysing` and `analysed` around an analysis: its time is reported separately from planning."""
         self.analysing()
         try:
             yield

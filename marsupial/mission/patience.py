@@ -1,7 +1,7 @@
 """Waiting and stalling: when a mission waits instead of ending, and when replanning makes no progress.
 
-If others make the map, it may be late, or show a robot inside an obstacle for a while. Nothing is reachable then, but
-the mission is not complete: `Patience` makes it wait. `Rounds` counts replannings without effect, and `why_stalled`
+A map built by other software may be late, or show a robot inside an obstacle for a while. Nothing is reachable then,
+but the mission is not complete: `Patience` makes it wait. `Rounds` counts replannings without effect, and `why_stalled`
 explains why a mission makes no progress.
 """
 
@@ -31,7 +31,7 @@ class Patience:
         self._kinds = kinds
         self._observer = observer
         self._begun = False
-        self._since_ms = -1  # start of the wait, -1 without one
+        self._since_ms = -1  # start of the wait, -1 without a wait
         self._stranded: tuple[RobotReport, ...] = ()
         self._reported = ""
         self.waits = False
@@ -42,7 +42,7 @@ class Patience:
         return self._since_ms + WAIT_MS if self.waits and self._begun else None
 
     def ready(self) -> bool:
-        """Return whether planning makes sense: not while all robots on the ground stand where they can't."""
+        """Return whether planning makes sense: not while all robots on the ground stand on impassable cells."""
         there = [robot for robot in self._world.robots() if not robot.lost and robot.cell is not None]
         if there and len(self._find_stranded()) == len(there) and not self._is_overdue():
             self._wait()
@@ -63,11 +63,11 @@ class Patience:
         return None
 
     def after(self, triggers: Triggers, news: News) -> Triggers:
-        """Return the triggers of a new plan after `news`: during a wait only those that may end it."""
+        """Return the triggers of a new plan after `news`: during a wait only the triggers that may end it."""
         if not self.waits:
             return triggers
         before = self._stranded
-        # idle robots ask for a new plan at every look, which is pointless unless the map or a robot has changed
+        # idle robots trigger a new plan at every look, which is pointless unless the map or a robot has changed
         fresh = news.revealed or news.changed or news.moved is not None or self._find_stranded() != before
         if all(trigger.cause is Cause.CARRIED_OUT for trigger in triggers) and not fresh and not self._is_overdue():
             return ()

@@ -1,7 +1,7 @@
 """Places the robots of a scenario at their starts.
 
 Starts that the scenario does not fix are drawn by the seed: the first carrier anywhere in the carriers' largest
-connected reach, the others as near to it as there is room ("the robots actually start from the same place",
+connected reach, the others as near to that carrier as space allows ("the robots actually start from the same place",
 Wurm et al. 2010, section III).
 """
 

@@ -1,4 +1,4 @@
-"""Plays a mission back from its events: where robots were and what was known, at any moment.
+"""Plays a mission back from its events: robots and known map at any moment.
 
 Films, figures and the replay page ask a `Playback`. The state at a moment includes all events of that moment.
 """
@@ -64,7 +64,7 @@ class Playback:
         self.plans = tuple(event for event in events if isinstance(event, log.Planned))
         self.ended = events[-1] if isinstance(events[-1], log.MissionEnded) else None
         reveals = tuple(event for event in events if isinstance(event, log.Revealed | log.Changed))
-        # the known map after so many of the reveals
+        # the known map after this number of reveals
         self._cells, self._reveals, self._painted = _unknown(mission), reveals, 0
         self.coverage = _coverage(mission, reveals)
         self.timeline = _timeline(events)
@@ -169,7 +169,7 @@ def _unknown(mission: log.MissionStarted) -> CellArray:
 
 
 def _counts_before(cells: CellArray, event: CellEvent) -> tuple[int, int]:
-    """Return how many of the event's cells were known before, and no obstacles; write the event to the map."""
+    """Return how many of the event's cells were known, and how many of these free, before; write it to the map."""
     flat = cells.reshape(-1)
     parts = [flat[start : start + length] for start, length, _ in triples(event.runs)]
     known = sum(int(np.count_nonzero(part != UNKNOWN)) for part in parts)

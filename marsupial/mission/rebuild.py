@@ -43,9 +43,9 @@ def check_moment(events: Sequence[log.MissionEvent], t_ms: int) -> None:
 
 
 def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
-    """Return the moment `t_ms` of a mission, from all its events up to then at least; UsageError if it is outside."""
+    """Return the moment `t_ms` of a mission, from at least all events up to then; UsageError if it is outside."""
     check_moment(events, t_ms)
-    # replay what came before the last plan made at `t_ms`, or else all up to then
+    # replay the events before the last plan made at `t_ms`, or else all events up to `t_ms`
     end = bisect_right(events, t_ms, key=lambda event: event.t_ms)
     end = max((i for i in range(end) if isinstance(events[i], log.Planned) and events[i].t_ms == t_ms), default=end)
     state, past = MissionTracker(), in_last_frame(events[:end])
@@ -93,7 +93,7 @@ def _in_use(events: Sequence[log.MissionEvent], state: MissionTracker) -> tuple[
         """Remove the actions of `robots` alone."""
         left[:] = [action for action in left if not set(action.robots) <= set(robots)]
 
-    # the executor's queues, replayed: which actions of the current plan are still to be done
+    # the executor's queues, replayed: the unfinished actions of the current plan
     for event in events:
         match event:
             case log.Planned():

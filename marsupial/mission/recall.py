@@ -3,9 +3,9 @@
 `Recall` estimates how long the way back takes by list scheduling a survey without targets, and compares that with the
 time left. `ReturnPolicy` and `CarriersAlone` are the replanning policies of a team that was called back.
 
-The estimate is made seldom, since two bounds show when it can't matter yet. The way out took as long as the way back
-does, so the first half of the mission needs no estimate. And driving on for 1 s uses up at most 2 s of slack (1 s has
-passed, the way back is 1 s longer) plus a share for the reserve, so the next estimate waits for a third of the slack.
+Estimates are rare, since two bounds show when none is needed. The way back takes as long as the way out, so the first
+half of the mission needs no estimate. And driving for another 1 s uses up at most 2 s of slack (1 s has passed, the way
+back is 1 s longer) plus a share for the reserve, so the next estimate waits for a third of the slack.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ from marsupial.planning.list_scheduling.greedy import serve
 
 # Reserve when the team is back: robots sometimes drive slower than planned, and stop at a cell before they turn.
 SPARE_SHARE = 0.1  # of the time for the way back
-SPARE_MS = 3000  # on top
+SPARE_MS = 3000  # in addition
 
 STEP_MS = 1000  # least time between two estimates of the way back
 
@@ -55,7 +55,7 @@ class Recall:
         if not self._needed or now_ms < self._first_ms:
             return False
         out = self._out(work)
-        # between estimates, only another rover outside makes the way back longer than foreseen
+        # between estimates, only another rover on the ground makes the way back longer than estimated
         if now_ms < self._next_ms and out <= self._known_out:
             return False
         self._known_out, self._next_ms = out, self._limit_ms

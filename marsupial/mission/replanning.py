@@ -24,7 +24,7 @@ class Replanning(Protocol):
 
     @property
     def exploration_ms(self) -> int | None:
-        """Since when there has been nothing left to explore, or None."""
+        """When the last target disappeared, or None while some are left."""
 
     @property
     def wake_ms(self) -> int | None:
@@ -34,10 +34,10 @@ class Replanning(Protocol):
         """Update the map analysis with what robots have seen."""
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Return what asks for a new plan after `news` and the end of the actions `done`."""
+        """Return the triggers of a new plan after `news` and the end of the actions `done`."""
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return the survey for a new plan, or (`late`) to fit one to that was made; `keep` are meetings in use."""
+        """Return the survey for a new plan or, with `late`, for fitting a finished plan; `keep` are meetings in use."""
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
         """Note that the current plan was made from `survey`, or from `since` and then fitted to `survey`."""
@@ -67,7 +67,7 @@ class OnNews(Lookout):
         setbacks = setbacks_in(news)
         if setbacks:
             return setbacks
-        # targets that were explored as planned are no news when they disappear
+        # targets that disappear because they were explored as planned trigger nothing
         explored = {action.place for action in explores}
         if explored:
             self._known = tuple(target for target in self._known if target.name not in explored)
@@ -77,14 +77,14 @@ class OnNews(Lookout):
         team = self._world.robots() if freed else ()
         on_ground = [r.name for r in team if r.name in freed and r.carrier is None and not r.lost]
         free = work.unemployed(on_ground)
-        # comparing targets costs an analysis of the map, so only look when something can have changed
+        # comparing targets costs an analysis of the map, so compare only when something can have changed
         if not (explored or self._due or free):
             return ()
         return self._compare(work, free)
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
         survey = self._surveyor.survey(self._world.robots(), self._world.now_ms, keep, self._targets())
-        if not late:  # cells seen during planning are news for the next look
+        if not late:  # the next look handles cells seen during planning
             self._note_explored(left=bool(survey.targets))
         return survey
 
@@ -110,7 +110,7 @@ class OnNews(Lookout):
         new = [target.name for target, was in self._paired(targets, self._known) if was is None]
         changes = {Cause.GONE: gone, Cause.NEW: new}
         triggers = tuple(Trigger(cause, tuple(names)) for cause, names in changes.items() if names)
-        # at the moment of planning itself the plan has left targets out on purpose
+        # at the moment of planning itself the plan omits targets on purpose
         if triggers or not free or self._world.now_ms <= self._planned_ms:
             return triggers
         left_out = any(match is None for _, match in self._paired(targets, planned))

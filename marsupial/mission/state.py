@@ -29,7 +29,7 @@ class RobotView:
     y: float
     carrier: str | None  # the carrier it is aboard, or None
     cargo: tuple[str, ...]  # the rovers aboard it, in team order
-    action: Action | None  # that is running
+    action: Action | None  # the running action
     lost: bool
 
 
@@ -134,7 +134,7 @@ class MissionTracker(Observer):
         """Return the heading of a robot at the end of its drive."""
         track = self.tracks[event.robot]
         leg = track.where.at
-        # a robot that was stopped before its first step still faces as before
+        # a robot that was stopped before its first step keeps its former heading
         if leg is None or event.cell not in leg.cells[1:]:
             return track.heading
         step = leg.cells.index(event.cell, 1)
@@ -158,7 +158,7 @@ class MissionTracker(Observer):
             self._change(action.robot, replace(track, where=track.where.ended(action.name, event.end)))
 
     def _place(self, name: str, leg: Leg, heading: int | None) -> None:
-        # a rover may drive on to where it docks after its docking was begun
+        # a rover may still drive to its docking cell after its docking has begun
         where = Whereabouts(leg, self.tracks[name].where.carrier)
         self._change(name, replace(self.tracks[name], where=where, heading=heading))
 

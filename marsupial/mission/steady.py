@@ -1,7 +1,7 @@
 """A `World` around another one, whose map is filtered: flickering cells keep their value (`marsupial.mission.flicker`).
 
-The mission loop plans with this map and logs the other one. In the simulator known cells never change, so the filter is
-created with the first change: until then, both maps are the same.
+The mission loop plans with the filtered map and logs the raw one. In the simulator known cells never change, so the
+filter is created with the first change: until then, both maps are the same.
 """
 
 from collections.abc import Collection, Mapping
@@ -22,7 +22,7 @@ _NONE: Ints = np.empty(0, dtype=np.int64)
 
 
 class SteadyWorld:
-    """Passes commands on to another world, and its news without what flickers."""
+    """Forwards commands to another world, and returns its news without flickering cells."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
         self._world = world
@@ -71,7 +71,7 @@ class SteadyWorld:
         return self._news(news, found) if self._flicker.any else news
 
     def release(self) -> News | None:
-        """Take flickering cells as they are reported; return the news that this makes, or None."""
+        """Accept flickering cells as reported; return the resulting news, or None."""
         if self._flicker is None or not self._flicker.any or self._releases == MOST_RELEASES:
             return None
         news = self._news(News(t_ms=self.now_ms), self._flicker.release(self.now_ms, self._around(self._bodies)))
@@ -85,8 +85,8 @@ class SteadyWorld:
         return () if self._flicker is None else self._flicker.remaining(self.now_ms)
 
     def _news(self, news: News, cells: tuple[Ints, Ints]) -> News:
-        """Return `news` with these cells instead: those that became known, and those that changed."""
-        # any robot will do: which one saw a cell matters in the log only, and that holds the raw news
+        """Return `news` with these cells in place of its own: the cells that became known, and those that changed."""
+        # any robot will do: which robot saw a cell matters only in the log, and the log holds the raw news
         reporter = next((name for name, _ in (*news.revealed, *news.changed)), self.robots()[0].name)
         revealed, changed = (((reporter, some),) if len(some) else () for some in cells)
         return replace(news, revealed=revealed, changed=changed)

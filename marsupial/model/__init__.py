@@ -1,8 +1,8 @@
 """The values that pass between all parts: maps, robots, situations, plans, missions.
 
-All are frozen dataclasses, enums or protocols, and know nothing of files, planners or the simulator.
-``from marsupial.model import Situation, Plan`` imports only the modules that define these names, at that moment:
-listing strategies or planners must not wait for numpy.
+All are frozen dataclasses, enums or protocols, independent of files, planners and the simulator. An import such as
+``from marsupial.model import Plan`` loads only the modules that define these names: listing strategies or planners must
+not wait for numpy.
 """
 
 from __future__ import annotations

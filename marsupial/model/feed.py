@@ -23,7 +23,7 @@ class Feed:
 
     def add(self, cells: Ints) -> None:
         """Append cells for all existing readers."""
-        # fill the empty last entry, to which the readers that are up to date already point
+        # fill the empty last entry: up-to-date readers already point to it
         following: _Entry = []
         self._last += (cells, following)
         self._last = following

@@ -4,7 +4,7 @@ A frame grows by whole rows and columns on any side, while the lattice of cells 
 then have new coordinates, and targets and meeting points, which are named after their cells, have new names.
 
 Playback and exports read the events of a mission as if its map had had the final frame from the start
-(`in_last_frame`), and so deal with one frame only.
+(`in_last_frame`), and so handle one frame only.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def in_last_frame(events: Sequence[log.MissionEvent]) -> tuple[log.MissionEvent,
         if isinstance(event, log.FrameGrown):
             shifts.append(FrameShift(event.shift, width, event.width, event.height))
             width, origin_m = event.width, event.origin_m
-    # from the last event to the first, since an event is moved by all growth after it
+    # from the last event to the first, since all growth after an event shifts its cells
     later: FrameShift | None = None  # all shifts after the current event, combined
     found: list[log.MissionEvent] = []
     for event in reversed(events):

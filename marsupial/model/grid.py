@@ -128,7 +128,7 @@ class Grid:
 
 
 # Maps are misread more often than they are broken: a grey that meant unknown becomes free, and exploration ends before
-# it began. So readers also return the meaning that they gave to every symbol, and warnings about doubtful ones.
+# it began. So readers also return their interpretation of every symbol, and warnings about doubtful symbols.
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LegendEntry:
     """One symbol of a map file (``grey 205``, ``'@'``): the terrain code it became, in how many cells."""

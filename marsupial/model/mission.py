@@ -82,7 +82,7 @@ class Revealed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Changed:
-    """Known cells that `robot` found to be different, encoded as in `Revealed`; code 255: unknown again."""
+    """Known cells that `robot` saw changed, encoded as in `Revealed`; code 255: unknown again."""
 
     t_ms: int
     robot: str
@@ -129,7 +129,7 @@ class DriveEnded:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapTarget:
-    """A target on the map: representative frontier cell, types that can explore it, area it may reveal, size."""
+    """A target on the map: its representative frontier cell, its explorer types, the area it may reveal, its size."""
 
     name: str
     cell: Cell
@@ -179,7 +179,7 @@ Triggers = tuple[Trigger, ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Planned:
-    """A new plan is in force; `trigger` has the reasons for it, and the actions' times are mission times."""
+    """The team follows a new plan; `trigger` has the reasons for it, and the actions' times are mission times."""
 
     t_ms: int
     revision: int
@@ -239,9 +239,9 @@ class Remaining:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interference:
-    """How often robots waited for others, how long in all, and how often they would have waited for ever.
+    """How often robots waited for others, their total waiting time, and the number of deadlocks.
 
-    Such a deadlock is resolved by a way around, or by a robot that makes room.
+    A detour, or a robot that makes room, resolves a deadlock.
     """
 
     waits: int

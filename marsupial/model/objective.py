@@ -1,8 +1,8 @@
 """The objectives of planning, which define when one plan is better than another.
 
 *Makespan* is the paper's objective: the plan that ends first; among equals the one that reaches targets sooner, then
-the one that drives less. *Priced arrival* is for missions in which most of the work has yet to turn up: a sum of
-prices, above all for how late each target is reached.
+the one that drives less. *Priced arrival* is for missions in which most targets are still unknown: a sum of prices,
+mainly for the time at which each target is reached.
 """
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ Value = tuple[float, ...]  # cost of a plan: lower is better; compared lexicogra
 
 
 class ObjectiveName(StrEnum):
-    """Names of the objectives, with which engines list those that they support."""
+    """Names of the objectives, by which engines list the objectives they support."""
 
     MAKESPAN = "makespan"
     PRICED_ARRIVAL = "priced arrival"
@@ -67,7 +67,7 @@ class PricedArrival:
         return round(1000 * self.worth[target.name])
 
     def value(self, situation: Situation, plan: Plan) -> Value:
-        """Return the sum of prices; each action counts with the gap after it, a target left out costs nothing."""
+        """Return the sum of prices; each action counts with the gap after it, an omitted target costs nothing."""
         price = self.makespan * self.total_worth * plan.makespan_ms
         for action in plan.actions:
             if action.name is ActionName.EXPLORE:

@@ -60,7 +60,7 @@ class Plan:
     @classmethod
     def of(cls, actions: Iterable[Action]) -> Plan:
         """Return the plan of these actions, sorted."""
-        # a total order, so that equal plans are written in the same way
+        # a total order, so that equal plans are written identically
         return cls(actions=tuple(sorted(actions, key=lambda a: (a.start_ms, a.robot, a.name, a.place))))
 
     @property
@@ -79,7 +79,7 @@ class Plan:
 
 
 def checked_plan(name: str, value: object) -> Plan:
-    """Return a plan of other people's code after checking its types; UsageError names a wrong part after `name`."""
+    """Return a third-party plan after checking its types; UsageError names the wrong part, prefixed with `name`."""
     plan = instance(name, value, Plan)
     for i, each in enumerate(instance(f"{name}.actions", plan.actions, tuple)):
         at = f"{name}.actions[{i}]"

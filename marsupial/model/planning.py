@@ -17,7 +17,7 @@ from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 
-NO_PLANNER = "none"  # planner name of strategies that ask none
+NO_PLANNER = "none"  # planner name of strategies without a planner
 
 _POSITIVE = Bound(0, math.inf, "s", above=True)
 
@@ -31,7 +31,7 @@ class Outcome(StrEnum):
     NO_PLAN = "no_plan"  # gave up without a plan and without a proof
     TIMEOUT = "timeout"  # budget used up without a plan
     MEMORY = "memory"  # memory limit hit without a plan
-    CRASHED = "crashed"  # the engine died by itself: signal or exit code in the detail
+    CRASHED = "crashed"  # the engine crashed: signal or exit code in the detail
     KILLED = "killed"  # another process killed it, or it was cancelled
     UNSUPPORTED = "unsupported"  # the engine can't represent this situation
 
@@ -46,7 +46,7 @@ class Budget:
     def __post_init__(self) -> None:
         if (self.seconds is None) == (self.steps is None):
             raise UsageError("a budget is either a number of seconds or a number of steps")
-        # numbers of numpy become plain ones, whatever the caller passed
+        # convert numpy numbers to plain ones
         if self.seconds is not None:
             object.__setattr__(self, "seconds", number("budget", self.seconds, _POSITIVE))
         if self.steps is not None:
@@ -73,7 +73,7 @@ class Finished:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EngineInfo:
-    """Description of an engine for `marsupial planners`; `missing` says why it can't be used here, or is None."""
+    """Description of an engine for `marsupial planners`; `missing` is the reason why it can't be used here, or None."""
 
     name: str
     summary: str = ""

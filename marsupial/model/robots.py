@@ -71,7 +71,7 @@ class RobotType:
 
     @property
     def routes_fault(self) -> str | None:
-        """What is wrong with `routes`, or None."""
+        """The fault of `routes`, or None."""
         if self.routes is Routes.ENERGY and not self.driving_j > 0:
             return "no way takes less energy than another: driving takes none (energy.metre_j, energy.drive_w)"
         return None

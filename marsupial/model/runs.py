@@ -1,7 +1,7 @@
 """Cells of a map as runs: each stretch of equal neighbours in row-major order is (start, length, code).
 
-Events, requests and answers tell of cells this way. Runs are one flat tuple, three numbers for each stretch, and a run
-may go on in the next row:
+Events, requests and answers encode cells this way. Runs are one flat tuple, three numbers for each stretch, and a run
+may continue in the next row:
 
 ::
 
@@ -30,7 +30,7 @@ def run_table(runs: Sequence[int]) -> Ints:
 
 
 def known_runs(cells: CellArray) -> Runs:
-    """Return the known cells of a map as runs, as long as can be."""
+    """Return the known cells of a map as runs of maximum length."""
     flat = cells.ravel()
     edges = np.flatnonzero(np.diff(flat)) + 1
     starts, ends = np.concatenate(([0], edges)), np.concatenate((edges, [len(flat)]))
@@ -49,7 +49,7 @@ def cells_in(runs: Sequence[int]) -> tuple[Ints, Bytes]:
 
 
 def drawn(runs: Sequence[int], shape: tuple[int, ...]) -> CellArray:
-    """Return a map of that shape, (height, width), that is unknown but for the cells in runs."""
+    """Return a map of that shape, (height, width), that is unknown except for the cells in runs."""
     cells = np.full(shape, UNKNOWN, dtype=np.uint8)
     paint(cells, runs)
     return cells

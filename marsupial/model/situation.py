@@ -1,7 +1,7 @@
 """A situation: the planning problem at one moment, as names and travel times without a grid.
 
 There are four kinds of places. A *start* is where a robot is, or will be when its running action ends; a *target* is a
-cluster of frontier cells; at a *meeting* point a carrier and a rover can dock; a *home* is where a carrier has to end.
+cluster of frontier cells; at a *meeting* point a carrier and a rover can dock; a *home* is where a carrier must end.
 Travel times are per robot type, since each type has its own pose at a place. Running actions are not part of the
 situation, only their ends: a docking rover counts as aboard, and its carrier is busy until the docking ends.
 """
@@ -79,7 +79,7 @@ class Situation:
     types: tuple[PlanningType, ...]
     robots: tuple[RobotState, ...]
     targets: tuple[TargetInfo, ...]
-    meetings: tuple[str, ...]  #: names only, as those of homes
+    meetings: tuple[str, ...]  #: names only, like homes
     homes: tuple[str, ...] = ()
     #: per robot type an int64 table (n, n) over `places`: row = from, column = to; `UNREACHABLE` without a path. Held
     #: read-only. A type that can't explore a target can't reach it either.
@@ -126,7 +126,7 @@ class Situation:
     def standing(self) -> Mapping[str, npt.NDArray[np.bool_]]:
         """Per robot type, bool (n,) over `places`: where its robots can stand, and so where rovers can be set down.
 
-        That is where one is, where one can stay (`travel_ms` from the place to itself), or where a drive leads.
+        They can stand where one is, where one can stay (`travel_ms` from the place to itself), or where a drive ends.
         """
         standing = {kind: (table != UNREACHABLE).any(axis=0) for kind, table in self.travel_ms.items()}
         for robot in self.robots:
@@ -182,7 +182,7 @@ class Situation:
         rows = np.array([i for i, name in enumerate(self.places) if name in names], dtype=np.intp)
         tables = {name: table[np.ix_(rows, rows)] for name, table in self.travel_ms.items()}
         for name, table in tables.items():
-            # where a drive from a place that is left out led stays a place to stand
+            # destinations of drives from removed places remain places to stand
             stands = np.diagonal(table) != UNREACHABLE
             np.fill_diagonal(table, np.where(self.standing[name][rows] & ~stands, 0, np.diagonal(table)))
         return replace(

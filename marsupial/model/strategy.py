@@ -33,7 +33,7 @@ class Square:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unseen:
-    """The unknown squares, and figures to guess what is in them."""
+    """The unknown squares, and statistics for guessing their contents."""
 
     squares: tuple[Square, ...] = ()
     # position of each target, in metres from the corner of the map
@@ -67,7 +67,7 @@ class Briefing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningReport:
-    """How one planning call went: wall-clock seconds in all and to the first plan, outcome, number of invalid plans."""
+    """One planning call: wall-clock seconds in total and to the first plan, outcome, number of invalid plans."""
 
     planner: str
     outcome: Outcome
@@ -86,7 +86,7 @@ class Decision:
 
 
 def checked_decision(name: str, value: object) -> Decision:
-    """Return a decision made by somebody else's strategy after checking its types; UsageError names a wrong part."""
+    """Return the decision of a third-party strategy after checking its types; UsageError names the wrong part."""
     decision = instance(f"strategy {name}: what decide returns", value, Decision)
     checked_plan(f"strategy {name}: Decision.plan", decision.plan)
     instance(f"strategy {name}: Decision.report", decision.report, PlanningReport)
@@ -94,7 +94,7 @@ def checked_decision(name: str, value: object) -> Decision:
 
 
 class Decider(Protocol):
-    """The least that the mission loop accepts as a strategy: a name and a decision at each replanning."""
+    """The minimal interface of a strategy: a name and a decision at each replanning."""
 
     @property
     def name(self) -> str:
@@ -130,7 +130,7 @@ class Strategy:
 
 
 class _Adapted(Strategy):
-    """Gives an object that does not derive from `Strategy` the defaults of what it lacks."""
+    """Gives an object that does not derive from `Strategy` the defaults of its missing methods."""
 
     def __init__(self, decider: Decider) -> None:
         self._decider = decider
@@ -152,7 +152,7 @@ def as_strategy(decider: Decider) -> Strategy:
 
 
 class PlanProgress(Protocol):
-    """What the team is doing: the actions of the current plan that are not finished."""
+    """The team's unfinished actions of the current plan."""
 
     @property
     def idle(self) -> bool:

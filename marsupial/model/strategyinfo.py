@@ -1,4 +1,4 @@
-"""Descriptions of strategies, apart from `marsupial.model.strategy` so that listing them needs no numpy."""
+"""Descriptions of strategies, separate from `marsupial.model.strategy` so that listing them needs no numpy."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

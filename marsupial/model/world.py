@@ -53,11 +53,11 @@ class News:
     failed: tuple[tuple[str, str], ...] = ()
     lost: tuple[tuple[str, str], ...] = ()  # (robot, reason) of the robots that failed for good
     # (robot, row-major indices of known cells that now have another code, or are unknown again), in order; only in
-    # worlds whose map is made by others
+    # worlds whose map other software builds
     changed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()
     # how the frame of the map grew, or None. The world then has a new grid; all indices refer to the new frame.
     moved: FrameShift | None = None
-    #: (robot, cells) of robots that wait for others, with the cell where they stand, and that go on or make room, with
+    #: (robot, cells) of robots that wait for others, with the cell where they stand, and that resume or make room, with
     #: their way from there, in order; only in worlds in which robots keep out of each other's footprints
     passages: tuple[tuple[str, tuple[Cell, ...]], ...] = ()
     partial: bool = False  # whether more news of the same moment may follow, as robots report one by one

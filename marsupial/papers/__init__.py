@@ -1,7 +1,7 @@
 """One folder per paper: its rules as strategies, its experiment, its printed numbers.
 
-`marsupial reproduce` repeats an experiment by its name here. Experiments are imported on demand; so are rules, by
-the registry of strategies.
+`marsupial reproduce` repeats an experiment by its name here. Experiments are imported on demand; the registry of
+strategies imports rules likewise.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ PARTS: Mapping[str, str] = {
     "wurm2008-clutter": "marsupial.papers.wurm2008.experiment:CLUTTER_EXPERIMENT",
     "alkhawaldah-triples": "marsupial.papers.alkhawaldah.triples:EXPERIMENT",
 }
-"""Parts of these experiments, and further ones that are carried out by their own names alone."""
+"""Parts of these experiments, and other experiments that run by their own names only."""
 
 
 def experiment(name: str) -> Experiment | None:
-    """Return the experiment, or part of one, with this name; None if there is none."""
+    """Return the experiment, or part of one, with this name; None if unknown."""
     target = {**PAPERS, **PARTS}.get(name)
     return None if target is None else resolve_name(target)

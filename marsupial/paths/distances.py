@@ -2,22 +2,22 @@ r"""A matrix of distances that is updated as cells are opened, with as few searc
 
 Theory of operation
 -------------------
-Opening cells changes the distance of a and b only if a way through an opening w is shorter:
+Opening cells changes the distance of a and b only if a path through an opening w is shorter:
 
     a ----------- d(a, b) ----------- b         d(a, b) stays if, for every opening w,
      \                               /
       least(a, w) --- w --- least(b, w)          least(a, w) + least(b, w) - error(w) >= d(a, b)
 
 `openings` gives the w and their errors. `least` holds lower bounds, the octile distance at first. Every search raises
-them: a search from s gives the true d(s, w), and by the triangle inequality no cell c is nearer to w than
-|d(s, c) - d(s, w)|. `_update` alternates between both steps:
+them: a search from s gives the exact d(s, w), and by the triangle inequality no cell c is nearer to w than |d(s, c) -
+d(s, w)|. `_update` alternates between both steps:
 
 1. mark as sure all pairs that satisfy the inequality (`_settle`);
 2. search from the cell with the most unknown, then the most doubtful pairs, and learn from it (`_learn`).
 
-New cells have only unknown pairs, so they are searched first. Usually few searches from old cells follow, where a
-plain matrix would take one from each. Cells without a connection need no search each: one that can't be reached shows
-that its whole connected part can't be (`_enter`).
+New cells have only unknown pairs, so they are searched first. Usually few searches from old cells follow, where a plain
+matrix would take one from each. Disconnected cells need no search each: if one cell is unreachable, so is its whole
+connected part (`_enter`).
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ from marsupial.model.grid import Mask
 from marsupial.native import native
 from marsupial.paths.openings import NO_OPENINGS, Openings, openings
 
-ROUNDING = 1e-7  # least gain, in cells, of a shorter way: bounds are sums and differences of rounded lengths
+ROUNDING = 1e-7  # least gain, in cells, of a shorter path: bounds are sums and differences of rounded lengths
 
 
 class Distances:
@@ -42,18 +42,18 @@ class Distances:
         self._opened: list[Ints] = []
 
     def opened(self, cells: Ints | None) -> None:
-        """Note that these cells (n,) were opened; for None forget everything."""
+        """Record these cells (n,) as opened; None clears all distances."""
         if cells is None:
             self._cells, self._table = self._cells[:0], self._table[:0, :0]
             self._opened.clear()
-        elif cells.size and self._cells.size:  # else no distance is known that they could shorten
+        elif cells.size and self._cells.size:  # otherwise they can shorten no known distance
             self._opened.append(cells)
 
     def between(self, cells: Ints, search: Callable[[int, Ints], Floats]) -> Floats:
         """Return the distances (k, k) between k >= 1 different passable cells; `search` finds those from one."""
         table = self._recalled(cells)
         opened = NO_OPENINGS
-        # the diagonal is always known; without more there is nothing to check
+        # the diagonal is always known; with no other known distance there is nothing to check
         if self._opened and np.count_nonzero(~np.isnan(table)) > cells.size:
             opened = openings(self._passable, np.concatenate(self._opened), self._diagonal)
         self._opened.clear()
@@ -103,7 +103,7 @@ def _update(
 
 @native
 def _settle(table: Floats, least: Floats, errors: Floats, doubtful: Flags) -> None:
-    """Clear `doubtful` (k, k) for the distances that no way through an opening can beat; NaN is never sure."""
+    """Clear `doubtful` (k, k) for the distances that no path through an opening can beat; NaN is never sure."""
     for a in range(len(table)):
         for b in range(a + 1, len(table)):
             if doubtful[a, b] and not np.isnan(table[a, b]):
@@ -161,5 +161,5 @@ def _learn(away: Floats, least: Floats, from_openings: Floats) -> None:
     for cell in range(len(least)):
         for way in range(len(from_openings)):
             apart = abs(away[cell] - from_openings[way])
-            if apart > least[cell, way]:  # never true for inf - inf, which is NaN: nothing is known then
+            if apart > least[cell, way]:  # never true for inf - inf, which is NaN and gives no bound
                 least[cell, way] = apart

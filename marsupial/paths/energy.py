@@ -2,7 +2,7 @@
 
 To change direction a robot stops and turns on the spot, and both take energy, so the cheapest route may be longer but
 straighter than the shortest. The search is over states: a cell and one of 8 headings. Steps are those of
-`marsupial.paths.fields`; of routes of the same energy the shortest is taken.
+`marsupial.paths.fields`; among routes of equal energy, the search returns the shortest.
 
 References
 ----------
@@ -41,12 +41,12 @@ class MotionCosts:
             raise UsageError(f"stops and turns must take an energy of 0 or more, got {self.stop} and {self.turn}")
 
     def changing(self, turn: int) -> float:
-        """Return the energy of a stop and a turn by `turn` (0 to 4) times 45 degrees; 0 for going straight on."""
+        """Return the energy of a stop and a turn by `turn` (0 to 4) times 45 degrees; 0 for driving straight on."""
         return self.stop + self.turn[turn - 1] if turn else 0.0
 
 
 def costs_of(kind: RobotType, resolution_m: float) -> MotionCosts:
-    """Return the energy a robot type needs in J: per cell, stop and turn; raise UsageError if driving takes none."""
+    """Return the energy a robot type needs in J: per cell, stop and turn; UsageError if driving uses none."""
     energy = kind.energy
     return MotionCosts(distance=kind.driving_j * resolution_m, stop=energy.stop_j, turn=energy.turn_j)
 
@@ -64,7 +64,7 @@ def route_energy(
 class EnergySearch:
     """Searches on one mask (height, width), which is referenced and may change between calls.
 
-    Buffers are kept between searches, so keep the instance. Not thread-safe. A heading is a step digit
+    Searches reuse buffers, so reuse the instance. Not thread-safe. A heading is a step digit
     (`marsupial.paths.routes`); with None the first step needs no turn. `diagonal` is the length of a diagonal step, 1
     to sqrt 2. With `cuts_corners`, the rule of the paper, diagonal steps may pass impassable cells beside them.
     """
@@ -78,7 +78,7 @@ class EnergySearch:
         self._frame = FramedGrid(*passable.shape)
         turning = np.array([costs.changing(turn_between(0, turn)) for turn in range(8)]) / costs.distance
         size = self._frame.size
-        # Most of them never filled: only the pages a search writes to take up memory.
+        # Most are never filled: only the pages that a search writes to use memory.
         self._work = kernels.EnergyBuffers(
             passable=np.zeros(size, dtype=np.uint8),
             cost=np.full(8 * size, np.inf),
@@ -103,7 +103,7 @@ class EnergySearch:
         return self._frame.inside(energies)
 
     def costs(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
-        """Return the least energy of driving from `source` to each wanted cell; inf where there is no way."""
+        """Return the least energy of driving from `source` to each wanted cell; inf where there is no route."""
         counts, reached = self._walked(source, wanted, heading)
         changing = [self.motion.changing(turn) for turn in (1, 2, 3, 4)]
         weights = np.array([self.motion.distance, self.motion.distance * self._diagonal, *changing])
@@ -118,7 +118,7 @@ class EnergySearch:
         table = np.full((len(cells), len(cells)), np.inf)
         free = [i for i, heading in enumerate(headings) if heading is None]
         for number, i in enumerate(free):
-            rest = free[number:]  # without a heading the way back is the way there
+            rest = free[number:]  # without a heading, the route back is the reversed route
             table[i, rest] = table[rest, i] = self.lengths(cells[i], [cells[j] for j in rest])
         for i, heading in enumerate(headings):
             if heading is not None:
@@ -150,7 +150,7 @@ class EnergySearch:
         return energies
 
     def _walked(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None) -> tuple[Ints, Mask]:
-        """Search; return the steps and turns of the ways (`kernels.tally`), and which wanted cells are reached."""
+        """Search; return the steps and turns of the routes (`kernels.tally`), and which wanted cells are reached."""
         at = self._frame.indices(wanted)
         self._search(source, at, heading)
         reached = np.isfinite(self._least(at))
@@ -162,7 +162,7 @@ class EnergySearch:
 
 
 def _gain(turning: Floats) -> float:
-    """Return the most energy that two turns may save over the single turn they add up to."""
+    """Return the most energy that two turns can save over one turn by their sum."""
     saved = [
         turning[(first + second) % 8] - turning[first] - turning[second] for first in range(8) for second in range(8)
     ]

@@ -6,7 +6,7 @@ costs of one cell. Grids are flat and framed as in `marsupial.paths.kernels`.
 
 The unit of energy is a straight step, so no step costs less than 1, and states whose costs lie within the same unit can
 be settled in any order. Buckets form a ring, and a cell waits in the bucket of its next state to settle, at most once
-per bucket. A cell due beyond the ring waits in the last bucket, and is queued again from there.
+per bucket. A cell due beyond the ring waits in the last bucket, and is requeued from there.
 """
 
 from typing import NamedTuple
@@ -36,13 +36,13 @@ class EnergyBuffers(NamedTuple):
     # queue, queued: `BUCKETS` buckets, each of the size of the grid; per cell, the bit set of the buckets it is in
     queue: Cells
     queued: Bytes
-    touched: Cells  # every cell that was given costs
+    touched: Cells  # every cell that received costs
     ends: Words  # (`BUCKETS` + 1,): the end of each bucket in `queue`, and of `touched`
-    # (8,): energy of a stop and a turn by k times 45 degrees, in straight steps; 0 for going straight on
+    # (8,): energy of a stop and a turn by k times 45 degrees, in straight steps; 0 for driving straight on
     turning: Floats
-    gain: float  # the most that turning twice may save over turning once; 0 if it never pays
+    gain: float  # the most that turning twice can save over turning once; 0 if it never saves energy
     diagonal: float  # energy of a diagonal step, 1 to sqrt 2
-    cuts_corners: bool  # whether a diagonal step needs no cells beside it
+    cuts_corners: bool  # whether a diagonal step ignores the cells beside it
 
 
 @native
@@ -104,7 +104,7 @@ def _settle(work: EnergyBuffers, slot: int, level: float) -> None:
         next_due = np.inf
         for ahead in range(8):
             reached = cost[here + np.uint64(ahead)]
-            if reached < level:  # settled before
+            if reached < level:  # already settled
                 continue
             if reached >= level + 1.0:  # a later bucket's: queue the cell again below
                 next_due = min(next_due, reached)
@@ -195,7 +195,7 @@ def trace(work: EnergyBuffers, goal: np.uint64, steps: Bytes) -> np.uint64:
 
 @native
 def tally(work: EnergyBuffers, heading: int, cells: Cells, counts: Ints) -> None:
-    """Count the steps and turns of the ways to reached cells from the initial `heading`.
+    """Count the steps and turns of the routes to reached cells from the initial `heading`.
 
     `counts` (k, 6) receives straight and diagonal steps, and turns by 45, 90, 135 and 180 degrees.
     """

@@ -33,7 +33,7 @@ RAGGED = 0.2  # diagonal steps per open cell at which a jump point search takes 
 class SearchMemory:
     """Working memory for masks of one shape (height, width); several `PathSearch` may share it, used one at a time.
 
-    Filling tens of megabytes costs more than most searches on a large map, so memory is kept, and only the cells
+    Filling tens of megabytes costs more than most searches on a large map, so memory is reused, and only the cells
     touched by the last flood are reset.
     """
 
@@ -48,7 +48,7 @@ class SearchMemory:
 
     @cached_property
     def flood(self) -> kernels.Buffers:
-        """Memory of floods, without passable cells, which each search has for itself."""
+        """Memory of floods, without passable cells: each search has its own."""
         frame = FramedGrid(*self._shape)
         return kernels.Buffers(
             passable=np.zeros(0, dtype=np.uint8),
@@ -64,10 +64,10 @@ class SearchMemory:
 class PathSearch:
     """Searches on one mask (height, width), which is referenced and may change between calls.
 
-    Buffers are kept between searches, so keep the instance. Not thread-safe. `diagonal` is the length of a diagonal
-    step, 1 to sqrt 2. If cells only become passable, and the feed `opened` tells which, the cost of a call does not
-    grow with the size of the mask. Searches that are never used at the same time can share working `memory`. Shortest
-    ways are the same for all headings.
+    Searches reuse buffers, so reuse the instance. Not thread-safe. `diagonal` is the length of a diagonal step, 1 to
+    sqrt 2. If cells only become passable, and the feed `opened` lists them, the cost of a call does not depend on the
+    size of the mask. Searches that never run at the same time can share working `memory`. Shortest paths are the same
+    for all headings.
     """
 
     def __init__(
@@ -186,7 +186,7 @@ class PathSearch:
         return (cells >= 0) & self.passable.ravel()[cells]
 
     def _search(self, source: int, wanted: Ints) -> Floats:
-        """Return the distances of passable cells from another one, by the search that is faster here."""
+        """Return the distances of passable cells from another one, by the faster search for this map."""
         # after a jump point search with too many diagonal steps, floods serve until a quarter more cells are open
         if 4 * self._open > 5 * self._ragged:
             costs = self._jumps.costs(source, wanted)

@@ -26,7 +26,7 @@ class FramedGrid:
         self.offsets = np.tile(around, 3).astype(np.uint64)
 
     def indices(self, cells: Sequence[Cell] | Ints) -> Cells:
-        """Return the framed index of each cell; for cells outside the grid that of a closed cell."""
+        """Return the framed index of each cell; for cells outside the grid, the index of a closed cell."""
         xy = np.array(cells, dtype=np.int64).reshape(-1, 2)
         x, y = xy[:, 0], xy[:, 1]
         inside = (x >= 0) & (x < self._width) & (y >= 0) & (y < self._height)

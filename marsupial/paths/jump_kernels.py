@@ -151,7 +151,7 @@ def _settle(ground: OpenBits, state: JumpSearch, source: int, wanted: Ints) -> b
             )
             entry = state.next[entry - 1]
             state.counts[_WAITING] -= 1
-            if length <= _known(state, cell) + TOLERANCE:  # else a shorter way was found since
+            if length <= _known(state, cell) + TOLERANCE:  # otherwise a shorter path was found since
                 _expand_corner(ground, state, cell, _number(direction), length)
         level += 1
     return True
@@ -227,7 +227,7 @@ def _is_set(lines: Words, line: int, at: int) -> bool:
 
 @outlined
 def _jump(ground: OpenBits, state: JumpSearch, x: int, y: int, direction: int, length: float) -> None:
-    """Jump from a cell at distance `length` in a direction until the way is blocked; store goals and corners."""
+    """Jump from a cell at distance `length` in a direction until a closed cell; store goals and corners."""
     if not direction & 1:
         _scan(ground, state, x, y, direction, length)
         return
@@ -237,7 +237,7 @@ def _jump(ground: OpenBits, state: JumpSearch, x: int, y: int, direction: int, l
         state.counts[STEPS] += 1
         cell = y * ground.width + x
         if length > min(_known(state, cell), _known(state, cell - dx) + 1.0) + TOLERANCE:
-            return  # dominated: no shortest way continues here. In a building that saves half of the steps.
+            return  # dominated: no shortest path continues here. In a building this saves half of the steps.
         _lower(state, cell, length)
         _scan(ground, state, x, y, _EAST if dx > 0 else _WEST, length)
         _scan(ground, state, x, y, _SOUTH if dy > 0 else _NORTH, length)
@@ -276,7 +276,7 @@ def _scan_up(line: _OpenLine, state: JumpSearch, at: int, direction: int, length
             passed &= passed - _ONE
         if ends:
             end = _lowest(ends)
-            if here >> end & _ONE:  # else the line is closed there: no corner
+            if here >> end & _ONE:  # otherwise the line is closed there: no corner
                 cell = _number(word << _SHIFT | end) - FRAME
                 _push(state, first + stride * cell, direction, length + (cell - at))
             return

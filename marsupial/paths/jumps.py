@@ -2,9 +2,9 @@
 
 Theory of operation
 -------------------
-A breadth-first search settles every cell. A jump point search settles only corners: some shortest way between two
-cells changes direction only at corners of something closed, and once between two corners, from diagonal to straight. So
-the search runs in straight lines and stores a cell only where such a change may happen:
+A breadth-first search settles every cell. A jump point search settles only corners: some shortest path between two
+cells changes direction only at corners of closed cells, and once between two corners, from diagonal to straight. So the
+search runs in straight lines and stores a cell only where such a change may happen:
 
     . . . . . . .
     S-+-+-+-+-C .       From S the search scans its row. At C a side opens that was closed one cell before (#):
@@ -22,12 +22,12 @@ with one call of `_jump` for each direction:
              closed  open beside now, but closed one cell before
 
   and the lowest set bit of `ends` is the end: 64 cells in a few instructions.
-- diagonal: `_jump` steps cell by cell and scans both straight directions from each cell; it stops where a shorter way
+- diagonal: `_jump` steps cell by cell and scans both straight directions from each cell; it stops where a shorter path
   is known.
 
 Corners wait in buckets of width 1 by distance: a bucket queue replaces the heap. Within a bucket the order does not
-matter, since no step is shorter than 1. A corner that was reached more cheaply meanwhile is skipped when its turn
-comes. The search ends once every goal has a distance below the current bucket's upper end.
+matter, since no step is shorter than 1. A corner that was reached at lower cost in the meantime is skipped when it is
+dequeued. The search ends once every goal has a distance below the current bucket's upper end.
 
 No array over cells is cleared between searches (only the heads of the buckets are): each search has a number, and a
 cell's distance is valid only if `found` holds that number. If the entries run out, `search` returns False and

@@ -11,7 +11,7 @@ All cells of the lowest bucket are final, a cell enters at most two buckets, and
 the three parts of the queue change roles.
 
 For numba's sake indices are unsigned, arrays are never rebound in a loop, and the innermost loop calls no function that
-returns counters: each of these would cost a multiple.
+returns counters: each of these would multiply the running time.
 """
 
 from typing import NamedTuple
@@ -79,10 +79,10 @@ def _settle(
 ) -> tuple[np.uint64, np.uint64, np.uint64]:
     """Settle the cells of a bucket, and queue their neighbours; return the ends of both other buckets and of `touched`.
 
-    Turns that the cell before could make as cheaply itself are pruned, as in jump point search: after a diagonal step
-    three are left; after a straight one the step ahead, and on either side the two turns only where the cell
-    diagonally behind is closed. The replacement of a pruned turn is either shorter or ends in a straight step, and
-    straight steps are pruned in favour of shorter ones only, so costs stay exact.
+    Turns that the previous cell could make at equal cost are pruned, as in jump point search: after a diagonal step
+    three are left; after a straight one the step ahead, and on either side the two turns only where the cell diagonally
+    behind is closed. The replacement of a pruned turn is either shorter or ends in a straight step, and straight steps
+    are pruned in favour of shorter ones only, so costs stay exact.
 
     References
     ----------
@@ -94,7 +94,7 @@ def _settle(
         cell = np.uint64(queue[k])
         reached = cost[cell]
         if reached < level:
-            continue  # settled already: it was queued here, then again in the bucket before
+            continue  # already settled: it was queued here, then again in the previous bucket
         ahead = np.int64(arrival[cell])
         first, end = np.int64(8), np.int64(16)
         if ahead != SOURCE:
@@ -165,7 +165,7 @@ def descend(work: Buffers, start: np.uint64, steps: Bytes) -> np.uint64:
         for turn in range(8, 16):
             step = _step(work.passable, offsets, work.diagonal, cell, turn)
             fits = step > 0.0 and cost[cell + offsets[turn]] + step <= cost[cell] + TOLERANCE
-            # among equal steps straight on, else the first one counter-clockwise from east
+            # among equal steps the straight one, else the first counter-clockwise from east
             if fits and (best == 0 or turn == last):
                 best = turn
         cell = cell + offsets[best]

@@ -20,7 +20,7 @@ _ONE = np.uint64(1)
 _NONE: Ints = np.empty(0, dtype=np.int64)
 _QUEUED, _CHANGED = np.uint8(1), np.uint8(2)
 
-MANY = 255  # limits from here on, in cells, need more than one byte for each kind of step of a way
+MANY = 255  # limits from here on, in cells, need more than one byte per kind of step of a path
 
 Steps = npt.NDArray[np.uint16] | npt.NDArray[np.uint64]
 
@@ -29,7 +29,7 @@ class _NearestState(NamedTuple):
     """The state per cell, row-major, and buffers."""
 
     label: Ints32  # index of the nearest source, plus 1; 0 for none
-    # steps of the way to that source: diagonal ones in the upper half of the bits, straight ones in the lower. Counts
+    # steps of the path to that source: diagonal ones in the upper half of the bits, straight ones in the lower. Counts
     # instead of a length: exact, and two bytes per cell where the limit allows it.
     steps: Steps
     flags: Bytes  # `_QUEUED` and `_CHANGED` while a search runs
@@ -44,7 +44,7 @@ class Nearest:
         self._passable = passable
         self._limit = limit + TOLERANCE
         size = passable.size
-        # zeroed or empty arrays: only the pages that a search writes to take up memory
+        # zeroed or empty arrays: only the pages that a search writes to use memory
         self._state = _NearestState(
             label=np.zeros(size, dtype=np.int32),
             steps=np.zeros(size, np.uint16) if self._limit < MANY else np.zeros(size, np.uint64),
@@ -58,11 +58,11 @@ class Nearest:
         return self._add(sources, opened, self._limit).astype(np.int64)
 
     def origins(self, cells: Ints) -> Ints:
-        """Return the row-major index of the nearest source of each cell, the lowest if several are; -1 for none."""
+        """Return the row-major index of the nearest source of each cell, the lowest index if tied; -1 for none."""
         return self._state.label[cells].astype(np.int64) - 1
 
     def once(self, sources: Ints, cells: Ints, limit: float = math.inf) -> Ints:
-        """Return the `origins` of cells with these sources added and a lower limit, then forget all sources."""
+        """Return the `origins` of cells with these sources added and a lower limit, then remove all sources."""
         changed = self._add(sources, _NONE, min(self._limit, limit + TOLERANCE))
         found = self.origins(cells)
         self._state.label[changed] = 0
@@ -76,7 +76,7 @@ class Nearest:
 
 @inlined
 def _length(steps: np.uint64, half: np.uint64) -> float:
-    """Return the length in cells of a way, given its packed steps (`_NearestState`)."""
+    """Return the length in cells of a path, given its packed steps (`_NearestState`)."""
     return SQRT2 * np.int64(steps >> half) + np.int64(steps & (_ONE << half) - _ONE)
 
 

@@ -1,9 +1,8 @@
-"""The few cells that stand for all places where opening cells may have shortened a way.
+"""The few cells that represent all places where opening cells may have shortened a path.
 
-A new way crosses an opened cell that lies beside one that was open before (an *entry*), or passes such a cell
-diagonally. Searching to every entry would cost too much, so one entry represents those of a square that are connected
-in it, with a known error: a way through any of them is shorter by at most that error than one through the
-representative.
+A new path crosses an opened cell beside a formerly open one (an *entry*), or passes such a cell diagonally. Searching
+to every entry would cost too much, so one entry represents all entries of a square that are connected within it, with a
+known error: a path through any of them is at most that much shorter than a path through the representative.
 
     before    now        o: opened, e: entry, R: the representative of the entries in this square
     . . . #   . . e o
@@ -29,7 +28,7 @@ of the searches with half as many representatives again.
 
 
 class Openings(NamedTuple):
-    """Representatives (n,), row-major, and their errors (n,): what a way through an entry may be shorter by."""
+    """Representatives (n,), row-major, and their errors (n,): how much shorter a path through an entry may be."""
 
     cells: Ints
     errors: Floats
@@ -45,7 +44,7 @@ def openings(passable: Mask, opened: Ints, diagonal: float) -> Openings:
     news[where] = True
     cells, errors = np.empty(where.size, dtype=np.int64), np.empty(where.size)
     count = _represent(passable, _entries(passable, where, news), news, diagonal, cells, errors)
-    # a diagonal step beside an opened cell is shorter than the way through that cell
+    # a diagonal step beside an opened cell is shorter than the path through that cell
     return Openings(cells[:count], 2.0 * errors[:count] + (2.0 - diagonal))
 
 
@@ -107,7 +106,7 @@ def _middle(left: Flags, index: int, shape: tuple[int, int]) -> int:
 
 @native
 def _measure(passable: Mask, seed: int, diagonal: float, away: Floats) -> None:
-    """Write the distances from a cell to those of its square, by ways inside the square."""
+    """Write the distances from a cell to the cells of its square, by paths inside the square."""
     height, width = passable.shape
     bottom, top, first, end = _square(seed, (height, width))
     # relaxed until nothing changes: 64 cells need no queue
@@ -132,7 +131,7 @@ def _measure(passable: Mask, seed: int, diagonal: float, away: Floats) -> None:
 
 @inlined
 def _clear_reached(left: Flags, seed: int, shape: tuple[int, int], away: Floats) -> float:
-    """Clear the entries of a square that were reached; return the distance of the farthest."""
+    """Clear the reached entries of a square; return the distance of the farthest."""
     bottom, top, first, end = _square(seed, shape)
     farthest = 0.0
     for y in range(bottom, top):

@@ -4,9 +4,9 @@ A step is a digit, counter-clockwise from east: 0 is +x, 2 is +y, 4 is -x, 6 is 
 are in cells. Times are snapped to a nanosecond before they are rounded to milliseconds, so the same steps summed in
 another order give the same time.
 
-A heading is a step digit as well. To change direction a robot stops and turns on the spot, by 45 to 180 degrees; one
-that stood still also starts from a stop. A robot that has not driven yet, or was carried, has no heading: its first
-step needs no turn.
+A heading is a step digit as well. To change direction a robot stops and turns on the spot, by 45 to 180 degrees; a
+robot that stood still also starts from a stop. A robot that has not driven yet, or was carried, has no heading: its
+first step needs no turn.
 
 References
 ----------

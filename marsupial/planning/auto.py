@@ -1,6 +1,6 @@
-"""The default planner: local search at once, and beside it, on small teams, branch and bound to prove its plan best.
+"""The default planner: local search, and for small teams branch and bound in parallel, to prove a plan optimal.
 
-Why Aries is no part of it, and how much is proven within the limits: docs/planners.md.
+docs/planners.md says why Aries is not included, and how much is proven within the limits.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,17 +13,17 @@ from marsupial.planning.portfolio.engine import Latest, Portfolio, PortfolioMemb
 from marsupial.planning.race import Clock
 
 MOST_TARGETS = 12  # most targets for which branch and bound is worth its core; local search has one thread then
-MOST_ROVERS = 10  # most rovers for that where all have to end aboard; otherwise as many as the engine takes
+MOST_ROVERS = 10  # most rovers for that if all must end aboard; otherwise the engine's own limit applies
 
-HEAD_START_S = 0.01  # local search runs alone that long and has a plan by then; exact takes up better ones later
+HEAD_START_S = 0.01  # local search runs alone this long and has a plan by then; exact adopts better plans later
 
 
 class Auto(Portfolio):
     """The portfolio for the makespan, local search alone for priced arrival.
 
-    So in a mission of the temporal strategy it is local search, with both its threads: branch and bound searches for
-    shorter makespans only, and its bounds say nothing about priced arrival. Where only rovers are to be recovered or
-    carriers to drive home it is left out as well: a mission would wait longer for its code than for those plans.
+    So the temporal strategy gets local search, with both its threads: branch and bound only minimises makespans, and
+    its bounds do not apply to priced arrival. Branch and bound is also omitted if the goal is only to recover rovers or
+    to drive home: a mission would wait longer for its code than for those plans.
     """
 
     def solve(

@@ -1,12 +1,12 @@
 """Check whether a plan is feasible in a situation and reaches its goal, independently of any planner.
 
-Actions are checked in order of start. All that an action needs depends on its own robots: where they are, on which
-carrier, since when they are free. A robot takes part in one action at a time, so an action that depends on another's
-effects can only begin after its end. Therefore effects are applied as soon as an action is accepted. For the capacity
-of a carrier this means that docks count from their start, and undocks until their end.
+Actions are checked in order of start. The conditions of an action depend on its own robots only: where they are, on
+which carrier, since when they are free. A robot takes part in one action at a time, so an action that depends on
+another's effects can only begin after its end. Therefore effects are applied as soon as an action is accepted. For the
+capacity of a carrier this means that docks count from their start, and undocks until their end.
 
-The checker is the referee: it applies effects by itself, on purpose, and shares no rule with the code that makes plans
-(`marsupial.model.team`), so that a mistake there can't hide here.
+The checker deliberately applies effects itself and shares no rule with the code that makes plans
+(`marsupial.model.team`), so that it also finds mistakes of that code.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -28,7 +28,7 @@ class ViolationKind(StrEnum):
     OVERLAP = "overlap"  # less than EPSILON_MS after the end of the robot's previous action
     WRONG_PLACE = "wrong_place"  # a move to no meeting or home, an explore of no target, a dock at no meeting
     CARRIED = "carried"  # a carried rover can't move, explore or dock
-    ELSEWHERE = "elsewhere"  # the robot is not where the action begins
+    ELSEWHERE = "elsewhere"  # the robot is not at the place where the action begins
     NOT_ABOARD = "not_aboard"  # an undock of a rover that is not on that carrier
     CANNOT_EXPLORE = "cannot_explore"  # a target that the robot's type can't explore
     NO_PATH = "no_path"  # no path for the robot's type
@@ -94,7 +94,7 @@ Fault = tuple[ViolationKind, str]
 
 
 class _World:
-    """Where each robot is after the actions so far: `at` a place or `on` a carrier, free from `free_ms`."""
+    """The position of each robot after the actions so far: `at` a place or `on` a carrier, free from `free_ms`."""
 
     def __init__(self, situation: Situation) -> None:
         self.situation, robots = situation, situation.robots
@@ -211,7 +211,7 @@ class _World:
         fault = self._meet(action, action.robots[1:])
         if fault is not None:
             return fault
-        # Whoever drove to a meeting point can stand there. A rover that is carried there may be too wide for it.
+        # A robot that drove to a meeting point can stand there. A rover carried there may be too wide for it.
         kind = self.situation.type_of(action.robot)
         if not self.situation.standing[kind.name][self.situation.place_index[action.place]]:
             return ViolationKind.NO_ROOM, f"type {kind.name} can't stand at {action.place}"

@@ -49,7 +49,7 @@ PROCESSES = frozenset({"aries", "tamer"})  # engines that run in processes of th
 
 PRELOAD = (load_tamer, load_aries, commands)  # load the libraries of engines in processes of their own
 
-# sizes of the parts that an engine plans within some seconds; engines not named here take any size
+# sizes of the parts that an engine plans within some seconds; engines not listed here accept any size
 PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
     "aries": (
         PartSize(rovers=3, targets=4, seconds=3.0),
@@ -66,7 +66,7 @@ PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
 
 
 def engine(name: str) -> Engine:
-    """Return the engine of a name or command line (`PREFIX`), perhaps missing here; UsageError if there is none."""
+    """Return the engine of a name or command line (`PREFIX`), perhaps missing here; UsageError if unknown."""
     if name.startswith(PREFIX):
         return External(name)
     if name in ENGINES:
@@ -84,10 +84,10 @@ def engine_of(planner: str | Engine) -> Engine:
 
 
 def mission_engine(planner: str | Engine, budget: Budget) -> Engine:
-    """Return the engine as missions use it: able to keep a budget of that kind, and splitting what is too big for it.
+    """Return the engine for missions: it supports budgets of that kind, and splits situations that are too big for it.
 
-    Raise `UsageError` if there is none of that name, or it can't keep such a budget; `EngineUnavailable` if it is not
-    installed here.
+    Raise `UsageError` if the name is unknown, or the engine does not support such a budget; `EngineUnavailable` if it
+    is not installed here.
     """
     found = engine_of(planner)
     name = found.info.name

@@ -67,6 +67,6 @@ def _made(found: Extension) -> Engine:
             raise TypeError("no engine: `info` must be an EngineInfo and `solve` a method")
     except EngineUnavailable as error:
         return Missing(found.name, found.package, str(error))
-    except Exception as error:  # other people's code
+    except Exception as error:  # third-party code
         return Missing(found.name, found.package, f"can't be made: {type(error).__name__}: {error}")
     return CheckedEngine(engine)

@@ -11,7 +11,7 @@ class Incumbent:
         self._situation, self._objective, self._partial = situation, objective, partial
         self._rank: tuple[int, Value] | None = None
         self.plan: Plan | None = None  # None before there is one
-        # what the checker has against the last plan that was taken, if anything
+        # the checker's objection to the last plan checked, or None
         self.violation: Violation | None = None
         self.refused: list[Violation] = []  # the violations of all plans that it has refused
 

@@ -30,7 +30,7 @@ def _columns(costs: Floats) -> Ints:
     column_of, row_of = np.full(rows, -1), np.full(columns, -1)
     for start in range(rows):
         via, length = np.full(columns, -1), np.full(columns, np.inf)
-        left = np.arange(columns)[::-1].copy()  # of columns equally far, it is the order that decides
+        left = np.arange(columns)[::-1].copy()  # this order breaks ties between columns
         row, least = start, 0.0
         passed_rows, passed_columns = [], []
         while row >= 0:

@@ -6,5 +6,5 @@ OWN = ("anytime", "aries", "auto", "exact", "greedy", "tamer")  # as in `engines
 
 
 def engine_names() -> tuple[str, ...]:
-    """Return the names of all engines: ours first, then those that installed packages bring along."""
+    """Return the names of all engines: ours first, then the engines of installed packages."""
     return (*OWN, *extensions.extension_names(extensions.ENGINES, OWN))

@@ -3,7 +3,7 @@
 An engine waits while its event is handled, as a generator does: otherwise it and the caller would slow each other down,
 and engines that estimate their pace from their first steps would be misled. An engine is stopped by `cancel` of its
 events where they have one, and by its clock, which then leaps ahead: an engine with a budget in seconds ends when it
-next looks at the clock.
+next reads the clock.
 """
 
 import queue
@@ -82,7 +82,7 @@ class Race:
             thread.join(max(0.0, until - time.monotonic()))
 
     def _engine_clock(self) -> float:
-        # A leap per look: an engine that begins only now has to see one as well.
+        # The clock leaps at every reading: an engine that begins only now has to see a leap as well.
         self._leaps += self._stopped
         return self._clock() + _LEAP_S * self._leaps
 
@@ -103,7 +103,7 @@ class Race:
             self._tell(name, None)
 
     def _tell(self, name: str, event: Event | None) -> bool:
-        """Hand over an event and wait until it has been handled; return whether to go on."""
+        """Pass an event on and wait until it is handled; return whether to continue."""
         handled = threading.Event()
         with self._lock:
             if self._stopped:
@@ -113,11 +113,11 @@ class Race:
 
 
 class Punctual:
-    """An engine of other people that is cut off `GRACE_S` after the end of a budget in seconds.
+    """A third-party engine that is cut off `GRACE_S` after the end of a budget in seconds.
 
-    marsupial's own engines look at the clock, and external ones are processes that are killed. An engine in this
-    process may do neither, and Python can't end a thread. So it searches in a thread that is abandoned when the time
-    is up, and its later events are dropped. Until that thread ends, the engine is not asked again.
+    marsupial's own engines read the clock, and external ones are processes that are killed. An engine in this process
+    may do neither, and Python can't end a thread. So it searches in a thread that is abandoned when the time is up, and
+    its later events are dropped. Until that thread ends, the engine is not asked again.
     """
 
     def __init__(self, engine: Engine) -> None:

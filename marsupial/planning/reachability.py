@@ -1,8 +1,8 @@
 """Prove cheaply that a situation has no plan.
 
-Time and the wear of other robots' plans are left out: a robot keeps every place it has ever reached, and a rover may
-be carried from any meeting it shares with a carrier to any other meeting of that carrier. What can't be reached even so
-can't be reached at all. Whether all rovers can end aboard is a matching of rovers to places on carriers.
+The relaxation ignores time and conflicts with other robots: a robot keeps access to every place it has ever reached,
+and a carrier may carry a rover from any meeting they share to any other meeting of that carrier. A place unreachable in
+the relaxation is unreachable. Whether all rovers can end aboard is a matching of rovers to places on carriers.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -91,8 +91,8 @@ def _seatless(situation: Situation, reached: Mapping[str, Flags]) -> Iterator[st
 def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[int]:
     """Give as many rovers as possible a place on a carrier; return the carrier of each, -1 for none.
 
-    `options` has per rover the carriers it can go on, the preferred one first. A rover once seated keeps a seat, and
-    the same one unless a later rover would find none otherwise. `places` has the number of places per carrier.
+    `options` has per rover the carriers it can go on, the preferred one first. A rover that has a place keeps one, and
+    the same one unless a later rover would otherwise find none. `places` has the number of places per carrier.
     """
     chosen = [-1] * len(options)
     aboard: list[list[int]] = [[] for _ in places]

@@ -1,7 +1,7 @@
 """The channel between the processes of a job: frames over a socket, both ways.
 
-A frame is a one-byte tag, the length in four bytes, and that many bytes. Its size is bounded, so that a job gone wild
-can't fill the memory of its listeners.
+A frame is a one-byte tag, the length in four bytes, and that many bytes. Its size is bounded, so that a runaway job
+can't fill the memory of its receivers.
 """
 
 import pickle
@@ -10,26 +10,26 @@ import socket
 import struct
 from collections.abc import Iterator
 
-START = b"S"  # the order to begin with; in answer, the process id of the supervisor
+START = b"S"  # the initial order; in reply, the process id of the supervisor
 MESSAGE = b"M"  # a pickled value, either way
-DONE = b"D"  # from the worker: nothing more comes
+DONE = b"D"  # from the worker: no more messages follow
 FAILED = b"F"  # from the worker: pickled (ending, detail)
 ENDED = b"E"  # from the supervisor: the pickled `Ended`
 
 MAX_BYTES = 64 << 20
-"""Of a frame; the mission log of a map of 4 million cells without any two alike has 50 MB."""
+"""Largest payload of a frame; the mission log of a map of 4 million cells without equal neighbours has 50 MB."""
 
 _HEADER = struct.Struct("!cI")
-_CHUNK = 1 << 16  # bytes a socket takes or gives at a time
-_POLL_S = 0.2  # closing a channel does not wake a thread that waits to send over it
+_CHUNK = 1 << 16  # bytes sent or received in one call
+_POLL_S = 0.2  # closing a channel does not wake a thread blocked on sending over it
 
 
 class FrameTooBig(ValueError):
-    """A frame above the bound, or bytes that are no frame at all."""
+    """A frame above the size bound, or bytes that are not a frame."""
 
 
 class Channel:
-    """One end of a channel. `send` and `receive` wait; the rest serves event loops.
+    """One end of a channel. `send` and `receive` block; the other methods serve event loops.
 
     One thread may send while another one receives.
     """
@@ -41,7 +41,7 @@ class Channel:
         self._unread = bytearray()
 
     def send(self, value: object) -> None:
-        """Send a value and wait until it is on its way. Raises BrokenPipeError if the other end is closed."""
+        """Send a value; block until the socket has accepted it. Raises BrokenPipeError if the other end is closed."""
         self.put_value(value)
         if not self.drain():
             raise BrokenPipeError("the other end of the channel is closed")
@@ -56,7 +56,7 @@ class Channel:
     def receive_frame(self, timeout_s: float | None = None) -> tuple[bytes, bytes] | None:
         """Wait for the next (tag, payload); None if the other end is closed.
 
-        Raises TimeoutError if nothing comes for so long.
+        Raises TimeoutError if no frame arrives within the timeout.
         """
         while True:
             for frame in self.frames():
@@ -67,12 +67,12 @@ class Channel:
                 return None
 
     def send_frame(self, tag: bytes, payload: bytes = b"") -> bool:
-        """Send a frame and all that was put before, waiting as long as it takes; False if an end is closed."""
+        """Send a frame and all queued ones, blocking as long as necessary; False if an end is closed."""
         self.put(tag, payload)
         return self.drain()
 
     def drain(self) -> bool:
-        """Send all that was put, waiting as long as it takes; False if an end is closed."""
+        """Send all queued frames, blocking as long as necessary; False if an end is closed."""
         while self._unsent:
             if self.fileno() < 0:  # this end is closed
                 return False
@@ -82,23 +82,23 @@ class Channel:
         return True
 
     def put(self, tag: bytes, payload: bytes = b"") -> None:
-        """Add a frame to what is to be sent by `flush`. Raises FrameTooBig if it is above the bound."""
+        """Queue a frame for `flush`. Raises FrameTooBig if it is above the bound."""
         if len(payload) > MAX_BYTES:
             raise FrameTooBig(f"a message has {len(payload)} bytes, at most {MAX_BYTES} are allowed")
         self._unsent += _HEADER.pack(tag, len(payload))
         self._unsent += payload
 
     def put_value(self, value: object) -> None:
-        """Add a value to what is to be sent by `flush`. Raises FrameTooBig."""
+        """Queue a value for `flush`. Raises FrameTooBig."""
         self.put(MESSAGE, pickle.dumps(value, protocol=pickle.HIGHEST_PROTOCOL))
 
     @property
     def unsent(self) -> int:
-        """How many bytes wait to be sent."""
+        """Number of queued bytes."""
         return len(self._unsent)
 
     def flush(self) -> bool:
-        """Send what goes without waiting; False if the other end is closed."""
+        """Send as much as possible without blocking; False if the other end is closed."""
         try:
             del self._unsent[: self._line.send(self._unsent[:_CHUNK])]
         except BlockingIOError:
@@ -109,7 +109,7 @@ class Channel:
         return True
 
     def fill(self) -> bool:
-        """Read what is there, for `frames`; False if the other end is closed."""
+        """Read the available bytes, for `frames`; False if the other end is closed."""
         try:
             chunk = self._line.recv(_CHUNK)
         except BlockingIOError:
@@ -120,9 +120,9 @@ class Channel:
         return bool(chunk)
 
     def frames(self) -> Iterator[tuple[bytes, bytes]]:
-        """Yield and drop every whole (tag, payload) that was read.
+        """Yield and remove every complete (tag, payload) that was read.
 
-        Raises FrameTooBig if one is announced that is above the bound.
+        Raises FrameTooBig if a header announces a frame above the bound.
         """
         while len(self._unread) >= _HEADER.size:
             tag, length = _HEADER.unpack_from(self._unread)
@@ -140,10 +140,10 @@ class Channel:
         return self._line.fileno()
 
     def end(self) -> None:
-        """Signal the other end that nothing more is sent."""
+        """Signal the other end that no more data follows."""
         try:
             self._line.shutdown(socket.SHUT_WR)
-        except OSError:  # it is closed
+        except OSError:  # already closed
             return
 
     def close(self) -> None:

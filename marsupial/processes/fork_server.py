@@ -1,8 +1,8 @@
 """The fork server: a clean, single-threaded Python process that forks one supervisor per job.
 
-It has loaded what jobs need once, so that a job starts in milliseconds instead of seconds, and the asking process,
-which may have threads, never forks. It ends with everything below it when the asker closes its socket or dies; should
-a supervisor be killed, what that leaves behind falls to the fork server, which ends it.
+It loads the libraries of jobs once, so that a job starts in milliseconds instead of seconds, and its client process,
+which may have threads, never forks. It ends with all its descendants when the client closes the socket or dies. If a
+supervisor is killed, the fork server inherits its orphaned descendants and ends them.
 """
 
 import contextlib
@@ -22,13 +22,13 @@ from marsupial.processes.channel import START, Channel
 from marsupial.processes.supervisor import supervise
 
 NEW_JOB, PRELOAD = b"J", b"P"
-"""What is asked of it, each over a channel of its own: to run a job, or to call functions that load something."""
+"""Requests, each over a channel of its own: to run a job, or to call functions that load something."""
 
 _POLL_S = 0.2
 
 
 def main(fd: int, asker: int) -> None:
-    """Serve what process `asker` wants over the socket `fd`, until it is closed or its owner has died."""
+    """Serve the requests of process `asker` over the socket `fd`, until the socket is closed or `asker` has died."""
     reaper.adopt_orphans()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
@@ -50,7 +50,7 @@ def _serve(line: socket.socket, asker: int, scratch: str) -> None:
         ready, _, _ = select.select([line], [], [], _POLL_S)
         supervisors -= reaper.reap().keys()
         for pid in reaper.children(os.getpid()):
-            if pid not in supervisors:  # left by a supervisor that was killed: we did not start it
+            if pid not in supervisors:  # orphaned by a supervisor that was killed: we did not start it
                 reaper.kill(pid)
         if not ready:
             continue
@@ -66,9 +66,9 @@ def _serve(line: socket.socket, asker: int, scratch: str) -> None:
 
 
 def _preload(asker: Channel, loaded: set[bytes]) -> None:
-    """Call the pickled functions that come, except what is loaded, and answer.
+    """Call the received pickled functions that were not called before, and reply.
 
-    One that can't be unpickled or called is reported by the job that needs what it loads.
+    If a function can't be unpickled or called, the job that needs it reports the error.
     """
     frame = asker.receive_frame()
     for call in [] if frame is None else pickle.loads(frame[1]):
@@ -79,7 +79,7 @@ def _preload(asker: Channel, loaded: set[bytes]) -> None:
             except Exception as error:
                 print(f"what jobs need can't be loaded ahead: {error}", flush=True)
     gc.collect()
-    # what is loaded is never looked at by the collector again, so its pages stay shared with workers
+    # the garbage collector never scans loaded objects again, so their pages stay shared with workers
     gc.freeze()
     asker.send_frame(START)
     asker.close()
@@ -87,7 +87,7 @@ def _preload(asker: Channel, loaded: set[bytes]) -> None:
 
 @contextlib.contextmanager
 def _watching(asker: int) -> Iterator[None]:
-    """Leave when `asker` dies, also in the middle of an import."""
+    """Exit when `asker` dies, even during an import."""
 
     def look(*_: object) -> None:
         if os.getppid() != asker:

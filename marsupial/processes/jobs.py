@@ -1,8 +1,8 @@
-"""The values that pass between those who ask for a job in a child process and those who run it.
+"""The values that pass between the client of a job in a child process and the processes that run it.
 
 A job is a function of some module's top level and one argument; both are pickled, so the child imports the function.
-Every value it yields is streamed back at once, or it gets the channel and talks with the asker. A run ends with one
-`Ended`, which tells finished, crashed, killed by another process, out of memory and out of time apart.
+Every value it yields is streamed back at once, or it gets the channel and talks to the client. A run ends with one
+`Ended`, which distinguishes finished, crashed, killed by another process, out of memory and timed out.
 """
 
 import math
@@ -15,27 +15,27 @@ from typing import NamedTuple
 GIB = 1 << 30
 
 GRACE_S = 0.1
-"""How long processes have between being asked to end and being killed."""
+"""Time between SIGTERM and SIGKILL."""
 
 
 class Ending(StrEnum):
-    """Why a job is over."""
+    """Why a job ended."""
 
     FINISHED = "finished"
     CRASHED = "crashed"  # an exception, a signal of its own making, or an exit code
     KILLED = "killed"  # by another process
-    CANCELLED = "cancelled"  # by the one who asked for it
+    CANCELLED = "cancelled"  # by its client
     MEMORY = "memory"
     TIMEOUT = "timeout"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobLimits:
-    """What a job and all its descendants may use; None for no limit."""
+    """Limits of a job and all its descendants; None for no limit."""
 
     wall_s: float = math.inf  # wall-clock seconds from the start of the job's process
     # resident memory of all its processes together, measured about 20 times a second (5 times while a single process
-    # rests). A hard limit of twice as much on the data of each process stops what allocates faster than that.
+    # rests). A hard limit of twice as much on the data of each process stops faster allocation.
     memory_bytes: int | None = 2 * GIB
     cpu_s: float | None = None  # processor seconds per process, rounded up to whole ones
 
@@ -44,16 +44,16 @@ class JobLimits:
 class Job:
     """One piece of work."""
 
-    # takes the argument and generates the values to send back; one that `talks` takes the argument and the worker's
+    # takes the argument and generates the values to send back; with `talks`, it takes the argument and the worker's
     # `Channel`, and sends and receives values until it returns
     function: Callable[..., Iterable[object] | None]
-    argument: object  # anything that can be pickled
+    argument: object  # any picklable value
     limits: JobLimits
     talks: bool = False
 
 
 class JobOrder(NamedTuple):
-    """What a supervisor gets; only the worker opens the pickled job, which imports its function by that path."""
+    """The supervisor's order; only the worker unpickles the job, which imports its function by that path."""
 
     limits: JobLimits
     path: list[str]
@@ -62,7 +62,7 @@ class JobOrder(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Message:
-    """A value the job sent, `elapsed_s` seconds after the job was asked for."""
+    """A value that the job sent, `elapsed_s` seconds after the request for the job."""
 
     value: object
     elapsed_s: float
@@ -73,7 +73,7 @@ class Ended:
     """The end of a job."""
 
     ending: Ending
-    detail: str  # one sentence for people
+    detail: str  # one sentence for users
     output: str = ""  # the last few kilobytes that the job's processes wrote to stdout and stderr
     wall_s: float = 0.0
     peak_bytes: int = 0  # most resident memory measured
@@ -100,7 +100,7 @@ def death(returncode: int) -> str:
 
 
 def ending_of(returncode: int, output: str = "") -> Ending:
-    """Return how a job ended whose process we did not stop, from its return code and last output."""
+    """Return the ending of a job that was not stopped, from its process's return code and last output."""
     if -returncode in _FROM_OUTSIDE:
         return Ending.KILLED
     if returncode == -signal.SIGXCPU:

@@ -1,9 +1,9 @@
-"""Run jobs in child processes that are always stopped, with everything they started.
+"""Run jobs in child processes that always end, together with all their descendants.
 
 A job runs below a warm fork server (`marsupial.processes.fork_server`), started once per process on first use:
 importing planning libraries takes seconds, forking a process that has them takes milliseconds. Each job has a
-supervisor of its own (`marsupial.processes.supervisor`) that keeps its limits even while nobody listens here. When
-this process ends, in whatever way, fork server, supervisors and workers end too.
+supervisor of its own (`marsupial.processes.supervisor`) that enforces its limits even while this process does not read.
+However this process ends, fork server, supervisors and workers end too.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from marsupial.processes.channel import Channel
 from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, JobOrder, Message, death
 
 Preload = ModuleType | Callable[[], object]
-"""What is loaded once for all jobs: a module to be imported, or a function of a module's top level to be called."""
+"""What to load once for all jobs: a module to import, or a module's top-level function to call."""
 
 SUPPORTED = hasattr(os, "fork")
-"""Whether this system can fork, which everything here needs."""
+"""Whether this system can fork, as this package requires."""
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""Variables of the environment that numerical libraries read when they are loaded; each is 1 for jobs."""
+"""Environment variables that numerical libraries read when they are loaded; each is 1 for jobs."""
 
 _TRIES = 3
 _START_S = 120.0
-# what a supervisor may be late with the end of its job, before it counts as dead
+# how late a supervisor may report the end of its job before it counts as dead
 _SLACK_S = 5.0
 _CANCEL_S = 1.0
 _LEAVE_S = 1.0
@@ -67,7 +67,7 @@ class Launcher:
                 stderr=self._stderr,
                 env={**os.environ, **dict.fromkeys(ONE_THREAD, "1")},
                 pass_fds=(theirs.fileno(),),
-                # Ctrl-C in a terminal is for us: we end what we have started
+                # Ctrl-C in a terminal goes to this process only, which ends its children
                 start_new_session=True,
             )
 
@@ -77,15 +77,15 @@ class Launcher:
         return self._process.pid
 
     def usable(self) -> bool:
-        """Return whether it can still be asked by this process."""
+        """Return whether this process can still send requests to it."""
         return self.owner == os.getpid() and self._process.poll() is None
 
     def was_killed(self) -> bool:
-        """Return whether another process has killed it, or what it has just forked."""
+        """Return whether another process has killed it, or the process that it has just forked."""
         return not self._ended and (self._process.poll() or -1) < 0
 
     def ask(self, request: bytes, order: object) -> Channel:
-        """Send a request and return the channel over which it is answered; if it is dead, that is closed."""
+        """Send a request and return the channel for its reply; the channel is closed if the process is dead."""
         ours, theirs = socket.socketpair()
         channel = Channel(ours)
         with theirs, self._lock, contextlib.suppress(OSError):
@@ -94,7 +94,7 @@ class Launcher:
         return channel
 
     def answer(self, channel: Channel) -> bytes:
-        """Wait for the answer: what was asked for before is loaded; InternalError if it ends or takes minutes."""
+        """Wait for the reply: all earlier requests to load are done then; InternalError if it ends or takes minutes."""
         frame = None
         try:
             frame = channel.receive_frame(_START_S)
@@ -121,14 +121,14 @@ class Launcher:
         return text or ("what it starts is killed" if code is None else f"it {death(code)}")
 
     def close(self) -> None:
-        """End it and everything below it, and wait for that; callers that wait for an answer get an error."""
+        """End it and all its descendants, and wait for their end; callers that wait for a reply get an error."""
         self._ended = True
         with self._lock:
             self._line.close()
             self._stderr.close()
         if self.owner != os.getpid():
             return
-        self._process.terminate()  # amid an import it wouldn't look at its socket
+        self._process.terminate()  # during an import it does not read its socket
         try:
             self._process.wait(_SLACK_S)
         except subprocess.TimeoutExpired:
@@ -157,15 +157,15 @@ def _have_loaded(launcher: Launcher) -> Channel:
 
 
 def call(wanted: Preload) -> Callable[[], object]:
-    """Return a function that loads it and can be pickled."""
+    """Return a picklable function that loads it."""
     return partial(importlib.import_module, wanted.__name__) if isinstance(wanted, ModuleType) else wanted
 
 
 def warm_up(*, wait: bool = True, preload: tuple[Preload, ...] = ()) -> None:
-    """Start the fork server unless it runs, and make it load `preload`, as every server that replaces it will.
+    """Start the fork server unless it runs, and make it and all its replacements load `preload`.
 
-    With `wait`, return only once that is done (a few seconds), and raise InternalError if the server can't be started.
-    Jobs wait for it anyway, before their time counts.
+    With `wait`, return only after loading (a few seconds), and raise InternalError if the server can't be started. Jobs
+    wait for the loading anyway, before their time counts.
     """
     _preload.update(dict.fromkeys(preload))
     launcher = _current()
@@ -188,10 +188,10 @@ atexit.register(shutdown)
 
 
 class JobRun:
-    """A running job: iterate over it to get what it sends, then exactly one `Ended`.
+    """A running job: iterating over it yields the values it sends, then exactly one `Ended`.
 
-    `cancel` and `send` may be called from another thread while one waits for the next value. When `close` returns,
-    nothing of the job is running any more. `kill` ends at once a process that should have ended long ago.
+    `cancel` and `send` may be called from another thread while one waits for the next value. When `close` returns, no
+    process of the job is running. `kill` immediately ends a process that should have ended long ago.
     """
 
     def __init__(self, channel: Channel, limits: JobLimits, kill: Callable[[], object]) -> None:
@@ -219,33 +219,33 @@ class JobRun:
         return event
 
     def follow(self, take: Callable[[object], object]) -> Ended:
-        """Hand every value the job sends to `take`, and return its end."""
+        """Pass every value the job sends to `take`, and return its `Ended`."""
         while isinstance(event := next(self), Message):
             take(event.value)
         return event
 
     def send(self, value: object) -> None:
-        """Send a value to a job that talks; a job that is over doesn't get it, and its end comes next."""
+        """Send a value to a job that talks; a job that has ended doesn't get it, and its `Ended` comes next."""
         with contextlib.suppress(OSError):
             self._channel.send(value)
 
     def put(self, value: object) -> bool:
-        """Send what fits of a value without waiting; return whether something is left, for `drain`."""
+        """Send as much of a value as possible without blocking; return whether `drain` has to send the rest."""
         self._channel.put_value(value)
         self._channel.flush()
         return self._channel.unsent > 0
 
     def drain(self) -> None:
-        """Wait until all that was put is on its way."""
+        """Block until the socket has accepted all queued values."""
         self._channel.drain()
 
     def cancel(self) -> None:
-        """Ask for the job to be ended; returns at once. A supervisor that doesn't do so soon is killed."""
+        """Request the end of the job; return at once. A supervisor that does not end it soon is killed."""
         self._deadline = min(self._deadline, time.monotonic() + GRACE_S + _CANCEL_S)
         self._channel.end()
 
     def close(self) -> None:
-        """End the job if it is running, and wait until nothing of it is left."""
+        """End the job if it is running, and wait until all its processes have ended."""
         self.cancel()
         self._over = True
         self._deadline = time.monotonic() + _SLACK_S
@@ -254,12 +254,12 @@ class JobRun:
         self._channel.close()
 
     def _frame(self) -> tuple[bytes, bytes] | None:
-        """Wait for the next frame of the supervisor; None if nothing comes any more."""
+        """Wait for the next frame of the supervisor; None if no more frames follow."""
         while self._channel.fileno() >= 0:
             try:
                 return self._channel.receive_frame(_POLL_S)
             except TimeoutError:
-                # Only a supervisor that is stopped or starved is this late: it keeps the limit by itself.
+                # Only a stopped or starved supervisor is this late: it enforces the limit itself.
                 if time.monotonic() > self._deadline:
                     self._kill()
                     break
@@ -269,21 +269,21 @@ class JobRun:
 def run(job: Job) -> JobRun:
     """Start `job` in a child process; raise InternalError if the fork server can't be started.
 
-    Its time counts from when it has a process, not while the fork server still loads what jobs need.
+    Its time counts from the start of its process, not while the fork server still loads libraries.
     """
     channel, supervisor = begin(order_of(job))
     return JobRun(channel, job.limits, partial(reaper.kill, supervisor))
 
 
 def order_of(job: Job) -> JobOrder:
-    """Return what a supervisor is given to have `job` done."""
+    """Return the supervisor's order to run `job`."""
     return JobOrder(job.limits, sys.path, pickle.dumps(job, protocol=pickle.HIGHEST_PROTOCOL))
 
 
 def begin(order: JobOrder) -> tuple[Channel, int]:
     """Start an order; return the channel to its supervisor, and the supervisor's process id.
 
-    A fork server that was killed is replaced, but not over and over. Raises InternalError if it can't be started.
+    A killed fork server is replaced, but only a limited number of times. Raises InternalError if it can't be started.
     """
     tries_left = _TRIES
     while True:

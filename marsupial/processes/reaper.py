@@ -1,8 +1,8 @@
 """Find, measure and end every process below one process.
 
 On Linux a supervisor declares itself *subreaper*: a descendant whose parent dies, even one that has started a session
-of its own, becomes its child. So everything a job ever started stays below its supervisor and can be found. Ending
-is TERM, a grace period, then KILL, repeated until nothing is left.
+of its own, becomes its child. So all descendants of a job stay below its supervisor and can be found. To end processes,
+it sends TERM, waits for a grace period, then sends KILL until none is left.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ import psutil
 _PR_SET_PDEATHSIG = 1
 _PR_SET_CHILD_SUBREAPER = 36
 _POLL_S = 0.005
-_PATIENCE_S = 5.0  # with processes that even SIGKILL does not end at once
+_PATIENCE_S = 5.0  # longest wait for processes that even SIGKILL does not end at once
 _PROC = os.path.exists("/proc/self/task")
 _PAGE = os.sysconf("SC_PAGE_SIZE") if _PROC else 0
 
@@ -30,7 +30,7 @@ def _prctl(option: int, value: int) -> None:
 
 
 def adopt_orphans() -> None:
-    """Become the parent of every descendant that loses its own (Linux; elsewhere nothing happens)."""
+    """Become the parent of every orphaned descendant (Linux; elsewhere nothing happens)."""
     _prctl(_PR_SET_CHILD_SUBREAPER, 1)
 
 
@@ -42,7 +42,7 @@ def die_with_parent(parent: int, signum: int) -> None:
 
 
 def children(pid: int) -> list[int]:
-    """Return the child process ids of `pid`, zombies included; read from /proc where there is one, as it is cheap."""
+    """Return the child process ids of `pid`, zombies included; read from /proc where it exists, as that is cheap."""
     if not _PROC:
         with contextlib.suppress(psutil.NoSuchProcess):
             return [child.pid for child in psutil.Process(pid).children()]
@@ -66,7 +66,7 @@ def descendants(pid: int) -> list[int]:
 
 
 def resident_bytes(pids: list[int]) -> int:
-    """Return the resident memory of these processes, where known without what they share through files."""
+    """Return the resident memory of these processes, without file-backed shared memory where known."""
     total = 0
     for pid in pids:
         with contextlib.suppress(OSError, psutil.Error):  # it ended meanwhile
@@ -79,20 +79,20 @@ def resident_bytes(pids: list[int]) -> int:
 
 
 def cpu_s(pid: int) -> float | None:
-    """Return the processor seconds that `pid` has used, exact enough to show whether it did anything at all.
+    """Return the processor seconds that `pid` has used, precise enough to show any activity.
 
-    None if it has ended, or where no clock measures that (Linux has one for each process).
+    None if it has ended, or where no such clock exists (Linux has one for each process).
     """
     if sys.platform != "linux":
         return None
     try:
-        return time.clock_gettime(~pid << 3 | 2)  # what clock_getcpuclockid(3) gives
+        return time.clock_gettime(~pid << 3 | 2)  # as clock_getcpuclockid(3) computes it
     except OSError:
         return None
 
 
 def reap() -> dict[int, int]:
-    """Collect every child of ours that has ended: return code (as `subprocess` has it) by process id."""
+    """Reap every ended child of this process; return the return codes (as in `subprocess`) by process id."""
     ended: dict[int, int] = {}
     while True:
         try:
@@ -111,14 +111,14 @@ def _signal_all(pids: list[int], *signums: int) -> None:
 
 
 def kill(pid: int) -> None:
-    """Kill `pid` and everything below it at once."""
+    """Kill `pid` and all its descendants at once."""
     _signal_all([pid, *descendants(pid)], signal.SIGKILL)
 
 
 def end_below(pid: int, grace_s: float) -> dict[int, int]:
     """End every process below `pid`: TERM, `grace_s` seconds, then KILL until none is left.
 
-    Return the return codes of the children of this process that were collected.
+    Return the return codes of the reaped children of this process.
     """
     ended: dict[int, int] = {}
     asked: set[int] = set()

@@ -1,6 +1,6 @@
-"""Where supervised processes run: on this machine, or where another runner has room.
+"""Runners of supervised processes: on this machine, or elsewhere.
 
-A caller asks a runner for *room*, waits for it, and runs one job there.
+A caller requests *room* from a runner, waits for it, and runs one job there.
 """
 
 from typing import Protocol
@@ -13,7 +13,7 @@ from marsupial.processes.launcher import JobRun, Preload
 class Reservation(Protocol):
     """A place for one job, from when `wait` returns until the job ends or `close` is called.
 
-    `close` may be called at any time from another thread, and ends the waiting.
+    `close` may be called at any time from another thread, and ends the wait.
     """
 
     def wait(self) -> bool:
@@ -23,27 +23,27 @@ class Reservation(Protocol):
         """Start the one job. Raises InternalError if no process can be started here."""
 
     def close(self) -> None:
-        """Give the place up, unless a job has it."""
+        """Release the place, unless a job uses it."""
 
 
 class Runner(Protocol):
     """Runs jobs in processes that always end."""
 
     def warm_up(self, preload: tuple[Preload, ...] = (), *, wait: bool = False) -> None:
-        """Load what jobs need and is not loaded yet; see `launcher.warm_up`. Raises InternalError if `wait`."""
+        """Load missing libraries for jobs; see `launcher.warm_up`. Raises InternalError if `wait`."""
 
     def reserve(self, cpus: float = 1.0) -> Reservation:
-        """Ask for room for a job that counts as so many processors, where they are counted; returns at once."""
+        """Request room for a job that counts as this many processors, where they are counted; return at once."""
 
     def trouble(self) -> str | None:
         """Return why no job can run at present, or None if one can."""
 
     def shutdown(self) -> None:
-        """End all jobs, and the waiting for room."""
+        """End all jobs and all waits for room."""
 
 
 class _Here:
-    """Room on this machine, which is never short of it."""
+    """Room on this machine, which is always available."""
 
     def wait(self) -> bool:
         return True

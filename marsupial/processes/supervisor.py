@@ -1,9 +1,9 @@
-"""The supervisor of one job, which watches the worker that does it and relays between asker and worker.
+"""The supervisor of one job, which watches the job's worker and relays between client and worker.
 
 It is forked from the warm, single-threaded fork server (`marsupial.processes.fork_server`), and forks the worker. It
-keeps the tail of the worker's output, measures its memory, and ends it and everything below it when a limit is reached,
-when the asker hangs up, or when the fork server dies. If the worker ends by itself, what it left behind is ended too.
-The last message to the asker says how the job ended.
+stores the tail of the worker's output, measures its memory, and ends it and all its descendants when a limit is
+reached, when the client hangs up, or when the fork server dies. If the worker ends by itself, its remaining descendants
+are ended too. The last message to the client says how the job ended.
 """
 
 import gc
@@ -33,18 +33,18 @@ TAIL_BYTES = 4096
 _POLL_S = 0.05
 _QUICK_POLL_S = 0.002
 _LONGEST_POLL_S = 0.2
-"""Longest time between two looks at a worker that rests: there are many of these, waiting for reports. Signals do not
-interrupt the wait either, so the end of a job may be noticed that late."""
+"""Longest polling interval for an idle worker: many workers are idle, waiting for reports. Signals do not interrupt the
+wait either, so the end of a job may be noticed that late."""
 
 _CHUNK = 1 << 16
 _FILE_BYTES = 1 << 30  # largest file that a worker may write
 
 _BACKLOG = 16 << 20
-"""Bytes that may wait for one end that doesn't read before the supervisor stops reading from the other."""
+"""Bytes buffered for an end that doesn't read before the supervisor stops reading from the other end."""
 
 
 def supervise(control: socket.socket, scratch: str) -> NoReturn:
-    """Run the job that comes over `control` and leave the process; files go into a folder below `scratch`."""
+    """Run the job received over `control` and exit the process; files go into a folder below `scratch`."""
     code = 70
     try:
         gc.freeze()
@@ -67,7 +67,7 @@ def supervise(control: socket.socket, scratch: str) -> NoReturn:
 
 
 class _Supervisor:
-    """Watches one worker; `run` returns once nothing of the job is left and its end was reported."""
+    """Watches one worker; `run` returns once all processes of the job have ended and the end was reported."""
 
     def __init__(self, asker: Channel, folder: str, order: JobOrder) -> None:
         self.asker = asker
@@ -91,7 +91,7 @@ class _Supervisor:
             self.worker: self._read_worker,
             self.output: self._read_output,
         }
-        self._relay()  # what came in one piece with the order
+        self._relay()  # data received together with the order
 
     def _on_term(self, *_: object) -> None:
         self.stop = (Ending.KILLED, "the process that starts jobs has ended")
@@ -101,12 +101,12 @@ class _Supervisor:
         self.stop = self.stop or (ending, detail)
 
     def run(self) -> None:
-        """Watch the worker until its end, end what it leaves behind, and report how it ended."""
+        """Watch the worker until its end, end its remaining descendants, and report how it ended."""
         returncode = self._watch()
         wall_s = time.monotonic() - self.started
-        # before the rest of the output is read, so that nothing more is written
+        # before the rest of the output is read, so that no more is written
         returncode = reaper.end_below(os.getpid(), GRACE_S).get(self.pid, returncode)
-        # what the worker had still written when it ended; nobody holds the other ends any more
+        # the last output of the worker; no process holds the other ends any longer
         for end, read in ((self.worker, self._read_worker), (self.output, self._read_output)):
             while select.select([end], [], [], 0)[0] and read():
                 pass
@@ -127,7 +127,7 @@ class _Supervisor:
         return None
 
     def _pass_on(self, wait_s: float) -> None:
-        """Wait for data and pass it on; an end that sends faster than the other one reads has to wait."""
+        """Wait for data and relay it; an end that sends faster than the other one reads has to wait."""
         full = [channel for channel, other in self.other.items() if other.unsent >= _BACKLOG]
         listening = [source for source in self.sources if source not in full]
         sending = [channel for channel in self.other if channel.unsent]
@@ -141,7 +141,7 @@ class _Supervisor:
             self._end(Ending.CANCELLED, "the one who asked for it is gone")
 
     def _rests(self) -> bool:
-        """Return whether the worker, with nothing below it, has done nothing since the last look; poll less then."""
+        """Return whether the worker has no descendants and was idle since the last poll; if so, poll less often."""
         worked_s, before_s = reaper.cpu_s(self.pid), self.worked_s
         rests = self.alone and worked_s is not None and worked_s == before_s
         self.worked_s = worked_s
@@ -230,7 +230,7 @@ def _fork_worker(asker: Channel, folder: str, order: JobOrder) -> tuple[int, Cha
 
 
 def _work(channel: Channel, folder: str, order: JobOrder) -> NoReturn:
-    """Do the job and leave the process; its files go into `folder`."""
+    """Do the job and exit the process; its files go into `folder`."""
     sys.path[:] = order.path
     os.environ["TMPDIR"] = tempfile.tempdir = folder
     _set_limits(order.limits)

@@ -2,11 +2,11 @@
 
 A standing robot claims its cell, a driving one the line to its next cell, and a rover that docks keeps its cell until
 it is aboard. A robot sets off for the next cell only if that line keeps clear of all other claims by the sum of the
-radii; if not, it waits until it does. So no two robots overlap at any moment, on the way included.
+radii; otherwise it waits. So no two robots overlap at any moment, not even between cells.
 
-Some pairs may be nearer: a rover and a carrier that the plan in force has meet, if both are at the meeting point or on
+Some pairs may be nearer: a rover and a carrier that meet in the current plan, if both are at the meeting point or on
 their last drive to it; and robots that overlap already, at their starts or after undocking, which may only move apart.
-Lost robots are taken to be out of the way.
+Lost robots claim nothing.
 """
 
 import math
@@ -24,7 +24,7 @@ from marsupial.paths.routes import Route
 from marsupial.sim.world import RobotActivity, SimulatedRobot, SimulatedWorld
 
 PATIENCE_MS = 2_000
-"""How long a robot waits until the world looks for a way for it, and then until it looks again."""
+"""How long a robot waits before the world searches for a route for it, and then between searches."""
 
 _WAKE = -2
 """Event number of times at which only waiting robots are checked."""
@@ -45,10 +45,10 @@ class Clearance:
             for a in kinds.values()
             for b in kinds.values()
         }
-        self._standable: dict[str, tuple[int, Mask]] = {}  # by type: how many cells were known, and what follows
+        self._standable: dict[str, tuple[int, Mask]] = {}  # by type: the number of known cells, and the resulting mask
 
     def apart(self, kind: RobotType, other: RobotType) -> float:
-        """Return how far two robots have to be apart, in cells: the sum of their radii."""
+        """Return the minimum distance of two robots in cells: the sum of their radii."""
         return self._apart[kind.name, other.name]
 
     def ground(self, kind: RobotType) -> Mask:
@@ -59,7 +59,7 @@ class Clearance:
         return self._standable[kind.name][1]
 
     def room(self, kind: RobotType, here: Cell, others: Iterable[tuple[RobotType, Claim]]) -> Mask:
-        """Return the mask of those on which a robot can stand clear of these others, and of the cell where it is."""
+        """Return the mask of the cells on which a robot can stand clear of these others, and of its own cell."""
         room = self.ground(kind).copy()
         for other, claim in others:
             _bar(room, claim, self.apart(kind, other))
@@ -71,7 +71,7 @@ class Clearance:
         return PathSearch(self.ground(kind) if room is None else room, kind.diagonal).route(start, goal)
 
     def refuge(self, kind: RobotType, here: Cell, room: Mask, way: Iterable[Cell], other: RobotType) -> Route | None:
-        """Return the route to the nearest cell in a room that is clear of the way of another robot."""
+        """Return the route to the nearest cell in a room that is clear of another robot's route."""
         lengths = PathSearch(room, kind.diagonal).field(here)
         free = room.copy()
         free[here.y, here.x] = False
@@ -100,7 +100,7 @@ def _off(cell: Cell, claim: Claim) -> float:
 
 
 def _bar(mask: Mask, cells: Iterable[Cell], apart: float) -> None:
-    """Take out of a mask all cells nearer than `apart` to one of these."""
+    """Remove from a mask all cells nearer than `apart` to one of these claims."""
     reach = math.ceil(apart)
     span = np.arange(-reach, reach + 1)
     near = np.hypot(span[:, None], span[None, :]) < apart
@@ -114,13 +114,13 @@ def _bar(mask: Mask, cells: Iterable[Cell], apart: float) -> None:
 
 @dataclass(slots=True)
 class Wait:
-    """Since when a robot waits, None if it has just been stopped, and when something is to be done about it."""
+    """When a robot began to wait (None if it has just been stopped), and when to handle the wait."""
 
     since_ms: int | None
     look_ms: int
 
     def due(self, now_ms: int) -> bool:
-        """Return whether something is to be done now; the next time is set then."""
+        """Return whether to handle the wait now; if so, set the next time."""
         if now_ms < self.look_ms:
             return False
         self.look_ms = now_ms + PATIENCE_MS
@@ -144,7 +144,7 @@ class WaitingWorld(SimulatedWorld):
         return Interference(waits=self._waits, waited_s=self._waited_ms / 1000, deadlocks=self._deadlocks)
 
     def plan(self, meetings: Iterable[MapMeeting], actions: Iterable[Action]) -> None:
-        """Note which rover and carrier meet where in the plan in force."""
+        """Store which rover and carrier meet where in the current plan."""
         cells = {point.name: (point.rover_cell, point.carrier_cell) for point in meetings}
         self._meetings = frozenset(
             (action.robot, action.carrier, *cells[action.place])
@@ -163,12 +163,12 @@ class WaitingWorld(SimulatedWorld):
 
     def _next_moment(self) -> News | None:
         news = super()._next_moment()
-        # a robot that has arrived may go on at once: its next command comes before others use its place
+        # a robot that has arrived may continue at once: its next command comes before others use its place
         self._settle(commanded=news is None or not news.finished)
         return self._told(news)
 
     def _told(self, news: News | None) -> News | None:
-        """Return the news with what happened between robots."""
+        """Return the news with the interference between robots."""
         if not self._passages and not self._failed:
             return news
         passages, failed = tuple(self._passages), tuple(self._failed)
@@ -209,9 +209,9 @@ class WaitingWorld(SimulatedWorld):
         return True
 
     def _settle(self, *, commanded: bool) -> None:
-        """Start all robots that can set off, and find ways for those that have waited for some time.
+        """Start all robots that can set off, and find routes for those that have waited for some time.
 
-        `commanded` says whether all robots have had the commands that follow from what happened.
+        `commanded` says whether all robots have received their commands for the latest events.
         """
         order = [name for name in self._robots if name in self._blocked]
         waiting = len(order) + 1
@@ -221,7 +221,7 @@ class WaitingWorld(SimulatedWorld):
                 if name in self._blocked:
                     self._next_step(self._robots[name])
         for name, wait in list(self._blocked.items()):
-            if self._blocked.get(name) is not wait:  # it was just sent another way
+            if self._blocked.get(name) is not wait:  # it just got another route
                 continue
             robot = self._robots[name]
             if wait.since_ms is None:
@@ -238,17 +238,17 @@ class WaitingWorld(SimulatedWorld):
         self._push(wait.look_ms, robot, _WAKE)
 
     def _resolve(self, robot: SimulatedRobot, waited_ms: int) -> None:
-        """Find a way for a robot that has waited."""
+        """Find a route for a robot that has waited."""
 
     def _claim(self, robot: SimulatedRobot) -> Claim | None:
-        """Return the line that a robot is on; None if it is aboard or lost."""
+        """Return the line that a robot occupies; None if it is aboard or lost."""
         here = self._docking.get(robot.name) if robot.cell is None else robot.cell
         if here is None or robot.lost:
             return None
         return here, robot.route[robot.step] if robot.activity is RobotActivity.DRIVING else here
 
     def _in_the_way(self, robot: SimulatedRobot, ahead: Cell) -> Iterator[SimulatedRobot]:
-        """Yield the robots whose claims keep a robot from driving to a neighbouring cell, or from being set there."""
+        """Yield the robots whose claims block a robot's drive to, or its landing on, a neighbouring cell."""
         for other in self._robots.values():
             claim = self._claim(other)
             if other is robot or claim is None:
@@ -268,5 +268,5 @@ class WaitingWorld(SimulatedWorld):
         return (rover.name, carrier.name, self._goal(rover), self._goal(carrier)) in self._meetings
 
     def _goal(self, robot: SimulatedRobot) -> Cell | None:
-        """Return where a robot drives to, or else where it stands."""
+        """Return the goal of a driving robot, or else its cell."""
         return robot.route[-1] if robot.activity is RobotActivity.DRIVING else robot.cell

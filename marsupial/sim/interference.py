@@ -1,7 +1,7 @@
 """A simulated world in which robots keep out of each other's footprints (`--interference`).
 
 `SimulatedWorld` lets robots share cells and pass through each other. Here two robots on the ground are never nearer
-than the sum of their radii. The mission loop does not know: it sees robots that arrive later, or take another way.
+than the sum of their radii. The mission loop only sees that robots arrive later, or take another route.
 
 How it works
 ------------
@@ -19,8 +19,8 @@ How it works
       ▼
     the drive fails, and the strategy plans anew
 
-An idle robot that made room stays there. If it is to dock, it comes back for that. A docking
-or undocking begins once both robots are in place, and the ground on which a rover is set down is clear.
+An idle robot that made room stays there. If it has to dock, it returns. A docking or undocking begins once both robots
+are in place, and the ground on which a rover is set down is clear.
 """
 
 import math
@@ -34,23 +34,23 @@ from marsupial.sim.claims import PATIENCE_MS, Wait, WaitingWorld
 from marsupial.sim.world import RobotActivity, SimulatedRobot
 
 DETOUR_M = 10.0
-"""How much longer a detour may be than the way through; if it is longer, other robots make room instead."""
+"""How much longer a detour may be than the direct route; beyond that, other robots make room instead."""
 
 LET_PASS_MS = 60_000
-"""How long a robot waits aside at most for another one to pass."""
+"""Longest time that a robot waits aside for another one to pass."""
 
 GIVE_UP_MS = 60_000
-"""How long a robot waits until its drive, its docking or its undocking fails."""
+"""How long a robot waits before its drive, docking or undocking fails."""
 
 
 @dataclass(slots=True)
 class _Aside:
     """A robot that makes room."""
 
-    winner: str | None  # for whom; None while it returns to where it is to dock
+    winner: str | None  # the robot it makes room for; None while it returns to its docking cell
     spot: Cell  # where it stood
-    goal: Cell | None  # where its own drive leads, if anywhere
-    until_ms: int  # how long it waits
+    goal: Cell | None  # goal of its own drive, if any
+    until_ms: int  # end of its wait
     arrived: bool = False
 
 
@@ -81,7 +81,7 @@ class CrowdedWorld(WaitingWorld):
         errand = self._aside.get(robot)
         if errand is None:
             super().drive(robot, route)
-        else:  # it makes room, and goes on from there
+        else:  # it makes room, and continues from there
             errand.goal = route[-1]
             mover = self._robots[robot]
             self._passages.append((robot, mover.route[mover.step :]))
@@ -106,7 +106,7 @@ class CrowdedWorld(WaitingWorld):
         self._handovers.append(_Handover(rover, carrier, landing, self._now_ms, wait))
         self._wake(wait, carrier)
         for robot in (self._robots[rover], self._robots[carrier]):
-            if robot.cell is not None and robot.cell != self._posts[robot.name]:  # it made room since
+            if robot.cell is not None and robot.cell != self._posts[robot.name]:  # it has made room since
                 self._passages.append((robot.name, (robot.cell,)))
         self._begin_handovers()
 
@@ -150,7 +150,7 @@ class CrowdedWorld(WaitingWorld):
         self._end_command(robot)
 
     def _set_out(self, robot: SimulatedRobot, route: Route) -> None:
-        """Send a standing robot another way than it was commanded."""
+        """Send a standing robot along another route than commanded."""
         self._stop_waiting(robot)
         if robot.activity is not RobotActivity.DRIVING:
             robot.activity = RobotActivity.DRIVING
@@ -160,7 +160,7 @@ class CrowdedWorld(WaitingWorld):
         self._passages.append((robot.name, route))
         self._next_step(robot)
 
-    # who is in whose way
+    # which robot blocks which
 
     def _meet(self, robot: SimulatedRobot, other: SimulatedRobot) -> bool:
         names = {robot.name, other.name}
@@ -171,7 +171,7 @@ class CrowdedWorld(WaitingWorld):
         return super()._goal(robot) if errand is None else errand.goal
 
     def _way(self, robot: SimulatedRobot) -> tuple[Cell, ...]:
-        """Return the cells that a robot is to pass."""
+        """Return the cells that a robot will pass or set a rover down on, its own cell first."""
         ahead = robot.route[robot.step :] if robot.activity is RobotActivity.DRIVING else ()
         landings = [each.landing for each in self._handovers if robot.name == each.carrier and each.landing is not None]
         here = () if robot.cell is None else (robot.cell,)
@@ -187,7 +187,7 @@ class CrowdedWorld(WaitingWorld):
         super()._settle(commanded=commanded)
 
     def _resolve(self, robot: SimulatedRobot, waited_ms: int) -> None:
-        """Find a way for a robot that has waited, unless what is in its way moves anyhow."""
+        """Find a route for a robot that has waited, unless a robot in its way moves anyway."""
         ahead = robot.route[robot.step + 1]
         blockers = list(self._in_the_way(robot, ahead))
         if not blockers or any(self._busy(other) for other in blockers):
@@ -205,7 +205,7 @@ class CrowdedWorld(WaitingWorld):
         return robot.partner is not None or claim is None or claim[0] != claim[1]
 
     def _detour(self, robot: SimulatedRobot) -> bool:
-        """Send a robot around all that stand, if there is a way; return whether there is."""
+        """Send a robot on a detour around all standing robots; return whether a detour exists."""
         ahead = robot.route[robot.step :]
         room = self._room(robot, self._robots.values())
         route = self._clearance.route(robot.kind, ahead[0], ahead[-1], room)
@@ -218,7 +218,7 @@ class CrowdedWorld(WaitingWorld):
     def _make_room(self, robot: SimulatedRobot, blockers: Sequence[SimulatedRobot]) -> bool:
         """Send one of the robots that block each other aside; return whether one can.
 
-        Those in the way that make room already are left to do so.
+        Blocking robots that already make room are not sent again.
         """
         order = list(self._robots)
         able = [one for one in blockers if one.name not in self._aside or self._aside[one.name].arrived]
@@ -232,20 +232,20 @@ class CrowdedWorld(WaitingWorld):
         return False
 
     def _precedence(self, robot: SimulatedRobot) -> int:
-        """Return 2 for a robot that is to dock now, 1 for one that drives, 0 for one that has nothing to do.
+        """Return 2 for a robot that has to dock now, 1 for a driving robot, 0 for an idle one.
 
-        One that makes room for another one counts as that one.
+        A robot on its way aside counts as a driving robot.
         """
         if any(robot.name in (each.rover, each.carrier) for each in self._handovers):
             return 2
         return int(self._drives(robot))
 
     def _drives(self, robot: SimulatedRobot) -> bool:
-        """Return whether a robot has a way to go, which it may be waiting for."""
+        """Return whether a robot has a drive to finish, even if it waits."""
         return robot.activity is RobotActivity.DRIVING and robot.step < len(robot.route) - 1
 
     def _step_aside(self, robot: SimulatedRobot, winner: SimulatedRobot, *, pushing: bool) -> bool:
-        """Send a robot to the nearest place off the way of another one; return whether there is one."""
+        """Send a robot to the nearest place off another robot's route; return whether there is one."""
         assert robot.cell is not None
         room = self._room(robot, [winner] if pushing else self._robots.values())
         route = self._clearance.refuge(robot.kind, robot.cell, room, self._way(winner), winner.kind)
@@ -258,7 +258,7 @@ class CrowdedWorld(WaitingWorld):
         return True
 
     def _passed(self, robot: SimulatedRobot, errand: _Aside) -> bool:
-        """Return whether the robot that was let through has passed the spot, or does not come any more."""
+        """Return whether the robot that was let through has passed the spot or no longer comes, or time is up."""
         if errand.winner is None or self._now_ms >= errand.until_ms:
             return True
         winner = self._robots[errand.winner]
@@ -267,7 +267,7 @@ class CrowdedWorld(WaitingWorld):
         return gone or all(math.dist(cell, errand.spot) >= apart for cell in self._way(winner)[1:])
 
     def _go_on(self, robot: SimulatedRobot, errand: _Aside) -> None:
-        """Send a robot that made room on to where its drive leads."""
+        """Send a robot that made room to the goal of its drive."""
         assert robot.cell is not None
         assert errand.goal is not None
         route = self._clearance.route(robot.kind, robot.cell, errand.goal)
@@ -279,7 +279,7 @@ class CrowdedWorld(WaitingWorld):
             self._set_out(robot, route)
 
     def _room(self, robot: SimulatedRobot, others: Iterable[SimulatedRobot]) -> Mask:
-        """Return the mask of known cells on which a robot can stand clear of these, except of those that it meets."""
+        """Return the mask of known cells on which a robot stands clear of these robots, except those that it meets."""
         assert robot.cell is not None
         claims = [
             (other.kind, claim)
@@ -317,7 +317,7 @@ class CrowdedWorld(WaitingWorld):
         super().dock(asked.rover, asked.carrier)
 
     def _in_place(self, asked: _Handover, rover: SimulatedRobot, carrier: SimulatedRobot) -> bool:
-        """Return whether both robots are free and near enough; one that made room and is too far is sent back."""
+        """Return whether both robots are free and near enough; a robot too far away after making room is sent back."""
         if any(robot.activity is not RobotActivity.NONE for robot in (rover, carrier)):
             return False
         at = rover.cell if asked.landing is None else asked.landing
@@ -329,7 +329,7 @@ class CrowdedWorld(WaitingWorld):
         return not any(sent)
 
     def _send_back(self, robot: SimulatedRobot) -> bool:
-        """Send a robot back to where its last command left it; return whether it was not there."""
+        """Send a robot back to where its last command left it; return whether it was elsewhere."""
         post = self._posts[robot.name]
         if robot.cell is None or post is None or post == robot.cell:
             return False

@@ -96,7 +96,7 @@ class SimulatedWorld:
         self._set_up(kinds)
 
     def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
-        """Set up what a derived class adds; the world is complete."""
+        """Set up the state of a derived class; the world itself is complete by then."""
 
     @property
     def grid(self) -> Grid:

@@ -1,7 +1,7 @@
-"""What strategies that ask a planner share: how one is asked, and what they report of it.
+"""The common part of strategies that ask a planner: the request, and the report of its result.
 
-The first of equal plans is followed everywhere, so the previous plan comes first. List scheduling completes plans that
-leave targets out, and finds the targets that nobody can serve: an engine that was asked about those would have no plan.
+Robots always follow the first of equal plans, so the previous plan comes first. List scheduling completes plans that
+omit targets, and finds the targets that no robot can serve: an engine would have no plan for a problem with those.
 """
 
 from collections.abc import Callable, Iterable
@@ -20,7 +20,7 @@ from marsupial.planning.list_scheduling.greedy import Listing
 NO_ANSWER = Finished(outcome=Outcome.NO_PLAN)
 
 Served = tuple[Plan, frozenset[str]]
-"""A plan and the targets that it leaves out."""
+"""A plan and the targets that it omits."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +34,7 @@ class EngineAnswer:
 
 
 Explored = tuple[Plan, frozenset[str], EngineAnswer]
-"""The plan to follow, the targets that nobody can serve, and the engine's answer."""
+"""The plan to follow, the targets that no robot can serve, and the engine's answer."""
 
 
 class AskedPlanner:
@@ -96,7 +96,7 @@ class AskedPlanner:
 
 
 def completed(listing: Listing, *plans: Plan | None) -> list[Served]:
-    """Return the plans that are not None, each completed with the targets that it leaves out."""
+    """Return the plans that are not None, each completed with the targets that it omits."""
     return [listing.serve(plan) for plan in plans if plan is not None]
 
 

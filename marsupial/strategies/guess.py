@@ -1,8 +1,8 @@
 """Guesses the work in the unknown part of the map, so that plans prepare for it.
 
 A plan for the known targets alone is short-sighted: carriers share the nearest frontiers, rovers are set down although
-they will soon be needed elsewhere, tours end far from where work will turn up. So `guess` adds targets in the unknown
-to the situation, the planner plans for all of them, and `Guess.real_part` translates the plan back.
+they will soon be needed elsewhere, and tours end far from future targets. So `guess` adds targets in the unknown to the
+situation, the planner plans for all of them, and `Guess.real_part` translates the plan back.
 
 How it works
 ------------
@@ -25,13 +25,12 @@ How it works
 3. The path to a square leads through a *gate*, a known target that the robot can explore, then straight on; `BEND`
    allows for walls. The travel time from any place is the least over all gates.
 4. The objective weights a real target with 1, and a square with `WORTH` times its unknown share.
-5. Robots have a small head start on the way that they are on already, as turning round for an equally good plan
-   wastes driving.
+5. Robots get a small discount on their current drives, as turning round for an equally good plan wastes driving.
 6. In the plan, each robot's actions are real up to its first one in a square. This one becomes a drive to the gate on
    the way, even if another robot explores that target: the robot is then near when the ground behind it is revealed.
-   What follows is dropped; it is decided again as soon as the map has grown.
+   Later actions are dropped; they are planned again once the map has grown.
 
-The guess is often wrong, which costs little: docs/strategies.md has the figures, and what was tried and left out.
+The guess is often wrong, which costs little: docs/strategies.md has the figures, and the rejected variants.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ BEND = 2.0  # length of a path through the unknown relative to a straight line, 
 ROOM_MS = 6000  # travel time of a rover from the door of a room to its target
 MOST_SQUARES = 40  # greatest number of guessed targets; planning time grows with it
 
-HEAD_START_MS = 2000  # discount on the way that a robot is on: the price of changing the plan
+HEAD_START_MS = 2000  # discount on a robot's current drive: the price of changing the plan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,9 +111,9 @@ class _Gate:
 def guess(briefing: Briefing) -> Guess:
     """Return the guess for a briefing.
 
-    It adds no targets if no gate leads into the unknown, or if there are no carriers, which bring rovers to rooms. Nor
-    for a single robot: it has no other robot to spread out from and no rover to keep aboard, and guessed targets only
-    divert it from near ones.
+    It adds no targets if no gate leads into the unknown, or if there are no carriers, which bring rovers to rooms. A
+    single robot gets none either: it has no other robot to spread out from and no rover to keep aboard, and guessed
+    targets only divert it from near ones.
     """
     real = briefing.situation
     worth = dict.fromkeys((target.name for target in real.targets), 1.0)
@@ -128,7 +127,7 @@ def guess(briefing: Briefing) -> Guess:
     if len(real.robots) == 1 or not carriers:
         return nothing
     unseen = briefing.unseen()
-    # without rovers in the team, nobody could explore a room
+    # without rovers in the team, no robot could explore a room
     share, shared = (unseen.rovers_only, unseen.shared) if rovers else (0.0, 0.0)
     driving = carriers | rovers if shared > 0 else carriers
     gates = tuple(t.name for t in real.targets if t.explorers & driving and t.name in unseen.at_m)
@@ -144,7 +143,7 @@ def guess(briefing: Briefing) -> Guess:
     squares = []
     for square in (chosen[i] for i in order):
         room = square.draw < share
-        # what the random number has left beyond the share of rooms decides about halls
+        # the part of the random number above the share of rooms decides about halls
         both = (square.draw - share) < shared * (1 - share)
         explorers = rovers if room else carriers | rovers if both else carriers
         squares.append(_Guessed(square=square, room=room, explorers=explorers))

@@ -11,11 +11,11 @@ The paper leaves some choices open; they are made as follows:
   rover that is set down serves more than one target. Costs are travel times over ground that any type can drive on
   (`Briefing.direct_ms`), plus the time until a carrier's running action ends.
 - Targets that a rover on the ground, or about to be set down, will explore are not assigned to a carrier.
-- "Nearest" meeting point: nearest to the carrier. If none connects to the target's area, any from which a rover gets
-  there.
+- "Nearest" meeting point: nearest to the carrier. If none connects to the target's area, any from which a rover can
+  reach it.
 - Targets "reachable from the meeting point": those that only rovers can explore, nearest first.
-- Which rover is retrieved and where: preferably one without targets left, then the one that can be met soonest. A full
-  carrier does not exchange rovers.
+- Which rover is retrieved and where: preferably a rover without targets left, then the rover that can be met soonest. A
+  full carrier does not exchange rovers.
 - A carrier without a target waits; one that can't serve its target is assigned another.
 - Once no target is left, rovers are recovered by list scheduling (`marsupial.strategies.rules`).
 
@@ -88,12 +88,12 @@ class _Assignments:
             there_ms[first] = self._arrivals_ms(order[first], targets)
 
     def send_back(self, rover: RobotState, meeting: str | None) -> None:
-        """Send a rover to its meeting point, unless it is there."""
+        """Send a rover to its meeting point, unless it is already there."""
         if meeting is not None and self._travel(rover.name, meeting):
             self.timeline.move(rover.name, meeting)
 
     def send_carriers(self) -> set[str]:
-        """Assign carriers to targets until either runs out; return the targets that no robot could be sent to."""
+        """Assign carriers to targets until either runs out; return the targets without a robot."""
         direct = self._briefing.direct_ms()
         free = [robot.name for robot in self._situation.of_role(Role.CARRIER) if robot.name in direct]
         impossible: set[tuple[str, str]] = set()
@@ -136,7 +136,7 @@ class _Assignments:
         return (carriers[best[1]], targets[best[2]]) if best[0] < _NO_PATH else None
 
     def _serve(self, carrier: str, target: str) -> bool:
-        """Send `carrier` to explore `target` or to bring a rover that does; return False if it can't."""
+        """Send `carrier` to explore `target`, or to bring a rover that will; return False if impossible."""
         situation = self._situation
         explorers = situation.target_by_name[target].explorers
         if situation.robot_by_name[carrier].type in explorers and self._travel(carrier, target) is not None:
@@ -156,7 +156,7 @@ class _Assignments:
         return True
 
     def _nearest_meeting(self, carrier: str, target: str, kind: str) -> str | None:
-        """Return the meeting point nearest to the carrier from which a rover of type `kind` gets to the target."""
+        """Return the meeting point nearest to the carrier from which a rover of type `kind` reaches the target."""
         # meeting points that connect to the target's area come first: False < True
         options = [
             (target not in self._briefing.connects.get(meeting, frozenset()), travel, meeting)
@@ -167,7 +167,7 @@ class _Assignments:
         return min(options)[2] if options else None
 
     def _retrieve(self, carrier: str, explorers: Iterable[str]) -> str | None:
-        """Send `carrier` to pick up a rover first; return which, or None if none is available."""
+        """Send `carrier` to pick up a rover first; return that rover, or None if none is available."""
         situation, ready_ms = self._situation, self.timeline.ready_ms
         options = []
         for rover in sorted(self._waiting):

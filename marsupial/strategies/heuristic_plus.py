@@ -3,9 +3,9 @@
 Carriers are assigned to targets, and rovers on the ground explore their areas, nearest target first. Different from
 the baseline (docs/strategies.md says why):
 
-- A carrier's cost is the time at which the target would be explored by any robot. So it includes detours, docking,
-  undocking and the rover's drive, minimised over rovers and meeting points. A rover to be retrieved finishes its area
-  first.
+- A carrier's cost is the time at which the target would be explored by any robot. So the cost includes detours,
+  docking, undocking and the rover's drive, minimised over rovers and meeting points. A rover to be retrieved finishes
+  its area first.
 - A second rover is set down in an area if a target there would be explored `GAIN_MS` sooner than by those at work.
 - Rovers without work in their area explore targets that no carrier was sent to.
 - A carrier keeps its target unless another assignment is clearly better.
@@ -41,7 +41,7 @@ class HeuristicPlus(RuleStrategy):
         carriers = [robot.name for robot in briefing.situation.of_role(Role.CARRIER)]
         jobs: list[Job] = []
         draft = _drafted(start, jobs)
-        # fix one job at a time and draft anew, as each changes what rovers on the ground can do
+        # fix one job at a time and redraft, as each job changes the options of rovers on the ground
         while (job := _next_job(draft, carriers, jobs)) is not None:
             jobs.append(job)
             draft = _drafted(start, jobs)

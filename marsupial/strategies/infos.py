@@ -1,6 +1,6 @@
 """Descriptions of marsupial's own strategies, for listings.
 
-They are kept apart from the strategies' code, which takes a second to import.
+They are separate from the strategies' code, which takes a second to import.
 """
 
 from marsupial.model.strategyinfo import StrategyInfo

@@ -2,8 +2,8 @@
 
 At each replanning a Hungarian assignment decides among carriers that explore themselves, rovers on the ground, carriers
 that deploy a rover aboard, and carriers that first retrieve one from the ground. Costs are the times at which targets
-would be explored (`marsupial.strategies.outlook`). Nothing after that is planned: a rover that was set down gets its
-next target at a later replanning, like any other robot.
+would be explored (`marsupial.strategies.outlook`). Later steps are not planned: a rover that was set down gets its next
+target at a later replanning, like any other robot.
 
 A rover with a target of its own is not retrieved. If several transports need a rover from the ground, only the earliest
 is fixed and the others are assigned again. A robot without a target stands by (`Outlook.stand_by`). If no robot can
@@ -14,7 +14,7 @@ Targets have no utility: subtracting seconds for the area that a target may reve
 References
 ----------
 Burgard et al., Coordinated Multi-Robot Exploration, IEEE Transactions on Robotics 21(3), 2005; Stachniss, Robotic
-Mapping and Exploration, 2009: robots and targets assigned by cost and utility, for robots that are all alike.
+Mapping and Exploration, 2009: robots and targets assigned by cost and utility, for identical robots.
 """
 
 import numpy as np
@@ -39,7 +39,7 @@ class OneStep(RuleStrategy):
             chosen = outlook.assign([[o.only(left) for o in outlook.options(r, retrievable=retrievable)] for r in free])
             if not chosen:
                 break
-            # two transports may need the same rover from the ground: then only the earliest is sure
+            # two transports may need the same rover from the ground: then only the earliest is fixed
             for option, target in [pair for pair in chosen if not pair[0].retrieved] or chosen[:1]:
                 outlook.take(option, target)
                 left[target] = False

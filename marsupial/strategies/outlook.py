@@ -1,8 +1,8 @@
 """The options of each robot for each target, when each would explore the target, and their best assignment.
 
 A robot can drive to a target itself. A carrier can set down a rover that is aboard, at the meeting from which the rover
-arrives first; or it can pick up a rover on the ground before that, at the meeting with the earliest arrival overall (a
-full carrier sets another rover down there). All times are exact: they include running actions, waiting for each other,
+arrives first; or it can first pick up a rover on the ground, at the meeting with the earliest arrival overall (a full
+carrier sets another rover down there). All times are exact: they include running actions, waiting for each other,
 docking and undocking.
 """
 
@@ -21,7 +21,7 @@ from marsupial.planning.list_scheduling.insertions import Insertions
 from marsupial.planning.list_scheduling.timeline import Timeline, transport
 from marsupial.planning.matching import least_assignment
 
-KEEP_MS = 2000  # bonus for the target that a robot had before, so that it does not change targets without a gain
+KEEP_MS = 2000  # bonus for a robot's previous target, so that robots do not change targets without a gain
 
 _IMPOSSIBLE = 1e15  # ms; more than any sum of possible times
 
@@ -100,7 +100,7 @@ class Outlook:
         best = [np.argmin(mine, axis=0) for mine in choices]
         costs = np.array([np.min(mine, axis=0) for mine in choices])
         rows, columns = least_assignment(costs)
-        # an impossible pair costs more than all possible ones, so there are as few as can be; these are dropped
+        # an impossible pair costs more than all possible ones, so their number is minimal; they are dropped
         pairs = sorted(zip(costs[rows, columns].tolist(), rows.tolist(), columns.tolist(), strict=True))
         return [(options[i][best[i][target]], target) for cost, i, target in pairs if cost < _IMPOSSIBLE / 2]
 
@@ -120,14 +120,14 @@ class Outlook:
         return any(robot in action.robots for action in self.timeline.actions)
 
     def approach(self, option: Option, target: int) -> None:
-        """Send the robot of an option to the target, or to where it would set a rover down."""
+        """Send the robot of an option to the target, or to the meeting where it would set a rover down."""
         if option.meeting is None:
             self.explore(option.robot, target)
         else:
             self.go(option.robot, self.situation.meetings[int(option.meeting[target])])
 
     def go(self, robot: str, meeting: str) -> None:
-        """Send `robot` to a meeting that it can reach, unless it is there."""
+        """Send `robot` to a meeting that it can reach, unless it is already there."""
         at = self.timeline.at[robot]
         kind = self.situation.robot_by_name[robot].type
         if at is not None and self.situation.travel(kind, at, meeting):
@@ -141,7 +141,7 @@ class Outlook:
             self.go(rover, self.situation.meetings[int(arrive.argmin())])
 
     def stand_by(self, robots: Iterable[str]) -> None:
-        """Send robots without a target to where others explore, so that they are near what turns up there.
+        """Send robots without a target near other robots' targets, so that they are close to new targets there.
 
         A carrier waits where it would set a rover down, a rover that can reach no target at the nearest meeting.
         """
@@ -159,7 +159,7 @@ class Outlook:
         cost = np.where(option.end_ms < NEVER, option.end_ms.astype(np.float64), _IMPOSSIBLE)
         before = self._before.get(option.explorer)
         if before in self.targets:
-            cost[self.targets.index(before)] -= KEEP_MS  # an impossible one stays far beyond all others
+            cost[self.targets.index(before)] -= KEEP_MS  # an impossible target still costs far more than all others
         return cost
 
 

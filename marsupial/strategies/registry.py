@@ -49,7 +49,7 @@ STRATEGIES: Mapping[str, str] = {
     "assignment": "marsupial.strategies.one_step:OneStep",
     **RULES,
 }
-"""All strategies of marsupial's own, rules included."""
+"""All of marsupial's own strategies, rules included."""
 
 PLANNING_STRATEGIES = frozenset(info.name for info in infos.OWN if info.asks_planner)
 """The strategies that ask a planner."""
@@ -75,7 +75,7 @@ def strategy_infos() -> tuple[StrategyInfo, ...]:
 
 
 def asks_planner(name: str) -> bool:
-    """Return whether the strategy of that name asks a planner; False if there is none.
+    """Return whether the strategy of that name asks a planner; False if unknown.
 
     Raises
     ------

@@ -14,7 +14,7 @@ class RuleStrategy(Strategy):
     """Base of strategies that explore by a rule."""
 
     def explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
-        """Return a plan for a briefing with targets, and the targets that it can't explore."""
+        """Return a plan for a briefing with targets, and the targets that the plan can't explore."""
         raise NotImplementedError
 
     def decide(self, briefing: Briefing) -> Decision:

@@ -21,22 +21,22 @@ How it works
                     v
                   real part of that plan ---> Decision
 
-- *Why a guess.* The shortest plan for the known targets does not explore an unknown map fastest, as most of the work
-  has yet to turn up (`marsupial.strategies.guess`).
-- *The objective* is priced arrival: a plan is better if it reaches valuable targets sooner. Smaller prices are on the
-  makespan, on driving, and on setting a rover down: undocking and docking take time, and a carrier has to come back for
-  it. If the goal leaves rovers out in the end, that costs nothing.
+- *Why a guess.* The shortest plan for the known targets does not explore an unknown map fastest, as most targets are
+  still unknown (`marsupial.strategies.guess`).
+- *The objective* is priced arrival: a plan is better if it reaches valuable targets sooner. The makespan, driving, and
+  setting a rover down have smaller prices: undocking and docking take time, and a carrier has to return for the rover.
+  If the goal allows rovers to end on the ground, setting them down costs nothing.
 - *Robots never wait for a planner.* If the engine has no answer within its budget, another candidate is the best plan.
-  The previous plan comes first among equals, so robots do not change their minds without a gain.
-- *Engines that minimise only the makespan* get the known targets and plan for these: by makespan alone, guessed targets
-  made missions longer (docs/strategies.md). All candidates are still compared on the guess.
+  The previous plan comes first among equals, so robots do not change plans without a gain.
+- *Engines that minimise only the makespan* get only the known targets: by makespan alone, guessed targets made missions
+  longer (docs/strategies.md). All candidates are still compared on the guess.
 - *Once no target is left,* the engine is asked for the shortest plan that recovers the rovers or brings the team home.
 
-Teams without rovers need no docking plans, and gain more from replanning often. They replan as soon as they know what
-is behind a frontier, and their targets are whole frontiers, each at its cell nearest to a robot (`WholeFrontiers`), so
-they do not drive to ground that is seen already. If robots see hardly farther than the next cell, no frontier reveals
-much, and the task is to cover ground. On small maps, and unless the engine minimises only the makespan, they then
-follow tours that see everything, with the unknown taken as free (`marsupial.strategies.frontier.covering`).
+Teams without rovers need no docking plans, and gain more from replanning often. They replan as soon as they have seen
+behind a frontier, and their targets are whole frontiers, each at its cell nearest to a robot (`WholeFrontiers`), so
+they do not drive to ground already seen. If robots see hardly farther than the next cell, no frontier reveals much, and
+the task is to cover ground. On small maps, and unless the engine minimises only the makespan, they then follow tours
+that see everything, with unknown cells assumed free (`marsupial.strategies.frontier.covering`).
 
 References
 ----------
@@ -82,10 +82,10 @@ MAKESPAN_SHARE, DRIVING = 0.3, 0.15
 is reached costs 1."""
 
 NEAR_CELLS, MOST_CELLS = 2.0, 12_000
-"""Covering tours are used if every sensor range is below so many cells, on maps of at most so many cells."""
+"""Covering tours are used if every sensor range is below this many cells, on maps of at most this many cells."""
 
 RULES: tuple[Strategy, ...] = (Heuristic(), OneStep())
-"""Strategies whose plans are candidates, so that it can do at least what they see."""
+"""Strategies whose plans are candidates, so that the result is never worse than theirs by the objective."""
 
 ROUNDS_PER_STEP = 0.5
 """Rounds of the search for covering tours, for each step of the planning budget."""
@@ -93,7 +93,7 @@ ROUNDS_PER_STEP = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TemporalParts:
-    """What the strategy adds to the shortest plan for the known targets; 0 leaves a part out, to measure its worth."""
+    """What the strategy adds to the shortest plan for the known targets; 0 disables a part, to measure its value."""
 
     name: ClassVar[str] = "temporal"
 
@@ -175,7 +175,7 @@ class Temporal(Strategy):
             others.append(listing.serve())
         if objective.name in self._planner.info.objectives:
             plan, unserved = min(kept + others, key=rank)
-            # targets that nobody can serve would make the problem unsolvable for the engine
+            # targets that no robot can serve would make the problem unsolvable for the engine
             answer = self._planner.ask(without(situation, unserved), objective, plan)
         else:
             answer = self._planner.ask(known, objective, shortest(known, completed(Listing(known), previous, *by_rule)))

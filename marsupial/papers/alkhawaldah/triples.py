@@ -1,4 +1,4 @@
-"""The sweep of all three weights of Al-Khawaldah et al.: only their ratios count, and none above 10 is needed.
+"""The sweep of all three weights of Al-Khawaldah et al.: only their ratios matter, and no weight above 10 is needed.
 
 References: Al-Khawaldah, Livatino, Lee, section 3 ("Experimental Work").
 """
@@ -30,7 +30,7 @@ def comparison(terms: ExperimentTerms) -> Comparison:
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return the findings on the statements about three weights; triples that did not end in time are left out."""
+    """Return the findings on the statements about three weights; triples that did not finish in time are omitted."""
     enough, alike = [], []  # by world: whether weights up to GREATEST do, and whether equal ratios take equal steps
     evidence: tuple[list[str], list[str]] = ([], [])
     for case in WORLDS:

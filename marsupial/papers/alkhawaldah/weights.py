@@ -1,4 +1,4 @@
-"""The sweep of weights of Al-Khawaldah et al.: which weights of the bidding function explore fast.
+"""The sweep of weights of Al-Khawaldah et al.: which weights of the bidding function explore quickly.
 
 References: Al-Khawaldah, Livatino, Lee, section 3 ("Experimental Work"), Figs. 3 to 7.
 """

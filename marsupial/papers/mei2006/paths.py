@@ -1,7 +1,7 @@
 """Routes of least energy compared with shortest ones, as in Mei et al. 2006, section V-B.
 
 Both are planned between many pairs of cells on a map with a fifth of its cells blocked at random. Shortest paths are
-those of the textbook version of Dijkstra's algorithm: of equal ones it keeps the first, which nothing makes straight.
+those of the textbook version of Dijkstra's algorithm: it keeps the first of equal paths, which need not be straight.
 Robots move to any free neighbour, past corners too: "if both cells are free" (section IV-A). With the movement rule of
 marsupial's robots, which cuts no corners, the same pairs save less and have longer routes.
 
@@ -20,7 +20,7 @@ from marsupial.model import SQRT2, Cell, Mask
 from marsupial.paths.energy import EnergySearch, MotionCosts, route_energy
 from marsupial.paths.routes import STEPS, Route, route_length
 
-SIDE = 100  # side of the map in cells: that of areas whose exploration takes as long as the paper's
+SIDE = 100  # side of the map in cells: areas of this size take as long to explore as the paper's
 
 SHARE = 0.2
 MAPS, ENDS = 24, 13
@@ -34,7 +34,7 @@ class RoutePairs:
     """The shortest path and the route of least energy between pairs of cells."""
 
     shortest: Floats  # (n, 2): length and energy of the shortest path
-    cheapest: Floats  # (n, 2): those of the route of least energy
+    cheapest: Floats  # (n, 2): length and energy of the route of least energy
 
     @property
     def saved(self) -> float:
@@ -65,7 +65,7 @@ def blocked_at_random(side: int, share: float, seed: int) -> Mask:
 def route_pairs(
     passable: Mask, ends: int, seed: int, *, costs: MotionCosts | None = None, cuts_corners: bool = True
 ) -> RoutePairs:
-    """Plan both routes from each of `ends` random cells to each of as many others; leave out pairs without a path."""
+    """Plan both routes from each of `ends` random cells to each of as many others; omit pairs without a path."""
     motion = MotionCosts() if costs is None else costs
     sources, goals = _drawn(passable, ends, seed)
     width = passable.shape[1]
@@ -83,7 +83,7 @@ def route_pairs(
     return RoutePairs(shortest=np.array(shortest).reshape(-1, 2), cheapest=np.array(cheapest).reshape(-1, 2))
 
 
-@cache  # a report's table and its finding need the same pairs, which take long
+@cache  # a report's table and its finding need the same pairs, which take long to compute
 def path_table(*, cuts_corners: bool = True, maps: int = MAPS, ends: int = ENDS, side: int = SIDE) -> RoutePairs:
     """Return the pairs of maps with the seeds 1, 2, 3 and so on."""
     seeds = range(1, maps + 1)
@@ -96,7 +96,7 @@ def path_table(*, cuts_corners: bool = True, maps: int = MAPS, ends: int = ENDS,
 
 
 def shortest_paths(passable: Mask, source: Cell, *, cuts_corners: bool) -> dict[int, int]:
-    """Return the cell before each one reached on a shortest path from `source`, row-major; its own for `source`."""
+    """Return the cell before each one reached on a shortest path from `source`, row-major; `source` for itself."""
     row = passable.shape[1] + 2
     free = np.pad(passable, 1).ravel().tolist()
     steps = [(dx + dy * row, dx, dy * row, SQRT2 if dx and dy else 1.0) for dx, dy in STEPS]

@@ -2,8 +2,8 @@
 widest frontier.
 
 Both consider the frontier cells of the sensing region, those in line of sight within sensor range; if there are none,
-the closest one outside. The robot senses at every cell, and chooses again as soon as its goal is no frontier cell any
-more, which happens long before it arrives.
+the closest one outside. The robot senses at every cell, and chooses again as soon as its goal is no longer a frontier
+cell, which happens long before it arrives.
 
 References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections IV-B and V-C.
 """
@@ -57,7 +57,7 @@ class Orientation(_SensingRule):
     """Section IV-B: frontier cells in clockwise order from the robot's left.
 
     The robot goes as far along the list as cells are neighbours and less than a share of the sensor range d_s away from
-    the first: so it sees what is to the left, without following walls closely.
+    the first: so it sees the area to its left without following walls closely.
     """
 
     name: ClassVar[str] = "orientation"

@@ -1,4 +1,4 @@
-"""Bids for frontier cells by what would be seen from there, and by route length.
+"""Bids for frontier cells by the number of cells that would be seen from there, and by route length.
 
 References: W. Sheng, Q. Yang, J. Tan, N. Xi: Distributed multi-robot coordination in area exploration, Robotics and
 Autonomous Systems 54(12), 2006; as compared with in Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two
@@ -21,7 +21,7 @@ from marsupial.strategies.frontier.rule import Bidders, Explorer, FrontierView, 
 class Sheng(Bidders):
     """Eq. 2 of Al-Khawaldah et al. without the nearness measure: g = w_1 I - w_2 D.
 
-    They leave that measure out too (w_3 = 0) if robots can always communicate.
+    They omit that measure too (w_3 = 0) if robots can always communicate.
     """
 
     name: ClassVar[str] = "sheng"

@@ -32,7 +32,7 @@ RADIUS_M, SPEED_MPS, RANGE_M = 0.15, 0.5, 5.0
 """Properties of each robot, which the paper does not give. A wider one can't reach much of both maps as drawn."""
 
 BOXES, BOX_M, BOX_SEED = 60, (0.2, 0.8), 1
-"""Number, sides and seed of the boxes that clutter the Cartesium. The paper does not tell what clutter it added."""
+"""Number, sides and seed of the boxes that clutter the Cartesium. The paper does not describe the clutter it added."""
 
 SEGMENTS, CLOSEST = Contender("segmentation"), Contender("closest-frontier")
 

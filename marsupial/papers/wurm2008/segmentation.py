@@ -12,7 +12,7 @@ if
 
 - it has degree 2,
 - its neighbour along the graph, of all narrow points, junctions and ends, is a junction, and
-- it leads into the unknown: something beyond it can be explored without passing another such point.
+- it leads into the unknown: beyond it there is something to explore without passing another such point.
 
 Without critical points, connected ground is one segment.
 
@@ -44,8 +44,8 @@ class Segmentation:
     # blocks, graph: the map in blocks and its Voronoi graph
     blocks: Blocks
     graph: VoronoiGraph
-    # critical, dismissed: blocks (row-major) of the critical points, and of those dismissed since they lead to nothing
-    # unknown
+    # critical, dismissed: blocks (row-major) of the critical points, and of those dismissed since they lead to no
+    # unknown cells
     critical: Ints
     dismissed: Ints
 

@@ -45,7 +45,7 @@ def comparison(terms: ExperimentTerms) -> Comparison:
                 scenarios[Case(name, carriers, rovers)] = prepared(scenario)
     return Comparison(
         scenarios=scenarios,
-        # the first is what statements are judged by; `wurm2010` is the paper's own method
+        # statements are judged by the first method; `wurm2010` is the paper's own method
         contenders=(Contender("temporal", terms.planner), Contender("wurm2010", terms.planner), Contender("heuristic")),
         runs=terms.runs,
         budget=terms.budget,

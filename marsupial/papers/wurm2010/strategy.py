@@ -1,17 +1,17 @@
-"""The method of the paper: the shortest plan for the targets known, made anew at each replanning.
+"""The method of the paper: the shortest plan for the known targets, recomputed at each replanning.
 
-Section III-C makes a planning problem of the targets and meeting points of the map so far; all targets are to be
-explored, and the plan that ends first is followed. Nothing is assumed of the unknown, and no other plan is weighed
-against the planner's. What `temporal` adds to this is in `marsupial.strategies.temporal`.
+Section III-C makes a planning problem of the targets and meeting points of the map so far; the goal is to explore all
+targets, and robots follow the plan that ends first. The method assumes nothing about unknown cells, and compares the
+planner's plan with no other. `marsupial.strategies.temporal` describes the additions of `temporal`.
 
 What the text leaves open
 -------------------------
-- Of plans that end at the same time, the previous one is kept; targets that are new are added to its end by list
-  scheduling. This is in the method's favour: made wholly anew each time, plans change their minds and take longer.
-- Targets that nobody can serve are left out of the problem, which would have no solution otherwise.
-- If the planner has no plan in time, the previous one is followed likewise: robots never wait for a planner. Targets
-  that the planner's plan leaves out (big situations are split for some planners) are added in the same way.
-- Once no target is left, the shortest plan is followed that recovers the rovers or brings the team home.
+- Of plans that end at the same time, the previous one is kept; list scheduling appends new targets to it. This favours
+  the method: plans made from scratch each time change goals and take longer.
+- The problem omits targets that no robot can serve, as it would have no solution otherwise.
+- If the planner has no plan in time, robots likewise follow the previous one: they never wait for a planner. Targets
+  that the planner's plan omits (big situations are split for some planners) are added in the same way.
+- Once no target is left, robots follow the shortest plan that recovers the rovers or brings the team home.
 
 References
 ----------
@@ -39,7 +39,7 @@ class ShortestPlan(Strategy):
         return self._planner.decide(briefing, self._explore)
 
     def _explore(self, briefing: Briefing) -> Explored:
-        """Return the shortest plan for the known targets, the targets that nobody can serve, the answer."""
+        """Return the shortest plan for the known targets, the targets that no robot can serve, the answer."""
         listing, previous = Listing(briefing.situation), briefing.previous
         spare, unserved = listing.serve(previous)
         situation = without(briefing.situation, unserved)

@@ -62,7 +62,7 @@ def _list_transfers(tables: Tables, search: SearchState, level: int, who: tuple[
         comes = state[c, col.SINCE] + there[own, m]
         if comes + takes < limit:
             if down:
-                # With this end another target fits in as well: that larger set dominates.
+                # Another target fits in with the same end: that larger set dominates.
                 if not _can_grow(there, own, able, m, state[c, col.SINCE], comes):
                     _add_event(search, level, who, comes + takes, own, 0, 1)
             else:
@@ -104,7 +104,7 @@ def _list_docks(
         if (
             time + takes < limit
             and not _can_grow(tour, brought, able, m, state[v, col.SINCE], time)
-            # The carrier may wait for the rover: it could explore more meanwhile.
+            # The carrier may wait for the rover, and could explore more targets in the meantime.
             and not _can_grow(there, own, own_able & ~brought, m, state[c, col.SINCE], time)
         ):
             _add_event(search, level, who, time + takes, own, brought, 0)

@@ -18,8 +18,8 @@ WHERE, ON, SINCE = 0, 1, 2
 KIND, PLACES, DOCKS, UNDOCKS, TWIN = range(5)
 """Columns of traits: type, capacity, ms of docking and undocking, the first robot that it is interchangeable with."""
 
-MOST_LEVELS = 60  # most docks and undocks of a plan; where more are needed, nothing is proven
-MOST_EVENTS = 1 << 17  # most events waiting at a time; where there are more, nothing is proven
+MOST_LEVELS = 60  # most docks and undocks of a plan; if more are needed, nothing is proven
+MOST_EVENTS = 1 << 17  # most events waiting at a time; if there are more, nothing is proven
 
 # columns of levels: targets left, key of the last event, index of the first event listed and of the next to try
 LEFT, KEY, FIRST, NEXT = range(4)
@@ -36,7 +36,7 @@ the length of the best plan's `path` (0: none), whether something was left out f
 
 
 class SearchState(NamedTuple):
-    """All that a search keeps between calls; `search` draws how levels and events belong together."""
+    """The state of a search between calls; the docstring of `search` relates levels and events."""
 
     states: Ints  # (levels, robots, 3): `WHERE` and so on
     levels: Ints  # (levels, 4): `LEFT` and so on

@@ -86,7 +86,7 @@ def _hardest_first(solo_times: Ints, assignments: Ints, scratch: Ints, targets: 
 
 @inlined
 def _has_twin_before(assignments: Ints, r: int) -> bool:
-    # Robots that are equal so far: assigning the target to the second gives nothing new.
+    # Robots that are equal so far: assigning the target to the second is redundant.
     for q in range(r):
         same = True
         for column in range(assignments.shape[1]):

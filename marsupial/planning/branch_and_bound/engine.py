@@ -1,10 +1,10 @@
 """The exact engine: plans with the shortest makespan, proven so, for small teams and few targets.
 
-It begins with a given plan, or that of a short annealing, and searches for shorter ones until there are none
-(`marsupial.planning.branch_and_bound.search`), from above and from below
-(`marsupial.planning.branch_and_bound.proof`). Where neither list scheduling nor annealing has a plan, it first looks
-for any at all, as if nothing took time: if there is none, that is proven. Where the budget is too small for a proof,
-there is a bound. Proofs and bounds hold to 1 ms, and with 1 ms between the actions of a robot (`EPSILON_MS`).
+It begins with a given plan, or the plan of a short annealing, and searches for shorter plans until none exists
+(`marsupial.planning.branch_and_bound.search`), from above and from below (`marsupial.planning.branch_and_bound.proof`).
+If neither list scheduling nor annealing has a plan, it first searches for any plan, as if nothing took time: if there
+is none, that is a proof. If the budget is too small for a proof, there is a bound. Proofs and bounds hold to 1 ms, and
+with 1 ms between the actions of a robot (`EPSILON_MS`).
 """
 
 import time
@@ -23,7 +23,7 @@ TABLES_BYTES = 1 << 26  # most memory for tours over sets of targets; in total l
 
 
 class Exact:
-    """The engine; `latest` gives the best valid plan of others. One step of a budget is one of each search."""
+    """The engine; `latest` returns other engines' best valid plan. A budget step is a step of each search."""
 
     info = infos.EXACT
 
@@ -43,7 +43,7 @@ class Exact:
             return
         best: Plan | None = None
         for plan in _first_plans(situation, start):
-            if best is None or plan.makespan_ms < best.makespan_ms:  # nothing else is proven here
+            if best is None or plan.makespan_ms < best.makespan_ms:  # only makespans are proven here
                 best = plan
                 yield Improved(plan=plan, elapsed_s=self._clock() - begun)
         proof = impossible(situation) if best is None else None
@@ -76,7 +76,7 @@ def unsupported(situation: Situation) -> str | None:
 
 
 def _may_step(budget: Budget, clock: Callable[[], float], begun: float) -> Callable[[], bool]:
-    """Return a function that tells before each step whether the budget allows it."""
+    """Return a function that returns before each step whether the budget allows it."""
     if budget.seconds is not None:
         seconds = budget.seconds
         return lambda: clock() - begun < seconds
@@ -85,7 +85,7 @@ def _may_step(budget: Budget, clock: Callable[[], float], begun: float) -> Calla
 
 
 def _first_plans(situation: Situation, start: Plan | None) -> Iterator[Plan]:
-    """Yield the plans to begin with, if any."""
+    """Yield the initial plans, if any."""
     if start is not None and check(situation, start).valid:
         yield start
         return

@@ -1,11 +1,11 @@
-"""A lower bound on the work of carriers: errands, each a bit, that they share.
+"""A lower bound on the work of carriers: errands, each a bit, shared among them.
 
-A *room* is all that rovers can drive between: one that is set down stays in the room until it is picked up at one of
-its meetings. Every room without a rover and with targets that no carrier explores has to be visited to set one down.
-Where rovers have to end aboard, every rover on the ground has to be picked up in its room, and so has the one to be set
-down: the last one to be picked up there cannot be aboard before the first one set down had the time to explore a target
-of the room. A target that no rover explores has to be visited by a carrier. Each carrier has to be done in time with
-the shortest tour over its errands, in which a carrier that both sets down first and picks up last in a room goes
+A *room* is a set of places between which rovers can drive: a rover set down there stays until it is picked up at one of
+the room's meetings. Every room without a rover and with targets that no carrier explores has to be visited to set one
+down. Where rovers have to end aboard, every rover on the ground has to be picked up in its room, and so has the one to
+be set down: the last rover picked up there cannot be aboard before the first one set down has had time to explore a
+target of the room. A target that no rover explores has to be visited by a carrier. Each carrier has to be done in time
+with the shortest tour over its errands, in which a carrier that both sets down first and picks up last in a room goes
 somewhere else in between, or waits.
 """
 
@@ -93,7 +93,7 @@ def _find_errands(data: ProblemData, closure: Ints, bases: Ints, most: int) -> t
         room[component[bases] == label] = row
     doors = [meetings[component[meetings] == label] for label in labels]
     sets = [np.flatnonzero((component[targets] == label) & ~own) for label in labels]
-    # Bits are short: setting down comes first, then picking up for as many rooms as there are bits left.
+    # Too few bits: setting down comes first, then picking up for as many rooms as there are bits left.
     up, picked_up = np.arange(len(labels) + len(lone)), 0
     if data.recover:
         picked_up = min(most - len(up), len(labels))

@@ -1,8 +1,8 @@
 """A bounded memory of the states entered, to recognise those that are dominated.
 
 A hash table of buckets. A state is put in canonical form first: interchangeable robots are sorted, so that states that
-differ only in who is who become equal. The key of the table tells where all robots are and which targets are left; the
-times are compared one by one. A full bucket loses an entry: that costs time, and never a plan.
+differ only in the names of robots become equal. The key of the table encodes the position of all robots and the targets
+left; times are compared one by one. A full bucket loses an entry: that costs time, but never a plan.
 """
 
 import numpy as np

@@ -6,11 +6,11 @@
       |<----------------------------------------------|
       from above: any shorter plan at all?
 
-The search from above is the quickest proof if the best plan is optimal. If it is far from that, the search gets lost
-among the many ways to be a little better. So after a while a search from below alternates with it: for plans that end
-before a time slightly above the bound. There are few ways to be that fast, so it soon either ends, which raises the
-bound, and the next search has a higher limit; or it finds a plan. The search that finds the optimal plan costs hardly
-more than its proof. What one search finds is the limit of the other.
+The search from above is the quickest proof if the best plan is optimal. If the best plan is far from optimal, that
+search wastes time on many slightly better plans. So after a while it alternates with a search from below: for plans
+that end before a time slightly above the bound. Few plans are that short, so this search soon either ends, which raises
+the bound, and the next search has a higher limit; or it finds a plan. The search that finds the optimal plan costs
+hardly more than its proof. Each search uses the other's result as its limit.
 
 `plan_found` turns what a search has found into a plan: docks and undocks, and the sets explored before and after them.
 """
@@ -40,12 +40,12 @@ STEPS_ALONE = 20  # steps of the search from above before one from below joins
 STRIDES = 16  # the first search from below covers one part in this many of the gap
 
 # effort of a search from below relative to the one before
-SLOW = 4  # above this the next stride is halved
-QUICK = 2  # below this it is doubled
+SLOW = 4  # above this effort the next stride is halved
+QUICK = 2  # below this effort it is doubled
 
 
 class OptimalityProof:
-    """The `best` plan, the lower bound, and the searches that improve them; `latest` is the best plan of others."""
+    """The `best` plan, the lower bound, and the searches that improve them; `latest` is other engines' best plan."""
 
     def __init__(self, situation: Situation, best: Plan | None, latest: Callable[[], Plan | None]) -> None:
         self._situation, self._latest = situation, latest
@@ -55,7 +55,7 @@ class OptimalityProof:
         self._states, self._without_plan = 0, Outcome.TIMEOUT
 
     def plans(self, goes_on: Callable[[], bool]) -> Iterator[Plan]:
-        """Yield ever better plans until the last one is proven optimal or `goes_on` returns False."""
+        """Yield improving plans until the last one is proven optimal or `goes_on` returns False."""
         if self._best is None:
             yield from self._first_plan(goes_on)
         if self._best is None:
@@ -158,7 +158,7 @@ class _BoundedSearch:
 
     @property
     def incomplete(self) -> bool:
-        """Whether something was left out for lack of space, so that its end proves nothing."""
+        """Whether the search skipped something for lack of space, so that its end proves nothing."""
         return bool(self.state.counters[col.INCOMPLETE])
 
     @property
@@ -179,7 +179,7 @@ class _SearchesFromBelow:
         return self._finished_states + (self._current.states if self._current is not None else 0)
 
     def search(self, bound_ms: int, gap_ms: int) -> _BoundedSearch | None:
-        """Return the current search, or the next one; None if that would be the same as the search from above."""
+        """Return the current search, or the next one; None if it would equal the search from above."""
         if self._current is None:
             self._stride_ms = max(1, gap_ms // STRIDES)
         elif self._current.goes_on:
@@ -188,7 +188,7 @@ class _SearchesFromBelow:
             return None
         else:
             self._adapt(max(STEP, self._current.states))
-        # It would be the search from above again.
+        # It would equal the search from above.
         if self._stride_ms >= gap_ms:
             return None
         self._finished_states = self.states
@@ -227,7 +227,7 @@ def plan_found(situation: Situation, data: ProblemData, tables: Tables, events: 
 
 
 class _TourTimeline:
-    """A timeline on which robots tour sets of targets, by way of other places where that is shorter."""
+    """A timeline on which robots tour sets of targets, via other places where that is shorter."""
 
     def __init__(self, situation: Situation, data: ProblemData, tables: Tables) -> None:
         self.timeline = Timeline.of(situation)
@@ -259,7 +259,7 @@ def _shortest_order(closure: Ints, targets: Ints, place: int, share: int, end: i
     if not len(chosen):
         return stops
     between = np.ascontiguousarray(closure[np.ix_(chosen, chosen)])
-    # Times only are kept in the tables, so the order is found again backwards from the last stop.
+    # The tables store times only, so the order is reconstructed backwards from the last stop.
     tours = shortest_tours(closure[place][chosen], between)
     left = len(tours) - 1
     last = int(np.argmin(tours[left] + (0 if end is None else closure[chosen, end])))

@@ -2,8 +2,8 @@
 
 Each test is a relaxation: it drops a condition that real plans have to meet, so a plan that exists passes it.
 
-- Targets: they are shared among the robots; a rover finds a carrier at any meeting whenever it wants one.
-- Useless steps: each rover moved so far has to be in time for a target left of its own.
+- Targets: they are shared among the robots; a rover finds a carrier at any meeting at any time.
+- Useless steps: each rover moved so far must reach a remaining target of its own in time.
 - Carriers: they share the least docks, undocks and visits there have to be (`errands`).
 
 A search for such a sharing gives up after `TRIES`, and the state is kept.
@@ -58,7 +58,7 @@ def _all_transfers_useful(tables: Tables, search: SearchState, level: int) -> bo
             continue
         if not rest or not _may_explore(tables, search, assignments[v, col.ROW], assignments[v, col.READY], left):
             return False
-        rest &= rest - 1  # one target less for the other rovers, whichever it is
+        rest &= rest - 1  # one target fewer for the other rovers, whichever it is
     return True
 
 

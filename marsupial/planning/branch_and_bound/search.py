@@ -23,11 +23,10 @@ The tree is walked depth first, with one frame per level. All events waiting are
 Backtracking is one step back in `LEVEL`; the events of the levels above are still there.
 
 **Bounds.** A plan found lowers the limit, and only shorter plans count from then on. A state is pruned if a relaxation
-shows that it can't lead to the goal within the limit (`pruning`): rovers are carried whenever they want, or carriers
-have to do no more than the least docks, undocks and visits. A relaxation allows all that plans may do, so no plan is
-lost.
+shows that it can't lead to the goal within the limit (`pruning`): rovers are carried at any time, or carriers need only
+the least docks, undocks and visits. A relaxation allows all that plans may do, so no plan is lost.
 
-**Dominance.** These are left out as well:
+**Dominance.** The search also skips:
 
 - Steps that end before the last one did (`KEY`: its end, then the number of steps that ended at that ms). Such a step
   shares no robot with the last one, so it could come before it, with the same result or a better one.
@@ -52,11 +51,11 @@ Look at its first step:
 
 - It was not listed because it would be delayed. Then it could come before some of the last steps. That gives a
   completion in which its key is replaced with lower ones: a contradiction.
-- It was not listed because its set could be larger, or its state is dominated by one entered. Then that one has a
-  completion with keys no higher and one step less: a contradiction.
+- It was not listed because its set could be larger, or its state is dominated by one entered. Then that state has a
+  completion with keys no higher and one step fewer: a contradiction.
 - It was not listed because an interchangeable rover comes first. Then exchange the two in the completion, which changes
   neither keys nor the number of steps, and look at that step instead.
-- Its state was entered. Then its completion has one step less: a contradiction.
+- Its state was entered. Then its completion has one step fewer: a contradiction.
 
 So there is none: the last plan found is optimal. If the search ran out of space (`INCOMPLETE`), nothing is proven.
 """
@@ -104,7 +103,7 @@ def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -
 
 def root_bound_ms(tables: Tables, limit: int) -> int:
     """Return a lower bound on the makespan, at most `limit`, epsilon included: the bound of the root, by bisection."""
-    # Only the root is judged, so the smallest memory will do.
+    # Only the root is evaluated, so the smallest memory suffices.
     search = search_of(tables, 0, BUCKET)
     low, high = 0, limit
     while low < high:
@@ -188,12 +187,12 @@ def _enter(tables: Tables, search: SearchState, level: int) -> None:
         counters[col.PRUNED] += 1
         return
     left, key = levels[level, col.LEFT], levels[level, col.KEY]
-    # The number of steps matters only where useless steps are left out.
+    # The number of steps matters only where useless steps are pruned.
     steps = 0 if tables.recover or not counters[col.KEYED] else level
     if is_dominated(tables, search.memory, search.order, search.states[level], left, key, steps):
         counters[col.DUPLICATES] += 1
         return
-    # Before branching: a plan found here lowers the limit for all that follows.
+    # Before branching: a plan found here lowers the limit for all later states.
     _close_plan(tables, search, level)
     if level + 2 >= col.MOST_LEVELS:
         counters[col.INCOMPLETE] = 1

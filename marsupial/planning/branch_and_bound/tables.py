@@ -1,8 +1,8 @@
 """Lookup tables: the shortest tours over sets of targets, for one robot that drives, or that is carried at will.
 
 A set of targets is a mask of bits in the order of the situation. Everything is computed on the metric closure of the
-legs: a robot may drive by way of meetings, homes and targets (never of starts), and that may be shorter in a travel
-table. A *base* is where a robot can stand between two events that matter to others: a start or a meeting.
+legs: a robot may drive via meetings, homes and targets (never via starts), which may be shorter in a travel table. A
+*base* is where a robot can stand between two events that matter to others: a start or a meeting.
 """
 
 from typing import NamedTuple
@@ -32,7 +32,7 @@ class Tables(NamedTuple):
     carriers: int  # their number
     recover: bool  # whether all rovers have to end aboard
     errands: Errands  # the least docks, undocks and visits of carriers
-    closure: Ints  # (types, places, places): the shortest times to drive, by way of any places
+    closure: Ints  # (types, places, places): the shortest times to drive, via any places
     # bases, meetings, targets, robots: bases and targets as places, meetings as bases, robots as they are numbered in
     # the situation
     bases: Ints

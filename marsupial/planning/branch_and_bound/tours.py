@@ -14,7 +14,7 @@ from marsupial.planning.list_scheduling.costs import NEVER
 
 @native
 def close(leg: Ints) -> None:
-    """Lower square legs to the shortest times by way of any place (Floyd-Warshall)."""
+    """Lower square legs to the shortest times via any place (Floyd-Warshall)."""
     for k in range(len(leg)):
         for i in range(len(leg)):
             for j in range(len(leg)):
@@ -59,7 +59,7 @@ def end_tours(tours: Ints, straight: Ints, ends: Ints) -> Ints:
     return times
 
 
-ANY, ROVER_LEFT = 0, 1  # whether a rover was just set down where the carrier is and has to be picked up there later
+ANY, ROVER_LEFT = 0, 1  # whether the carrier has just set a rover down at its place and must pick it up there later
 
 
 class CarrierLegs(NamedTuple):

@@ -2,8 +2,8 @@
 
 Aries tries plans with 1, 2, ... instances of each action schema. So its problem has one schema per target to explore,
 per meeting to drive to, and per rover and meeting to dock or undock: nearly every plan then has one instance of each
-schema at most. What a robot does stands in one state variable per robot, its place. Times are integers; rounded up to
-about 500 units for the longest drive they are searched much faster than in ms; the plan is timed exactly afterwards.
+schema at most. Each robot has one state variable, its place. Times are integers; with about 500 units for the longest
+drive, rounded up, search is much faster than in ms; the plan is timed exactly afterwards.
 
 References: Bit-Monnot: Enhancing hybrid CP-SAT search for disjunctive scheduling. ECAI 2023.
 """
@@ -38,10 +38,10 @@ LONGEST_UNITS = 500  # units of time in the longest drive
 HORIZON_UNITS = 10_000_000
 # the least gap that up-aries assumes; with any other value in the problem it drops its own proofs
 EPSILON = Fraction(1, 10)
-# up to here Aries is first asked for any plan: its anytime mode may keep to itself what it solves at once
+# up to here Aries is first asked for any plan: its anytime mode may not report plans that it finds at once
 SMALL_SCHEMAS = 20
 
-_POLL_S = 0.003  # between two looks for the socket of a starting server, of which nothing sends a notice
+_POLL_S = 0.003  # polling interval for the socket of a starting server, which sends no notification
 
 _SETTINGS = {
     "ARIES_PLANNING_HORIZON": str(HORIZON_UNITS),
@@ -276,7 +276,7 @@ class Encoding:
         self._add(schema, lambda names: replace(action, carrier=names[0]))
 
     def _count(self, schema: Any, load: Any, level: Any, capacity: int, docks: bool) -> None:
-        """Change the load by one level; nothing else can meanwhile, as a carrier is in one action at a time."""
+        """Change the load by one level; no other action can meanwhile, as a carrier is in one action at a time."""
         step = self.up.Fluent(f"step_{schema.name}", self.up.BoolType(), level=self.level)
         after = self.up.Fluent(f"after_{schema.name}", self.level, level=self.level)
         self.problem.add_fluent(step, default_initial_value=False)

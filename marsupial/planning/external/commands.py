@@ -2,7 +2,7 @@
 
 The command runs in a child process without a shell, in a private folder that holds the canonical domain and the
 problem. Its plans are taken from what it prints and the files it writes there (`marsupial.planning.external.output`),
-as they come. At the end of its time it is asked to end, read to the end, and killed.
+as they come. At the end of its time it gets SIGTERM, its output is read to the end, and it is killed.
 """
 
 import os
@@ -38,7 +38,7 @@ _CHUNK = 1 << 16
 class External(ProcessEngine):
     """The engine called `name`, which is `PREFIX` and a command line with places for {domain} and {problem}.
 
-    A place may be part of an argument. {plan}, where it is given, becomes the beginning of the names of plan files.
+    A place may be part of an argument. {plan}, if present, becomes the prefix of plan files' names.
 
     Raise `UsageError` if the command line can't be split, or a place is missing.
     """
@@ -148,7 +148,7 @@ class _Child:
         while self._process.poll() is None:
             self._judge_time()
             yield self._read(_POLL_S)
-        # A process that it has left behind may hold the pipes open: no waiting for their end.
+        # An orphaned process may hold the pipes open: do not wait for their end.
         while self._selector.get_map() and self._selector.select(0) and time.monotonic() < self._kill_at:
             yield self._read(0)
 
@@ -174,7 +174,7 @@ class _Child:
             self._signal(signal.SIGTERM)
 
     def end(self) -> None:
-        """Kill it if it is running; the job's supervisor ends what else it has started."""
+        """Kill it if it is running; the job's supervisor ends its descendants."""
         self._selector.close()
         self._signal(signal.SIGKILL)
         with self._process:
@@ -204,7 +204,7 @@ def _outcome(child: _Child, printed: Printed, reader: PlanReader, situation: Sit
 
 
 def _can_be_solved(situation: Situation) -> bool:
-    """Return whether there is a plan after all: planners also call problems unsolvable that they can't handle."""
+    """Return whether a plan exists: planners also report problems as unsolvable that they can't handle."""
     from marsupial.planning.list_scheduling.greedy import serve  # imports numba
 
     plan, _ = serve(situation)

@@ -1,9 +1,9 @@
 """Split a situation that is too big for an engine into parts that it can plan at once.
 
-A part is a carrier with the rovers aboard it and those on the ground that it can best fetch, or a rover on the ground
-by itself that has targets in reach. Robots of parts are disjoint. Targets go, the soonest served first, to the part
-that can be there soonest, as long as that part has room: what no part has room for is left to a later replanning. Of
-the meeting points a part keeps the best two for each thing it may need one for. Merged, the parts' plans are one plan.
+A part is a carrier with the rovers aboard it and those on the ground that it can best fetch, or a single rover on the
+ground that has targets in reach. Parts have disjoint robots. Each target, the soonest served first, goes to the part
+that can reach it soonest and has room; targets that fit in no part wait for a later replanning. A part includes the
+best two meeting points for each of its needs. The parts' plans merge into one plan.
 
 Wurm et al. 2010 don't split: their planner gets the whole problem, and their section V-A expects worse plans for teams
 of far more than 24 robots.
@@ -54,7 +54,7 @@ def decompose(situation: Situation, limit: PartSize) -> tuple[Situation, ...]:
     reach = np.array([times.crew(crew) for crew in crews], dtype=np.int64).reshape(len(crews), len(situation.targets))
     shares = _share_targets(reach, crews, limit)
     order = sorted(range(len(crews)), key=lambda i: (min((reach[i, t] for t in shares[i]), default=NEVER), i))
-    # Parts without a target are left out, unless the goal asks for rovers aboard or carriers at home.
+    # Parts without a target are omitted, unless the goal requires rovers aboard or carriers at home.
     return tuple(_part(times, crews[i], shares[i], limit) for i in order if shares[i] or situation.goal.aboard)
 
 
@@ -78,7 +78,7 @@ class _Times:
         return self._from(robot, self.costs.meet)
 
     def alone(self, robot: RobotState) -> Ints:
-        """Return, per target, when a robot on the ground could be there by itself."""
+        """Return, per target, when a robot on the ground could drive there itself."""
         return self._from(robot, self.costs.explore)
 
     def delivered(self, rover: RobotState, carrier: RobotState) -> Ints:
@@ -122,7 +122,7 @@ def _crews(times: _Times, limit: PartSize) -> list[Crew]:
         fetchers = _seats(times, out, aboard)
         alone = [rover for rover in out if rover.name not in fetchers]
     else:
-        # A rover that has a target in reach goes on by itself; one that has none waits for a carrier.
+        # A rover with a target in reach continues by itself; a rover without one waits for a carrier.
         alone = [rover for rover in out if times.alone(rover).min(initial=NEVER) < NEVER]
         stranded = [rover for rover in out if rover not in alone]
         free = {carrier.name: limit.rovers - len(aboard[carrier.name]) for carrier in carriers}
@@ -176,7 +176,7 @@ def _share_targets(reach: Ints, crews: list[Crew], limit: PartSize) -> list[set[
         busy_ms = reach[crew, target] // len(crews[crew])
         left[crew] = np.where(left[crew] < NEVER, left[crew] + busy_ms, NEVER)
         left[:, target] = NEVER
-        # A single robot gets at most two targets, as others may be nearer later.
+        # A single robot gets at most two targets, as other robots may be nearer later.
         if len(shares[crew]) >= min(limit.targets, len(crews[crew]) + 1):
             left[crew, :] = NEVER
     return shares
@@ -191,7 +191,7 @@ def _part(times: _Times, crew: Crew, share: set[int], limit: PartSize) -> Situat
 
 
 def _meetings(times: _Times, crew: Crew, targets: list[int], choices: int) -> Iterator[str]:
-    """Yield the meetings a part needs, the best ones for each need; a rover by itself needs none."""
+    """Yield the meetings a part needs, the best ones for each need; a single rover needs none."""
     situation, carriers = times.situation, times.carriers(crew)
     places = [situation.place_index[situation.targets[t].name] for t in targets]
     for carrier in carriers:

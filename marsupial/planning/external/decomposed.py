@@ -1,4 +1,4 @@
-"""An engine that plans situations in parts that are too big for another engine.
+"""An engine that splits situations too big for another engine into parts.
 
 Its plans serve the targets of the parts only, and of those only where the engine found a plan in time: the caller
 checks them with ``check(situation, plan, targets=plan.explored)`` and plans again when they are done. Two parts
@@ -27,7 +27,7 @@ class Decomposed:
     """An engine around `engine` that splits what is too big for it; budgets are in seconds.
 
     `limits`: sizes of parts, the biggest first; the first is taken for which a part's share of the budget suffices.
-    With less than the last one needs, the parts that can begin soonest get that much and the others nothing.
+    If even the last size needs more, the parts that can begin soonest get enough time and the others none.
     """
 
     def __init__(self, engine: Engine, *limits: PartSize) -> None:
@@ -43,7 +43,7 @@ class Decomposed:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        # Where the situation fits as a whole, the engine inside does all. `start` is only of use then: plans that serve
+        # If the whole situation fits, the inner engine plans it all. `start` is useful only then: plans that serve
         # other targets can't be compared with it.
         if budget.seconds is None:
             name = self._engine.info.name
@@ -88,7 +88,7 @@ class _Parts:
         self._ends: dict[int, Finished] = {}
 
     def plans(self) -> Generator[Plan]:
-        """Yield the merged plan each time a part's plan gets better; closing this ends every search."""
+        """Yield the merged plan each time a part's plan improves; closing the iterator ends every search."""
         try:
             while self._waiting or self._race.running:
                 self._let_in()
@@ -116,7 +116,7 @@ class _Parts:
                 self._enter(i, share)
 
     def _enter(self, i: int, share: Budget) -> None:
-        # A method of its own, so that each search keeps its part and share: the loop goes on before they are used.
+        # A separate method, so that each search binds its part and share: the loop advances before they are used.
         self._race.enter(str(i), lambda _: self._engine.solve(self._parts[i], share, objective=self._objective))
 
     def _share(self) -> Budget | None:
@@ -134,6 +134,6 @@ class _Parts:
             detail = "; ".join([detail, *failures])
             return Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=elapsed_s)
         first = self._ends[0]
-        # that a part has no plan proves nothing of the whole
+        # a part without a plan proves nothing about the whole
         outcome = Outcome.NO_PLAN if first.outcome is Outcome.UNSOLVABLE else first.outcome
         return Finished(outcome=outcome, detail="; ".join([*failures, first.detail]), elapsed_s=elapsed_s)

@@ -1,9 +1,9 @@
 """The common part of all encodings: the actions that exist, interchangeable robots, scarce places aboard.
 
-An engine gets no action that can never be carried out: only drives along paths that exist between places the robot
-could ever get to, only docks where both can be. A drive out of a start takes as much longer as the robot is not yet
-free, so that every robot is free at 0. Rovers of one type that wait aboard one carrier are interchangeable and are set
-down in a fixed order. Each target is explored once: to pass over it a second time saves nothing.
+An engine gets no action that is never feasible: only drives along existing paths between places the robot can ever
+reach, only docks where both robots can be. A drive out of a start is longer by the time until the robot is free, so
+that every robot is free at 0. Rovers of one type that wait aboard one carrier are interchangeable and are set down in a
+fixed order. Each target is explored once: passing over it a second time saves nothing.
 """
 
 from collections.abc import Iterator, Mapping

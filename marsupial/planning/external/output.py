@@ -1,8 +1,8 @@
 """The output of external planners: plans in IPC format on stdout and in files, and claims that there is none.
 
-Each run of lines that are steps is a plan, and so is each file. Plans are timed again and checked; only what the
-checker accepts and is better than all before goes on, the rest is counted. A plan that is not complete yet, because
-the planner thinks on before it prints the next line, or is writing the file, counts as soon as the checker accepts it.
+Each run of lines that are steps is a plan, and so is each file. Plans are timed again and checked; only plans that the
+checker accepts and that improve are passed on, the others are counted. An incomplete plan, because the planner computes
+before it prints the next line, or is still writing the file, counts once the checker accepts it.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ from marsupial.planning.list_scheduling.timeline import retime
 from marsupial.wording import counted
 
 PLAN_PREFIX = "plan"  # prefixes of plan files' names
-TAIL_BYTES = 2000  # most of the last output kept
+TAIL_BYTES = 2000  # most bytes of the last output stored
 
 _LAST_LINES = 3
 _LINE_LETTERS = 240  # most of the last output reported: characters of each line, and lines
@@ -29,8 +29,8 @@ _COMPLAINT = re.compile(
     r"(?i)error|unknown|unrecogni[sz]ed|unsupported|invalid|fail|assert|no such|(?:can ?not|can't|could not) "
 )
 
-_SCAN_S = 0.05  # least time between two looks into the folder: output may come in thousands of chunks
-_PLAN_BYTES = 4 << 20  # most of one plan read
+_SCAN_S = 0.05  # least time between two scans of the folder: output may arrive in thousands of chunks
+_PLAN_BYTES = 4 << 20  # most bytes read of one plan
 
 _LINE_BYTES = 1 << 16
 
@@ -45,7 +45,7 @@ _UNSOLVABLE = re.compile(
 
 
 def last_words(errors: bytes, printed: bytes) -> str:
-    """Return the last lines of stderr and stdout, after the first that sounds like a complaint, as text."""
+    """Return the last lines of stderr and stdout, after the first that looks like an error, as text."""
     parts = [" | ".join(_last_lines(text.decode(errors="replace"))) for text in (errors, printed) if text.strip()]
     return f", saying: {' || '.join(parts)}" if parts else ""
 
@@ -60,7 +60,7 @@ def _last_lines(text: str) -> list[str]:
 
 
 class Printed:
-    """Cuts plans out of printed output; `claim` is the line that says there is none, if any."""
+    """Cuts plans out of printed output; `claim` is the line that denies a plan, if any."""
 
     def __init__(self) -> None:
         self.claim: str | None = None
@@ -92,7 +92,7 @@ class Printed:
             yield "\n".join(steps)
 
     def growing(self, chunk: bytes) -> Iterator[str]:
-        """Yield the incomplete plan, once, when no more output came."""
+        """Yield the incomplete plan, once, when output pauses."""
         if not chunk and len(self._steps) > self._reported:
             self._reported = len(self._steps)
             yield "\n".join(self._steps)
@@ -117,7 +117,7 @@ class PlanFiles:
             return
         self._looked = time.monotonic()
         for path in self._paths():
-            with contextlib.suppress(OSError):  # renamed meanwhile
+            with contextlib.suppress(OSError):  # renamed in the meantime
                 state = path.stat()
                 if self._seen.get(path) != (state.st_mtime_ns, state.st_size):
                     self._seen[path] = state.st_mtime_ns, state.st_size
@@ -139,7 +139,7 @@ def _steps_in(path: Path) -> str:
 
 
 class PlanReader:
-    """Reads, retimes and checks plans; passes the better ones on and notes what is wrong with others."""
+    """Reads, retimes and checks plans; passes improving plans on and records the faults of others."""
 
     def __init__(self, situation: Situation, start: Plan | None = None) -> None:
         self._situation = situation
@@ -151,7 +151,7 @@ class PlanReader:
 
     def better(self, texts: Iterable[str], *, complete: bool) -> Iterator[Plan]:
         """Yield the plans that are better than all before; what is wrong counts only where texts are `complete`."""
-        # A text without steps is none: planners write such a file where they have found nothing.
+        # A text without steps is not a plan: planners write such a file if they have found none.
         for text in filter(None, texts):
             fault = ""
             try:

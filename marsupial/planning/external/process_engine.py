@@ -1,8 +1,8 @@
 """Engines that run in a child process: the part that Tamer and Aries share.
 
-The child builds the engine's encoding, runs it and sends back plans in our own terms; here they are compared and
-passed on, and the end of the process is put into the words of `Outcome`. What needs no engine is settled here: nothing
-to do, or a goal that can't be reached at all.
+The child builds the engine's encoding, runs it and sends back plans in our own terms; this module compares them, passes
+them on, and translates the end of the process into an `Outcome`. It also handles cases that need no engine: nothing to
+do, or an unreachable goal.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class ProcessEngine:
         return Events(run, _follow(request, run))
 
     def solve_here(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Events:
-        """Search in this process instead, which has to be limited and cleaned up already."""
+        """Search in this process instead, which must already have limits and cleanup."""
         request = self._request(situation, budget, MAKESPAN, start)
         return _settled(request) or Events(None, _follow(request, _run_here(self.job(request))))
 
@@ -104,7 +104,7 @@ class Events:
             self._run.cancel()
 
     def close(self) -> None:
-        """End the search if it is running; return when nothing of it is left."""
+        """End the search if it is running; return when all its processes have ended."""
         if self._run is not None:
             self._run.close()
         self._steps.close()

@@ -1,8 +1,8 @@
 """Tamer (up-tamer): heuristic search for temporal plans, without a metric and without a time limit of its own.
 
-It knows flat types only and is slow with numbers, so its problem is written out action by action, with nothing but
-propositions: no parameters, no static tables. The load of a carrier that could be overfull is counted by propositions,
-one per level. Since Tamer takes no metric, each plan found is followed by a search for one that is done a tenth sooner.
+It supports flat types only and is slow with numbers, so its problem is written out action by action, with propositions
+only: no parameters, no static tables. The load of a carrier that could be overfull is counted by propositions, one per
+level. Since Tamer takes no metric, each plan found is followed by a search for a plan that ends a tenth sooner.
 
 References: Valentini, Micheli, Cimatti: Temporal planning with intermediate conditions and effects. AAAI 2020.
 """

@@ -1,7 +1,7 @@
-"""Durations of driving as arrays that can be added up: the lookup tables of list scheduling.
+"""Driving durations as arrays that can be added: the lookup tables of list scheduling.
 
-A travel table written by hand may have holes: pairs of places without a direct path, but with one by way of others.
-List scheduling plans with one drive at a time, so `Detours` fills holes for it and expands its plan afterwards.
+A travel table written by hand may have holes: pairs of places without a direct path, but with a path via others. List
+scheduling plans with one drive at a time, so `Detours` fills holes for it and expands its plan afterwards.
 """
 
 from collections.abc import Iterator, Mapping

@@ -55,7 +55,7 @@ class Greedy:
             if not missed and (best is None or plan.makespan_ms < best.makespan_ms):
                 best = plan
                 yield Improved(plan=best, elapsed_s=elapsed)
-            # the first round is always finished; no other is begun that would end too late at the pace so far
+            # the first round always finishes; no other round begins that would end too late at the pace so far
             if budget.seconds is not None and elapsed * (n + 1) / n > budget.seconds:
                 break
         yield Finished(
@@ -81,7 +81,7 @@ class Listing:
         """Return a plan that reaches as much of the goal as it can, and the names of the targets left out.
 
         The plan is feasible, but some rovers may stay on the ground and some carriers away from home. A feasible plan
-        `start` is kept, and what it leaves undone is added behind it.
+        `start` is kept, and actions for the unfinished goals are appended.
         """
         plan = next(self.drafts(start))[0]
         return plan, frozenset(target.name for target in self._detours.situation.targets) - plan.explored

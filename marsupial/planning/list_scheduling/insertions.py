@@ -1,10 +1,10 @@
-"""All insertions of one more target behind a timeline, and the soonest of them for each target.
+"""All insertions of one more target at the end of a timeline, and the soonest one for each target.
 
 They follow from when every robot could be at every meeting, by itself or with transports (`Arrivals`).
 
 A robot on the ground goes itself; a carrier sets down a rover it carries at a meeting; or a carrier first picks up a
-rover on the ground at one meeting (a full one sets down another there) and carries it to a second. How a rover got to
-where it is set down does not matter from there on, so the table of transports is over meetings:
+rover on the ground at one meeting (a full one sets down another there) and carries it to a second. A rover's way to the
+meeting where it is set down does not matter afterwards, so the table of transports is over meetings:
 
     robot alone              place ----------------------------------> target     `alone_ms`
     carrier has it aboard    carrier --> meeting --------------------> target     `landed_ms[0]`
@@ -75,8 +75,8 @@ class Arrivals:
     def relay(self, v: int, *, alone: bool = False) -> tuple[Times, dict[int, Transport]]:
         """Return per meeting when a rover could be there, and the last transport on the way (Bellman-Ford).
 
-        Where that is absent it drives there from where it stands. With `alone` no carrier picks it up: it drives, set
-        down before by the carrier it is aboard. Exact if no carrier is used twice, an estimate otherwise.
+        Without a transport, the rover drives there from its place. With `alone` no carrier picks it up: its carrier
+        sets it down first, then it drives. Exact if no carrier is used twice, an estimate otherwise.
         """
         transports: dict[int, Transport] = {}
         on, times = self.timeline.on[self.robots[v]], np.minimum(self.arrive_ms[v], NEVER)
@@ -182,7 +182,7 @@ class Insertions:
         v = self.arrivals.row[rover]
         sortie = self.costs.sortie[self.arrivals.kinds[v], :, target]
         names = self.timeline.situation.meetings
-        # Tables keep times only; the meetings are found again for the insertion chosen.
+        # Tables store times only; the meetings are recomputed for the chosen insertion.
         if self.timeline.on[rover] == carrier:
             place = names[int(np.argmin(self.arrivals.landed(v) + sortie))]
             return Transport(carrier, pickup=None, set_down=place, then_to=place)

@@ -32,7 +32,7 @@ def recover(timeline: Timeline, costs: Costs) -> tuple[Timeline, str]:
 def _recovered(timeline: Timeline, costs: Costs, *, transports_first: bool) -> tuple[Timeline, list[str]]:
     """Return the timeline with rovers picked up, and the names of the rovers left."""
     known, stranded_ms = Arrivals(timeline, costs), _stranded_ms(timeline.situation)
-    # Transports on full carriers set other rovers down, and could do so for ever.
+    # Transports on full carriers set other rovers down, possibly for ever.
     for _ in range(3 * len(known.rovers)):
         if (known.aboard >= 0).all():
             break

@@ -1,4 +1,4 @@
-"""A plan under construction: actions are added at its end, each as early as its robots can.
+"""A plan under construction: actions are appended, each as early as its robots allow.
 
 It knows where every robot is after its last action and when it is ready. The drive to where an action begins is added
 automatically; an action that the checker would refuse can't be added. `transport` and `follow` add the actions that
@@ -126,7 +126,7 @@ class Timeline:
             name=name, start_ms=start, duration_ms=took, robot=robot, place=place, carrier=carrier, origin=origin
         )
         self.actions.append(action)
-        # A dock or undock keeps both robots busy, also the one that waited.
+        # A dock or undock keeps both robots busy, including the one that waited.
         for one in action.robots:
             self.ready_ms[one] = action.end_ms + EPSILON_MS
         before, now = self.on[robot], after(action)
@@ -199,7 +199,7 @@ def _moved(timeline: Timeline, robot: str, place: str) -> bool:
 
 
 def board(timeline: Timeline, rover: str, carrier: str, meeting: str) -> bool:
-    """Dock `rover`; a full carrier first sets down its first rover. Return False if that one fits nowhere."""
+    """Dock `rover`; a full carrier first sets down its first rover. Return False if the first rover fits nowhere."""
     if timeline.is_full(carrier):
         first = timeline.cargo[carrier][0]
         place = _where_to_unload(timeline, first, carrier, meeting)

@@ -1,6 +1,6 @@
 """A lower bound on the makespan: the target that takes longest even if all robots were there for it alone, or the work.
 
-Each robot's earliest time at each place is computed with what the others do left out: a rover finds a carrier of any
+Each robot's earliest time at each place is computed without the other robots' actions: a rover finds a carrier of any
 type at any meeting from the moment the first one could be there. Where rovers have to end aboard and carriers at home,
 the way there from the target counts as well. No triangle inequality is assumed of the travel tables.
 """

@@ -14,13 +14,13 @@ FIRST_ROUND = 8  # steps of the first round; each later one has as many as all b
 
 PAUSE_STEPS, PAUSE_S = 10, 0.02  # least effort between two reports, but a plan shorter by 1 % is reported at once
 
-SLICE_S, SLICE_SHARE = 0.01, 0.05  # longest time between two looks at the clock, also as a share of the budget
+SLICE_S, SLICE_SHARE = 0.01, 0.05  # longest time between two readings of the clock, also as a share of the budget
 
 
 class BudgetTracker:
     """Tracks how much of a budget is used.
 
-    No makespan is below `bound_ms`; after `enough` steps a budget in seconds is not used any further.
+    No makespan is below `bound_ms`; after `enough` steps the rest of a budget in seconds is not used.
     """
 
     def __init__(

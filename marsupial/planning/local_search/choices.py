@@ -1,8 +1,8 @@
 """Random choices of nodes and positions, about half of them guided; compiled.
 
-Uniform choices alone waste most moves of a large schedule on events that nothing waits for. So a node is chosen half of
-the time from a critical path: the chain of events, each waiting for the one before it, that ends with something late.
-The other half is uniform, as what has to change may well lie elsewhere.
+Uniform choices alone waste most moves of a large schedule on events that no other event waits for. So a node is chosen
+half of the time from a critical path: the chain of events, each waiting for the one before it, that ends with something
+late. The other half is uniform, as the necessary change may lie elsewhere.
 """
 
 from marsupial.native import inlined
@@ -10,7 +10,7 @@ from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search import linked_schedule as ops
 from marsupial.planning.local_search.linked_schedule import LinkedSchedule
 
-TRIES = 8  # how often to draw again where a draw may be of no use
+TRIES = 8  # how often to redraw where a draw may be useless
 
 LONG = 1 << 60
 

@@ -1,10 +1,9 @@
 """The anytime engine: list scheduling's plan at once, then simulated annealing on the exact schedule.
 
-For priced arrival, and where there is no target, it stops when more steps would gain next to nothing (`ENOUGH`). Once
+For priced arrival, and where there is no target, it stops when more steps would gain almost nothing (`ENOUGH`). Once
 the makespan meets the lower bound, only the mean time at which targets are reached and the driving can get better; that
-gets as much effort as before, and a little more. Where
-`marsupial.planning.list_scheduling.greedy` finds no plan and none is given, there is none: a search over plans needs
-one to begin with.
+gets as much effort as before, and a little more. Where `marsupial.planning.list_scheduling.greedy` finds no plan and
+none is given, there is none: a search over plans needs one to begin with.
 """
 
 import math
@@ -87,7 +86,7 @@ class Anytime:
     """The engine; `clock` gives wall-clock seconds. In one step each of `searches` tries `search.STEP` changes.
 
     The first call in a process loads compiled code, which takes up to half a second: a service makes one before a robot
-    waits. The first call ever compiles, for some twenty seconds. Of priced arrival nothing is proven.
+    waits. The first call ever compiles, for some twenty seconds. It proves nothing about priced arrival.
     """
 
     info = infos.ANYTIME

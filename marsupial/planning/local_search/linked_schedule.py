@@ -2,11 +2,11 @@
 
 Theory of operation
 -------------------
-**Sorties, not rovers.** Rovers of one type are interchangeable aboard a carrier, so the search does not say which rover
-goes where. A *sortie* begins with the undock that sets a rover down, or where a rover stands at first (its `START`). It
-ends with the dock that picks the rover up, or with its last target. Who goes on a sortie is decided when the plan is
-read off (`loading.events_in`); the search only checks that some rover of the type is aboard. So a transfer (a dock or
-an undock) can move from one carrier to another and nothing else has to change.
+**Sorties, not rovers.** Rovers of one type are interchangeable aboard a carrier, so the search does not assign
+individual rovers. A *sortie* begins with the undock that sets a rover down, or where a rover stands at first (its
+`START`). It ends with the dock that picks the rover up, or with its last target. Rovers are assigned to sorties when
+the plan is read off (`loading.events_in`); the search only checks that some rover of the type is aboard. So a transfer
+(a dock or an undock) can move from one carrier to another and nothing else has to change.
 
 **Nodes and links.** A node is an event: a start, a target explored, a dock or an undock. A target or a start is in one
 chain, always by `BEFORE` and `AFTER`, even in a carrier's route. A transfer is in two: in its sortie (`BEFORE`,
@@ -22,8 +22,8 @@ Rows of robots come first in `nodes`, then targets, then transfers. Transfers co
 `BEFORE` is -1 for a node out of all chains.
 
 **Times.** A node's `END` is when its robots are ready again. It follows from the nodes before it: the later of the two
-arrivals for a dock, the carrier's arrival for an undock. All of it can be derived from the links, and is kept so that a
-change has to retime only what it affects (`timing`). Sums over all nodes (lateness, arrivals, driving) are updated with
+arrivals for a dock, the carrier's arrival for an undock. Times can be derived from the links, but are stored so that a
+change retimes only the nodes it affects (`timing`). Sums over all nodes (lateness, arrivals, driving) are updated with
 each node, so a cost takes three multiplications.
 
 **Changes.** Between `begin` and `accept` or `undo`, every row is copied to a log before it is first written to
@@ -153,7 +153,7 @@ def initial_load(sched: LinkedSchedule, carrier: int) -> int:
 @inlined
 def enqueue(sched: LinkedSchedule, node: int, sooner: bool = True) -> None:
     """Queue a node for timing; `sooner` says whether it may end sooner than before."""
-    # Twice the change's number, plus one if it may end sooner: one number tells both, and needs no clearing.
+    # Twice the change's number, plus one if it may end sooner: one number encodes both, and needs no clearing.
     queued_in, now = sched.work[col.QUEUED_IN, node], 2 * sched.work[0, col.EPOCH]
     if queued_in < now:
         sched.work[col.QUEUE, sched.work[0, col.QUEUED]] = node

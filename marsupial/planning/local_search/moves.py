@@ -1,9 +1,9 @@
 """The neighbourhood of annealing: a table of its moves with the rate of each, and the function that applies one.
 
 A move is a compiled function of a linked schedule. It draws what it needs, changes links and returns whether it changed
-anything. It need not check that the result is feasible or any good: timing finds out, and undoing is cheap (a few
-logged rows). So moves are short, and what they check is only what keeps the chains well formed or what fails often and
-is known at once.
+anything. It need not check that the result is feasible or better: timing decides, and undoing is cheap (a few logged
+rows). So moves are short, and check only that the chains stay well formed, or conditions that fail often and are cheap
+to test.
 
 Three kinds, each in a file of its own:
 

@@ -18,7 +18,7 @@ bound. It only moves down, when a new incumbent is found; then the cost of the c
 same as drawing u from (0, 1] first and accepting where the new cost is at most `limit = cost - temperature * ln(u)`.
 Since the limit is known before the schedule is timed, timing stops as soon as the cost is sure to be above it
 (`timing`). The decision is the one that complete timing would have led to, so this early rejection is exact; `timing`
-tells of a quicker test that is nearly so.
+describes a quicker test that is nearly exact.
 
 **Incumbent.** Decided apart from the cost, by the parts of the objective's value in turn (makespan, then arrivals, then
 driving), or by their weighted sum for priced arrival. Every accepted schedule is compared to it.
@@ -84,7 +84,7 @@ SEED, SEEDS = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 
 
 class AnnealingMemory(NamedTuple):
-    """What a search keeps beside its schedule."""
+    """The state of a search besides its schedule."""
 
     best: Ints  # (4,): the value of the incumbent and a lower bound on the makespan in ms
     best_nodes: Ints  # (nodes, `WIDTH`): the rows of the incumbent

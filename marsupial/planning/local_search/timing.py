@@ -9,9 +9,9 @@ ends from the one or two nodes before it, and queues the nodes behind it if its 
                      |          |                  the next in the carrier's route, and the next in the
     sortie         undock ... dock*                sortie of the rover (none: a dock ends it)
 
-Whatever lies before the change, or behind a node whose end stays the same, is never looked at. The queue is ordered by
-former ends: that is nearly the new order, so most nodes are timed once. The order only costs time: a node timed too
-early is queued again when one before it changes.
+Nodes before the change, or behind a node whose end stays the same, are never visited. The queue is ordered by former
+ends: that is nearly the new order, so most nodes are timed once. The order only costs time: a node timed too early is
+queued again when one before it changes.
 
 **Infeasible changes** need no tests of their own. A leg without a path, a rover that is to drive while it is aboard and
 a missing way home show when the node is timed; an overloaded carrier, when its load is counted. Chains that wait for
@@ -19,9 +19,9 @@ each other in a circle grow later with each round until they are too late, or un
 
 **Early rejection.** The limit on the cost is known beforehand (`search`). A queued node may end sooner than before only
 if the change was made there (`link` queues it so), or if a node before it ends sooner. `SOONER` counts such nodes in
-the queue. Once there are none, no end gets smaller any more. Lateness and arrivals grow with the ends, and driving
-changes only where links did, so the cost of what is timed so far is a lower bound on the final one. Above the limit,
-the schedule is given up; complete timing would have rejected it as well.
+the queue. Once there are none, ends no longer decrease. Lateness and arrivals grow with the ends, and driving changes
+only where links did, so the cost of what is timed so far is a lower bound on the final one. Above the limit, timing
+abandons the schedule; complete timing would have rejected it as well.
 
 A second test is quicker and nearly exact: an end that is above the limit by its lateness alone (`latest`) gives the
 schedule up at once. It may reject a good change if the node was timed before one that it waits for; the order of the
@@ -59,7 +59,7 @@ def propagate(sched: LinkedSchedule, limit: float, weights: Floats) -> float:
         retimings_left -= 1
         if retimings_left < 0 or not _retime(sched, _earliest(sched), latest):
             return np.inf
-        # From here on ends can only grow, and so can the cost: what is too much now stays too much.
+        # From here on ends, and so the cost, can only grow: a cost above the limit stays above it.
         if not sched.work[0, col.SOONER] and cost_of(sched, weights) > limit:
             return np.inf
     return cost_of(sched, weights)

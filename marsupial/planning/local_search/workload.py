@@ -1,11 +1,11 @@
-"""A lower bound on the makespan from the work there is: what all rovers, or all carriers, have to do between them.
+"""A lower bound on the makespan from the total work: of all rovers together, or of all carriers together.
 
-A *room* is all that rovers can drive between by themselves. Where it holds targets that no carrier explores and no
-rover stands in it, a rover has to be brought and set down; where rovers have to end aboard, or are fewer than the
-rooms, they have to be picked up. This bounds docking and undocking, driving inside of rooms, and driving between them:
-no less than a spanning forest of the rooms that grows from where the robots are. Robots that share this work evenly and
-finish together finish no later than those of any plan. Shortest ways may lead through any place and are those of the
-quickest type, so nothing is assumed of travel tables.
+A *room* is a set of places between which rovers can drive themselves. Where it holds targets that no carrier explores
+and no rover stands in it, a rover has to be brought and set down; where rovers have to end aboard, or are fewer than
+the rooms, they have to be picked up. This bounds docking and undocking, driving inside of rooms, and driving between
+them: no less than a spanning forest of the rooms that grows from where the robots are. Robots that share this work
+evenly and finish together finish no later than those of any plan. Shortest paths may lead through any place and use the
+quickest type, so the bound assumes nothing about travel tables.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from marsupial.planning.local_search.encoding import ProblemData
 
 MOST_PLACES = 400  # with more there is no such bound: shortest ways between so many already take 0.1 s
 
-AT_ONCE_MS = 1e-6  # a way that counts for nothing; scipy would take less than 1e-8 for none
+AT_ONCE_MS = 1e-6  # a path of no cost; scipy would treat less than 1e-8 as no path
 
 
 def work_bound_ms(data: ProblemData) -> int:

@@ -1,10 +1,10 @@
-"""Several engines as one: a lead, others beside it where they are of use, and the best checked plan of all.
+"""Several engines as one: a lead, others in parallel where useful, and the best checked plan of all.
 
 With a budget in seconds they run side by side, and each new incumbent (`marsupial.planning.incumbent`) is yielded as it
 comes; members can ask for the best plan of all at any time. The search ends at the end of the budget, when all members
-have ended, or when one proves that there is no plan. Once the makespan is proven optimal, the lead goes on for as long
-again, and a little more, to reach targets sooner, from the plan of the member that found it; unless the lead has ended
-by itself.
+have ended, or when one proves that there is no plan. Once the makespan is proven optimal, the lead continues for as
+long again, and a little more, to reach targets sooner, from the plan of the member that found it; unless the lead has
+already ended.
 
     lead       |-- plans -->----------------------|-- polish -->|    (makespan proven: others stop)
     member           |-- begins after its head start, gets the incumbent -->|
@@ -31,7 +31,7 @@ _LAST_TO_REPORT = (Outcome.UNSUPPORTED, *_FAILURES)
 
 
 class Results:
-    """Who has found and proven what, by the engines' names, for one situation. Proofs are of makespans."""
+    """The plans and proofs of each engine, by name, for one situation. Proofs concern makespans."""
 
     def __init__(self, situation: Situation, objective: Objective) -> None:
         self.situation, self.objective = situation, objective
@@ -48,7 +48,7 @@ class Results:
         return self._incumbent.plan
 
     def take(self, name: str, plan: Plan) -> bool:
-        """Take a plan of an engine; return whether it is the new incumbent."""
+        """Accept a plan of an engine; return whether it is the new incumbent."""
         better = self._incumbent.take(plan)
         if self._incumbent.violation is not None:
             self._refused[name] += 1
@@ -124,7 +124,7 @@ class Results:
 GRACE_S = 0.05  # time after the end of the budget in which engines may finish their step and report bounds
 FIRST_PLAN_S = 1.0  # the same without a plan
 
-POLISH_S = 0.1  # least time that the lead goes on after the makespan is proven optimal
+POLISH_S = 0.1  # least time that the lead continues after the makespan is proven optimal
 GIVEN = "the one before"  # name of the finder of `start`
 
 Latest = Callable[[], Plan | None]
@@ -139,7 +139,7 @@ class PortfolioMember:
     # and a function that returns the best plan of all so far
     make: Callable[[Clock, Latest], Engine]
     suits: Callable[[Situation], bool] = lambda situation: True  # whether it is of use in a situation
-    # the time for which the lead runs alone first; a member does not begin if less than twice that is left
+    # how long the lead runs alone first; a member does not begin if less than twice this time is left
     head_start_s: float = 0.0
 
 
@@ -238,7 +238,7 @@ class _SideBySide:
         now = self._clock()
         self._proven, self._waiting = True, []
         self._end = min(self._end, 2 * now - self._begun + POLISH_S)
-        # From another member's plan it has to start anew; its own it goes on with.
+        # With another member's plan the lead has to restart; with its own plan it continues.
         if not self._results.has_shortest(self._lead.name):
             self._race.stop()
             self._race = Race(self._clock)

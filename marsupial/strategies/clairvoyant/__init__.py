@@ -1,8 +1,8 @@
 """The clairvoyant: a plan made with the true map, as a practical bound on exploration time.
 
-It has the same robots, starts, sensors and docking times as any strategy, but knows the true map, and plans only once
-and at length. Its plan is executed in the same simulator; its exploration time is the moment at which every reachable
-cell has been seen. The plan is the best one that a local search found, so the bound is not proven.
+It has the same robots, starts, sensors and docking times as any strategy, but knows the true map, and plans only once,
+with a large budget. Its plan is executed in the same simulator; its exploration time is when every reachable cell has
+been seen. The plan is the best one that a local search found, so the bound is not proven.
 """
 
 CLAIRVOYANT = "clairvoyant"

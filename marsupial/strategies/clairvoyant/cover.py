@@ -1,6 +1,6 @@
 """Finds stops from which a team sees everything, by a randomised greedy set cover, and meeting points for them.
 
-The meeting points are those that missions use, and more, spread over all ground where docking works.
+The meeting points are those that missions use, and others spread over all ground where docking is possible.
 
 References
 ----------

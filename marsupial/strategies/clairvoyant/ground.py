@@ -30,7 +30,7 @@ NOTHING: Ints = np.empty(0, dtype=np.int64)
 
 MOST_SITES = 6000  # most sites of a robot type on the lattice; fewer on large maps. Necessary sites are added to them.
 
-MEMORY = 200_000_000  # bytes for views from sites, and as many for the other caches, which are cleared when full
+MEMORY = 200_000_000  # bytes for views from sites, and the same for the other caches, which are cleared when full
 
 
 class Ground:
@@ -163,7 +163,7 @@ class Ground:
         self._site_views.pop(kind, None)
 
     def _lattice(self, kind: str) -> Ints:
-        """Return the reachable cells on the finest square lattice that has few enough of them."""
+        """Return the reachable cells on the finest square lattice within the limit of sites."""
         reach = self.reach.by_type[kind]
         most = min(MOST_SITES, MEMORY // (1 + len(self._bit) // 8) // len(self.kinds))
         spacing = 1

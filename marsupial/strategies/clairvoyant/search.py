@@ -1,9 +1,9 @@
 """The clairvoyant's search for a fast plan: large neighbourhood search (ruin and repair) with restarts.
 
 A round removes some stops (preferably those seen last, with their neighbours), inserts others at the least cost until
-all is seen again, improves the order by the anytime engine's annealing, and shortens the tours. The next round starts
-from the result if that is better or hardly worse. After `PATIENCE` rounds without improvement, the search restarts from
-new viewpoints.
+every cell is seen again, improves the order by the anytime engine's annealing, and shortens the tours. The next round
+starts from the result if it is better or hardly worse. After `PATIENCE` rounds without improvement, the search restarts
+from new viewpoints.
 
 Restarts make the result less dependent on the seed: on the office with 1x1 and 3x2 robots, the only teams tried,
 searches with different seeds ended up to 10 % apart without restarts and up to 3 % with them. The distance to the
@@ -70,7 +70,7 @@ def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Out
 
 
 def fitted(outline: Outline, used: Callable[[int], float], seed: int) -> Outline:
-    """Return an outline made for other ground, repaired so that all is seen, then improved by the search."""
+    """Return an outline made for other ground, repaired to see every cell, then improved by the search."""
     rng = np.random.default_rng(seed)
     best = shortened(repaired(shortened(outline), rng, max(1, outline.complete_ms)))
     done = 0

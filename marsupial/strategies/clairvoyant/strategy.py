@@ -21,9 +21,9 @@ from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.search import best_outline
 
-# it plans once, while a strategy plans a hundred times
+# the clairvoyant plans once, other strategies about a hundred times
 ROUNDS_PER_STEP = 1.5  # search rounds per step of a strategy's planning budget
-SECONDS = 5.0  # factor on its seconds
+SECONDS = 5.0  # factor on the seconds of that budget
 
 SEED = 1
 

@@ -1,8 +1,8 @@
-"""Editable tours of an outline: they are shortened without seeing less, and repaired where cells are missed.
+"""Editable tours of an outline: shortened without losing seen cells, and repaired where cells are missed.
 
-To shorten tours, stops that see nothing of their own are dropped, and the others moved. To repair them, a missed cell
-is drawn at random, and a stop that sees it inserted into a tour: of the sites that do, compared by the cost of the
-detour per missed cell seen with some noise, the cheapest. That goes on until no cell is missed.
+To shorten tours, stops without cells of their own are dropped, and the others moved. To repair tours, a missed cell is
+drawn at random, and a stop that sees it inserted into a tour: at the site with the least detour cost per missed cell
+seen, with some noise. This is repeated until no cell is missed.
 """
 
 from collections import Counter
@@ -52,7 +52,7 @@ class Tours:
 
     def own(self, tour: Tour, at: int) -> Cells:
         """Return what only the legs to and from a stop see, or a deployed rover's whole tour to its only stop."""
-        if self.is_only_stop(tour, at):  # without it there is no reason to set the rover down
+        if self.is_only_stop(tour, at):  # without this stop there is no reason to set the rover down
             return self._own(tour, range(len(tour.seen)))
         return self._own(tour, range(at, min(at + 2, len(tour.seen))))
 
@@ -91,7 +91,7 @@ class Tours:
         """Insert a new stop for seeing `cells` after place `at` of a tour."""
         name = self.add_stop(tour.kind, cell, cells)
         errand = Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=0, robot=tour.robot, place=name)
-        # the robot does it right after its last errand at the place before
+        # the robot makes this stop right after its last errand at the previous place
         before = tour.after[at]
         position = 0 if before is None else next(i for i, e in enumerate(self._errands) if e is before) + 1
         self._errands.insert(position, errand)
@@ -131,7 +131,7 @@ class Tours:
 def shortened(outline: Outline, passes: int = 2) -> Outline:
     """Return the outline with stops dropped and moved; it sees the same cells."""
     ends = {a.place: a.end_ms for a in outline.plan.actions if a.name is ActionName.EXPLORE}
-    # late stops first: what other stops see as well need not be seen late
+    # late stops first: cells that other stops also see need not be seen late
     order = sorted(ends, key=lambda name: (-ends[name], name))
     tours = Tours(outline)
     for _ in range(passes):
@@ -147,7 +147,7 @@ def _improve(tours: Tours, name: str) -> bool:
     own = tours.own(tour, at)
     ends = _ends(tour, at)
     passing = tours.ground.view(tour.kind, ends[0]) | tours.leg(tour, *ends)
-    # drop it if others see its cells, or if driving past would do and it is not a rover's only stop
+    # drop the stop if others see its cells, or if driving past suffices and it is not a rover's only stop
     if not own or not (tours.is_only_stop(tour, at) or own & ~passing):
         tours.drop(tour, at)
         return False
@@ -246,7 +246,7 @@ class _Repair:
         near, views = np.flatnonzero(ground.near(kind, cell)), ground.site_views(kind)
         bit = ground.bit_of(cell)
         some = near if len(near) <= SITES else self._rng.choice(near, SITES, replace=False)
-        # a sample may by chance hold no site that sees the cell
+        # a random sample may contain no site that sees the cell
         seeing = [n for n in some.tolist() if views[n] & bit] or [n for n in near.tolist() if views[n] & bit]
         return np.array(seeing, dtype=np.int64)
 

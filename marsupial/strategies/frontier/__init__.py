@@ -1,4 +1,4 @@
-"""Strategies for robots that carry no others: a rule assigns a frontier cell to each robot.
+"""Strategies for teams without rovers: a rule assigns a frontier cell to each robot.
 
 `FrontierRule` (rule.py) chooses cells from a `FrontierView`; `Bidders` is the base of rules by bids, `Covering`
 (covering.py) a rule of its own. `FrontierStrategy` (exploration.py) runs a rule in a mission, and `OnArrival`

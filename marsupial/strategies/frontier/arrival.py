@@ -15,7 +15,7 @@ from marsupial.model.mission import Cause, MapMeeting, Trigger, Triggers
 
 
 class OnArrival(Lookout):
-    """Replans when a robot has arrived or failed, or drives to a frontier that has been seen meanwhile."""
+    """Replans when a robot has arrived or failed, or when the frontier it drives to has already been seen."""
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         arrived = {action.robot for action in done if action.name is ActionName.EXPLORE}
@@ -45,7 +45,7 @@ class OnArrival(Lookout):
 
     @abstractmethod
     def _aims(self, work: PlanProgress) -> Mapping[str, int]:
-        """Return the frontier cell (row-major index) of each robot on its way to one, if it may give that up."""
+        """Return the frontier cell (row-major index) of each robot on its way to one, if it may give up that cell."""
 
     @abstractmethod
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
@@ -76,7 +76,7 @@ class WholeFrontiers(OnArrival):
         return aims
 
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
-        """Return the targets; a robot is not sent to where it stands already."""
+        """Return the targets; a robot is not sent to its own cell."""
         now_ms = self._world.now_ms
         frontiers = self._surveyor.frontiers(self._world.robots())
         soonest_s: dict[str, Floats] = {}
@@ -86,7 +86,7 @@ class WholeFrontiers(OnArrival):
                 if robot.type != name or robot.cell is None:
                     continue
                 ways = self._surveyor.lengths(name, robot.cell, frontier.viewpoints, robot.heading)
-                if robot.free_at_ms <= now_ms:  # standing there already has revealed nothing more
+                if robot.free_at_ms <= now_ms:  # another visit to its own cell reveals nothing
                     ways[ways == 0] = np.inf
                 np.minimum(soonest_s[name], ways / self._kinds[name].speed_mps, out=soonest_s[name])
         targets = self._surveyor.finder.find_whole(frontiers, soonest_s)

@@ -1,15 +1,14 @@
 """Tours on which the team sees everything, assuming that all unknown cells are free.
 
-The search of the clairvoyant plans the tours, on the known map with unknown cells taken for free ground. Robots follow
-them while the assumption holds. If the map turned out differently, and a tour is blocked or a robot has driven some
-distance since, the tours are repaired: stops that remain useful are kept, stops are inserted for what is missed, and a
-few rounds of the search follow. Unlike a plan that visits frontiers, tours count what is seen in passing, so they leave
-little behind that costs a detour later.
+The search of the clairvoyant plans the tours, on the known map with unknown cells assumed free. Robots follow the tours
+while the assumption holds. If the map differs, and a tour is blocked or a robot has driven some distance since, the
+tours are repaired: useful stops remain, new stops cover the missed cells, and a few rounds of the search follow. Unlike
+a plan that visits frontiers, tours count cells seen in passing, so few remaining cells cost a detour later.
 
 References
 ----------
 S. Koenig, Y. Smirnov, C. Tovey, Performance bounds for planning in unknown terrain, Artificial Intelligence 147, 2003:
-planning with the unknown taken for free.
+planning with unknown cells assumed free.
 """
 
 import math
@@ -28,7 +27,7 @@ from marsupial.strategies.clairvoyant.search import best_outline, fitted
 from marsupial.strategies.frontier.rule import FrontierRule, FrontierView
 
 FIRST_SHARE = 4.0  # effort of the first search, before anything is explored, as a multiple of that of later ones
-LATER_SHARE = 0.2  # share of its sensor range that a robot drives before tours that are not blocked are planned again
+LATER_SHARE = 0.2  # share of its sensor range that a robot drives before unblocked tours are replanned
 
 
 @dataclass(slots=True, kw_only=True)
@@ -47,7 +46,7 @@ class Covering(FrontierRule):
 
     name: ClassVar[str] = "covering"
 
-    # rounds, seconds: limits of each search after the first; it ends at the first that is reached
+    # rounds, seconds: limits of each search after the first; the search ends when it reaches either limit
     rounds: float = 4.0
     seconds: float = math.inf
     _tours: _Tours | None = field(default=None, init=False)
@@ -74,7 +73,7 @@ class Covering(FrontierRule):
         return {name: goal for name, goal in closest.items() if goal is not None}
 
     def _is_overtaken(self, ways: _Tours, view: FrontierView, guess: CellArray) -> bool:
-        """Return whether the map turned out differently, and a robot is blocked or has driven far since."""
+        """Return whether the map differs from the guess, and a robot is blocked or has driven far since."""
         if np.array_equal(guess, ways.guess):
             return False
         for robot in view.robots:
@@ -116,7 +115,7 @@ class Covering(FrontierRule):
 
 
 def _follow(ways: _Tours, view: FrontierView) -> bool:
-    """Cut what was passed from the routes; return whether every robot is on its route."""
+    """Remove passed cells from the routes; return whether every robot is on its route."""
     for robot in view.robots:
         route = ways.routes.get(robot.name, [])
         if robot.cell not in route:
@@ -137,7 +136,7 @@ def _feasible_part(outline: Outline, ground: Ground) -> Outline:
     for errand in errands:
         for kind, cell in viewpoints[errand.place].items():
             ground.add_sites(kind, [cell])
-    # Reach is that of a type. A single robot may be cut off from it, by a wall where free ground was assumed.
+    # Reach is per type. A wall where free ground was assumed may cut off a single robot from it.
 
     def reaches(robot: PlacedRobot, cell: Cell) -> bool:
         return robot.cell is not None and math.isfinite(ground.apart(robot.type, robot.cell, [cell])[0])

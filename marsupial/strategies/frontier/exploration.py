@@ -1,7 +1,7 @@
 """Runs a frontier rule in a mission: robots drive to the cells that the rule chooses.
 
 The cells become the targets of a situation, so that the plan is checked, carried out and logged like any other. The
-mission ends as with every other strategy: when no robot can explore anything more, and carriers are home if required.
+mission ends as with every other strategy: when nothing is left to explore, and carriers are home if required.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class FrontierPace(OnArrival):
             if robot.name not in chosen:
                 continue
             stop = self._next_stop(view, robot, chosen[robot.name])
-            # an action that ends where the robot stands would reveal nothing, and be planned for ever
+            # an action that ends at the robot's own cell would reveal nothing, and be replanned for ever
             if stop is None or (stop == robot.cell and robot.name in standing):
                 continue
             name = f"t_{stop.x}_{stop.y}"
@@ -155,7 +155,7 @@ class FrontierPace(OnArrival):
         # route lengths by least energy are not additive, since turns between parts count: `step_towards` would err
         if robot.kind.routes is Routes.ENERGY:
             return route[min(1, len(route) - 1)]
-        # the step drawn for a plan is kept when the plan is fitted to the time that it took, or it would be lost
+        # a drawn step is kept while the plan is fitted to the planning time; otherwise it would be lost
         step = view.step_towards(robot, place, before=self._steps.get(robot.name))
         self._steps[robot.name] = step
         return step

@@ -2,7 +2,7 @@
 
 Bidders take the frontier cell with the highest bid one after the other, in the order of the team, on the same map, and
 bid again at every cell they reach. Of equal bids that for the first cell wins, row by row. As bids may change with
-every step, a robot may oscillate between two cells: it is sent to a random neighbouring cell then.
+every step, a robot may oscillate between two cells: the strategy then sends it to a random neighbouring cell.
 """
 
 import math
@@ -32,7 +32,7 @@ class Explorer:
 
     name: str
     kind: RobotType
-    cell: Cell  # its cell; while it drives the next one it passes
+    cell: Cell  # its cell; while it drives, the next cell that it passes
     heading: int | None  # step digit of its last move (`marsupial.paths.routes`), None before the first
     goal: int | None  # the frontier cell (row-major index) that it drives to, or None
     trail: tuple[Cell, ...] = ()  # its cells at the last decisions, at most `TRAIL`, the present one at the end
@@ -72,7 +72,7 @@ class FrontierView:
         return self.lengths(robot, self.frontier(robot).viewpoints)
 
     def closest(self, robot: Explorer, ways: Floats) -> int | None:
-        """Return the frontier cell of the shortest of a robot's `ways` (n,); None if it can reach none."""
+        """Return the frontier cell of the shortest of a robot's `ways` (n,); None if all are unreachable."""
         return int(self.frontier(robot).cells[np.argmin(ways)]) if np.isfinite(ways).any() else None
 
     def around(self, robot: Explorer) -> Ints:
@@ -84,7 +84,7 @@ class FrontierView:
         return cells[self.lengths(robot, cells) < SHORTEST_DETOUR]
 
     def step_towards(self, robot: Explorer, place: Cell, before: Cell | None = None) -> Cell:
-        """Return the next cell of a shortest route to `place`: `before` if it is one, otherwise a random one."""
+        """Return the next cell of a shortest route to `place`: `before` if such a cell, otherwise a random one."""
         if place == robot.cell:
             return place
         cells = self.around(robot)
@@ -105,7 +105,7 @@ class FrontierRule(Protocol):
     name: ClassVar[str]
     # whether it is asked at each cell that a robot reaches; if not, whenever a robot has arrived
     each_step: ClassVar[bool] = True
-    # whether it is asked as soon as some robot has seen what is behind the frontier cell that a robot drives to
+    # whether it is asked as soon as any robot has seen the cells behind a frontier cell that a robot drives to
     gives_up: ClassVar[bool] = True
     most_robots: ClassVar[int | None] = None  # None for any number
 
@@ -123,7 +123,7 @@ P = TypeVar("P", bound=Parametrised)
 
 
 def with_parameters(rule: type[P], text: str) -> P:
-    """Return the rule with the values of a text like ``W_n=1/W_p=0.5``, all others being the paper's.
+    """Return the rule with the values of a text like ``W_n=1/W_p=0.5``, with the paper's values for all others.
 
     Raises
     ------
