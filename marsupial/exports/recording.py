@@ -145,7 +145,7 @@ class _Recording:
         return sorted({e.t_ms for e in self.playback.events if isinstance(e, Revealed | Changed)})
 
     def _grids(self) -> Iterator[Timed]:
-        # All grids show the part that is known in the end, so their size does not change.
+        # All grids show the part that is known at the end, so their size does not change.
         bottom, top, left, right = box(self.playback.cells_at(self.playback.end_ms) != UNKNOWN)
         size = len(CHANNELS) * (top - bottom) * (right - left)
         every_ms = max(GRID_EVERY_MS, self.playback.duration_ms * size // ALL_GRIDS_BYTES)

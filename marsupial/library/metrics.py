@@ -37,7 +37,7 @@ class Metric:
     digits
         Digits of a mean in tables.
     decimals
-        Decimals in CSV; None for whole numbers and for lists, of which CSV has the length.
+        Decimals in CSV; None for whole numbers, and for lists, whose length CSV gives.
     column
         Name of the column in CSV.
     """
