@@ -15,7 +15,7 @@ Functions of other files become part of that code, but a change there goes unnot
 a new layout. So `native` adds a digest of all sources it may be made of to the qualified name that identifies code.
 
 *What of numba is overridden.* A part (inlined or outlined) only needs LLVM's intermediate code, which its callers
-link. numba would also optimise it and compile it to machine code that nothing runs: more than half of the
+link. numba would also optimise it and compile it to machine code that nothing runs, which took more than half the
 time to compile planners. `_PartCompiler` gives parts a library that skips both steps, by private methods of
 `JITCodeLibrary`; pyproject.toml bounds numba, and ``tests/test_numba_internals.py`` names what has changed.
 """

@@ -1,4 +1,4 @@
-"""Where robots fit, where they get to and what they see, on the true map: worked out anew, from the documentation.
+"""Where robots fit, what they reach and what they see on the true map, computed independently from the documentation.
 
 Coordinates are cells (column, row), row 0 at the bottom; arrays are (height, width).
 """
@@ -18,14 +18,14 @@ from benchmarks.storm.logs import STEPS, Cell
 
 Document = dict[str, Any]
 CODES = {"#": 0, ".": 1, "~": 2, "m": 3, "g": 4, "?": 0}
-"""Terrain codes of the characters that `worlds` draws; what the map does not know is solid."""
+"""Terrain codes of the characters that `worlds` draws; cells unknown to the map are solid."""
 
 UNKNOWN = 255
 BLOCKS_SIGHT = (0, 4)
 
 
 class TrueGround:
-    """The true map, and what is known of it."""
+    """The true map, and its known part."""
 
     def __init__(self, drawn: Document) -> None:
         self._truth = np.array([[CODES[c] for c in row] for row in reversed(drawn["rows"])], dtype=np.uint8)
@@ -75,9 +75,9 @@ class TrueGround:
     def _reach(
         self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]], slack: float
     ) -> NDArray[np.bool_]:
-        """Return where anybody can get to: carriers from their starts, rovers also from where they are set down.
+        """Return what each robot can reach: carriers from their starts, rovers also from where they are set down.
 
-        Any carrier counts for any rover: one may fetch what another has brought.
+        Any carrier counts for any rover: one carrier may fetch a rover that another has brought.
         """
         reached = np.zeros(cells.shape, dtype=bool)
         by_carrier: list[tuple[Document, NDArray[np.bool_]]] = []
@@ -114,7 +114,7 @@ class TrueGround:
         return int(np.count_nonzero(found))
 
     def _near(self, sources: Iterable[Cell], limit: float) -> dict[Cell, float]:
-        """Return the cells that a way of at most `limit` cells over see-through ground leads to from some sources."""
+        """Return the cells within a path of at most `limit` cells over see-through ground from some sources."""
         clear = ~np.isin(self._truth, BLOCKS_SIGHT)
         lengths = {source: 0.0 for source in sources if clear[source[1], source[0]]}
         heap = [(0.0, source) for source in lengths]
