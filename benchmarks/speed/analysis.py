@@ -59,7 +59,7 @@ PARTS = {
     "paths": "travel tables",
     "paths.nearest": CALLERS,
 }
-"""What modules work on; the others work for whoever calls them."""
+"""The part of each module; the time of other modules counts for their callers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

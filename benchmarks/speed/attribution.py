@@ -23,7 +23,7 @@ REST = "other"
 """The part of calls that come from no part."""
 
 CALLERS = ""
-"""The part of modules that work for whoever calls them, where their package belongs to a part."""
+"""The part of modules whose time counts for their callers, although their package belongs to a part."""
 
 _ROOT = Path(marsupial.__file__).resolve().parent.parent
 

@@ -158,7 +158,7 @@ class Account(TrueGround):
         drivable = set().union(*(kind["terrains"] for kind in self._kinds.values()))
         wide = 1 + math.floor(max(kind["radius_m"] for kind in self._kinds.values()) * self._metre)
         for frontier in event["remaining"]:
-            x, y = frontier["cell"]  # where a footprint fits that does not on a cell beside it, for what is unknown
+            x, y = frontier["cell"]  # unknown cells may keep the footprint from the cells beside it
             around = self._known[max(0, y - wide) : y + wide + 1, max(0, x - wide) : x + wide + 1]
             if self._known[y, x] not in drivable or not (around == UNKNOWN).any():
                 self._find(event, f"{(x, y)} is called a frontier that is left, but is none")

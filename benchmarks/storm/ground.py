@@ -69,7 +69,7 @@ class TrueGround:
         return reached
 
     def _dock_cells(self, carrier: Document, rover: Document) -> float:
-        """How long the way over see-through ground between two that dock may be: bodies touch, give or take a cell."""
+        """Return the longest path over see-through ground between docking robots: bodies touch, give or take a cell."""
         return (carrier["radius_m"] + rover["radius_m"]) * self._metre + math.sqrt(2) + 1e-6
 
     def _reach(
@@ -98,7 +98,7 @@ class TrueGround:
         return reached
 
     def _pockets(self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]]) -> int:
-        """Return how many cells of rovers' ground are in parts no larger than a rover, which need not be looked for."""
+        """Return the number of cells of rovers' ground in parts no larger than a rover, which need no search."""
         found = np.zeros(cells.shape, dtype=bool)
         for kind in (kind for kind, _ in team if kind["role"] == "rover"):
             fits, radius = self._standable(kind, cells, 1e-6), kind["radius_m"] * self._metre
@@ -141,7 +141,7 @@ class TrueGround:
         return None
 
     def _plain(self, here: Cell, there: Cell) -> bool:
-        """Say whether no cell within one cell of the straight line between two cells blocks sight, `there` left out."""
+        """Return whether no cell within one cell of the line between two cells, except `there`, blocks sight."""
         steps = max(abs(there[0] - here[0]), abs(there[1] - here[1])) * 2
         for k in range(steps + 1):
             x = here[0] + (there[0] - here[0]) * k / max(1, steps)

@@ -218,7 +218,7 @@ class Oracle(Account):
             self._stand(event, name, (spot[0], spot[1]))
 
     def _undo(self, event: Document, robot: Robot) -> None:
-        """A docking or undocking that failed leaves the rover where it was before; a lost carrier, on the ground."""
+        """Undo a failed docking or undocking: the rover stays where it was; on the ground if its carrier was lost."""
         action = event["action"]
         if not self._faulty or event["end"] not in ("failed", "lost"):
             self._find(event, f"{action['name']} of {action['robot']} ended as {event['end']}")
