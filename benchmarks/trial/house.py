@@ -61,7 +61,7 @@ class House(Server):
         return time.monotonic() - begun
 
     def below(self, depth: int | None = None) -> list[int]:
-        """Return what runs below the server: 1 is the launcher, 2 supervisors, 3 workers, from 4 on what they start."""
+        """Return processes below the server: 1 is the launcher, 2 supervisors, 3 workers, from 4 on their children."""
         levels = [[self.process.pid]]
         while levels[-1]:
             levels.append([child for pid in levels[-1] for child in reaper.children(pid) if is_alive(child)])
