@@ -203,7 +203,7 @@ def answers() -> list[bytes]:
 
 
 def journals() -> list[bytes]:
-    """Return what a bridge keeps of its mission."""
+    """Return a bridge's stored states of its mission."""
     return [
         json.dumps(
             {"version": 1, **asdict(Record(mission="m", frame={"width": 3, "height": 2, "origin_m": [0, 0, 0]}))}

@@ -29,7 +29,7 @@ MOST_FINDINGS = 30
 """Of a family in one run."""
 
 HANG_S = 300
-"""After so long an execution is given up; what merely takes too long is found by the time of processors it took."""
+"""An execution is aborted after this time; one that is only too slow is found by its CPU time."""
 
 
 def fuzz(family: str, folder: Path, runs: int, seconds: int, seed: int) -> None:

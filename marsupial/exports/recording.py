@@ -189,7 +189,7 @@ class _Recording:
             for name, track in tracks.items():
                 leg = track.where.at
                 if name in legs and leg is legs[name]:
-                    continue  # the same drive goes on
+                    continue  # the same drive continues
                 cells = leg.cells if leg is not None and len(leg.cells) > 1 else ()
                 if cells or (legs.get(name) and len(legs[name].cells) > 1):  # type: ignore[union-attr]
                     poses = [self._pose(*cell, 0.0) for cell in corners(cells)]

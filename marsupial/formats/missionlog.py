@@ -140,7 +140,7 @@ class LogChecker:
             yield from self._placed(f"robots[{i}]", robot)
 
     def _frame(self, event: m.MissionStarted | m.FrameGrown) -> Iterator[Problem]:
-        """Check the size and place of the map, before anybody allocates an array of that size."""
+        """Check the size and place of the map, before an array of that size is allocated."""
         for key in ("width", "height"):
             if fault := BOUNDS["side"].fault(getattr(event, key)):
                 yield Problem(key, fault)

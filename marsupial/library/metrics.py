@@ -128,7 +128,7 @@ AS_ENDED = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Summary:
-    """A finished mission: what was asked, how it ended, its metrics."""
+    """A finished mission: its arguments, how it ended, its metrics."""
 
     status: Status
     reason: str

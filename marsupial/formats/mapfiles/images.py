@@ -93,7 +93,7 @@ def _header_size(file: Path | io.BytesIO, kinds: Sequence[type[ImageFile]]) -> t
 
 
 def size_fault(width: int, height: int, size_bytes: int, max_cells: int = MAX_CELLS) -> str | None:
-    """Return what is wrong with the size of a map in a file of `size_bytes`, which may be compressed, or None."""
+    """Return the fault of a map's size in a file of `size_bytes`, which may be compressed, or None."""
     # A blank map of any size fits in a few compressed bytes, but a mission on it takes gigabytes.
     cells = width * height
     if cells > max_cells:
