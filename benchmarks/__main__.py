@@ -1,4 +1,4 @@
-"""The command ``python -m benchmarks NAME``; each program is imported only when it is asked for."""
+"""The command ``python -m benchmarks NAME``; each program is imported only when it runs."""
 
 from __future__ import annotations
 

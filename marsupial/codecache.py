@@ -9,7 +9,7 @@ the last step is slow (seconds for a planner's search):
                       │ not there
                       ▼
                     _LocalCache      files that this machine wrote: __pycache__ beside the sources, else numba's
-                      │ not there    folder of the user, else a temporary folder, else nothing is kept
+                      │ not there    folder of the user, else a temporary folder, else nothing is stored
                       ▼
                     PRECOMPILED      files that came with the package, for a processor nearly every machine has
                       │ not there
@@ -28,11 +28,11 @@ processor by name (x86-64-v3: AVX2, no AVX-512) instead of for the machine that 
 has its features. Another numba, another Python or an edited source computes another name, finds no file and compiles:
 nothing has to be invalidated.
 
-*What of numba is overridden.* `_FunctionCode` stands where numba's dispatcher keeps its cache (``dispatcher._cache``).
+*What of numba is overridden.* `_FunctionCode` replaces the cache of numba's dispatcher (``dispatcher._cache``).
 It uses `FunctionCache._load_overload`, `CompileResult._reduce` and `_rebuild`, which numba may change in any release:
 pyproject.toml bounds numba, and ``tests/test_numba_internals.py`` names what has changed.
 
-A cache never fails a call: whatever goes wrong here, code is compiled. One line is logged if it can't be kept.
+A cache never fails a call: whatever goes wrong here, code is compiled. One line is logged if it can't be stored.
 """
 
 import atexit
@@ -106,7 +106,7 @@ class _State:
 
 
 def is_lasting() -> bool:
-    """Return whether compiled code is kept for good: longer than this process, and than the machine is up."""
+    """Return whether compiled code is stored where it outlives this process and a reboot."""
     return _State.fault is None
 
 
@@ -117,7 +117,7 @@ def precompile_into(folder: Path) -> None:
 
 
 def cache_code(function: CPUDispatcher) -> None:
-    """Load code of a function before compiling it, and keep what is compiled."""
+    """Look for stored code of a function before compiling it, and store what is compiled."""
     # The function's qualified name must identify all the sources it is made of.
     function._cache = _FunctionCode(function.py_func)
 
@@ -234,7 +234,7 @@ class _LocalCache(FunctionCache):
 
 
 def _local_cache(function: Callable[..., object]) -> Any:
-    """Return a cache in a writable folder, or one that keeps nothing."""
+    """Return a cache in a writable folder, or one that stores nothing."""
     try:
         return _LocalCache(function)
     except RuntimeError:  # numba found no folder it can write to

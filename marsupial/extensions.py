@@ -5,7 +5,7 @@ A package lists them in its ``pyproject.toml``, under the name of the group::
     [project.entry-points."marsupial.strategies"]
     wander = "my_package:Wander"
 
-An extension is imported only when it is used. One that can't be used gives the reason and does not affect others. An
+An extension is imported only when it is used. An unusable one gives the reason and does not affect others. An
 extension can't replace a strategy or engine of marsupial's own.
 """
 

@@ -1,21 +1,21 @@
-"""Functions that numba compiles to machine code, which is kept on disk (`marsupial.codecache`).
+"""Functions that numba compiles to machine code, which is stored on disk (`marsupial.codecache`).
 
 There are three kinds:
 
 ::
 
-    Python ──calls──► @native    compiled at the first call or loaded; kept on disk
+    Python ──calls──► @native    compiled at the first call or loaded; stored on disk
                          │
                          ├─ @inlined     code pasted into each native caller: no call, no copy of its arguments
                          └─ @outlined    a function of its own in the caller's code: keeps long loops short
 
-*Why code is kept by all sources.* numba drops kept code when the file of the function that Python calls has changed.
+*Why all sources identify stored code.* numba drops code when the file of the function that Python calls has changed.
 Functions of other files become part of that code, but a change there goes unnoticed
 (https://numba.readthedocs.io/en/stable/user/jit.html#cache): after an upgrade, old code would read and write arrays of
-a new layout. So `native` adds a digest of all sources it may be made of to the qualified name that code is kept by.
+a new layout. So `native` adds a digest of all sources it may be made of to the qualified name that identifies code.
 
-*What of numba is overridden.* A part (inlined or outlined) only needs LLVM's intermediate code, for its callers to
-take in. numba would also optimise it and make machine code of it that nobody runs, which took more than half of the
+*What of numba is overridden.* A part (inlined or outlined) only needs LLVM's intermediate code, which its callers
+link. numba would also optimise it and compile it to machine code that nothing runs, which took more than half the
 time to compile planners. `_PartCompiler` gives parts a library that skips both steps, by private methods of
 `JITCodeLibrary`; pyproject.toml bounds numba, and ``tests/test_numba_internals.py`` names what has changed.
 """
@@ -62,7 +62,7 @@ class _Listener(event.Listener):
 
 
 def watched(report: Compiling) -> AbstractContextManager[object]:
-    """Return a context that calls `report` before a native function is compiled, not when its kept code is loaded."""
+    """Return a context that calls `report` before a native function is compiled, not when its stored code is loaded."""
     return event.install_listener("numba:compile", _Listener(report))
 
 

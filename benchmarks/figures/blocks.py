@@ -1,4 +1,4 @@
-"""The blocks of figures in README and docs, and ``python -m benchmarks figures``, which writes them anew."""
+"""The blocks of figures in README and docs, and ``python -m benchmarks figures``, which rewrites them."""
 
 import argparse
 import re
@@ -17,12 +17,12 @@ _BLOCK = re.compile(r"(<!-- figures: (\S+) (\S+) -->\n).*?(<!-- end -->)", re.DO
 
 
 def transcript(name: str) -> str:
-    """Return what a command has printed."""
+    """Return the output of a command."""
     return f"```\n$ marsupial {COMMANDS[name]}\n{printed(name)}```\n\nPrinted {origin(name)}.\n"
 
 
 def losses(name: str) -> str:
-    """Return the kinds of map on which the base of a comparison explores later, then how it does on all."""
+    """Return the kinds of map on which the base of a comparison explores more slowly, then its result on all maps."""
     outcome = comparison(name)
     table = main_table(outcome)
     behind = [row for row in table.rows if row[0].text != EVERYWHERE and row[2].text.startswith("+")]
@@ -43,11 +43,11 @@ def results(name: str) -> str:
 
 
 PARTS = {"transcript": transcript, "losses": losses, "results": results}
-"""What a block may have of kept results."""
+"""The parts of stored results that a block may show."""
 
 
 def _written(name: str, outcome: ComparisonOutcome, table: ReportTable) -> str:
-    """Return a table without its title, and what it was made from."""
+    """Return a table without its title, and its source."""
     rows, first = outcome.rows, outcome.header.get("first_seed", 1)
     teams = ", ".join(sorted({case.team for case in outcome.cases}))
     seeds = f"seed {first}" if outcome.runs == 1 else f"seeds {first} to {first + outcome.runs - 1}"
@@ -63,7 +63,7 @@ def _written(name: str, outcome: ComparisonOutcome, table: ReportTable) -> str:
 
 
 def rebuilt(page: str) -> str:
-    """Return the text of a page with all its blocks written anew; raise a `UsageError` if one can't be."""
+    """Return the text of a page with all its blocks rewritten; raise a `UsageError` if one can't be."""
 
     def block(found: re.Match[str]) -> str:
         start, name, part, end = found.groups()
@@ -76,7 +76,7 @@ def rebuilt(page: str) -> str:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Write all blocks, after carrying out missions if asked to."""
+    """Write all blocks, after running the missions if asked to."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks figures", description=__doc__)
     parser.add_argument("--missions", nargs="*", choices=COMMANDS, help="carry out these missions first [default: all]")
     missions = parser.parse_args(arguments).missions

@@ -1,4 +1,4 @@
-"""Kept results of missions with their commit: the packed rows of a comparison, or what a command has printed."""
+"""Stored results of missions with their commit: the packed rows of a comparison, or the output of a command."""
 
 import gzip
 import json
@@ -20,14 +20,14 @@ COMMANDS: Mapping[str, str] = {
     "demo": "demo",
     "footprint": "compare --suite footprint --strategies assignment,heuristic-plus,heuristic,temporal --runs 1",
 }
-"""The command of `marsupial` behind each of the kept results."""
+"""The command of `marsupial` behind each of the stored results."""
 
 FILES = (HEADER, "rows.csv", "timings.csv")  # coverage over time is long, and no figure needs it
 _CLOCK = re.compile(r" (?:planning, |analysis ).*")  # lines of a demo with wall-clock times
 
 
 def comparison(name: str) -> ComparisonOutcome:
-    """Return a kept comparison."""
+    """Return a stored comparison."""
     with TemporaryDirectory() as made:
         folder = Path(made)
         for file in FILES:
@@ -36,19 +36,19 @@ def comparison(name: str) -> ComparisonOutcome:
 
 
 def printed(name: str) -> str:
-    """Return what a kept command has printed."""
+    """Return the stored output of a command."""
     return (ROWS / name / "printed.txt").read_text(encoding="utf-8")
 
 
 def origin(name: str) -> str:
-    """Return at which commit kept results were made, and where they are."""
+    """Return the commit at which stored results were made, and their place."""
     made = json.loads((ROWS / name / "made.json").read_text(encoding="utf-8"))
     note = f" ({made['note']})" if "note" in made else ""
     return f"at commit `{made['commit'][:8]}`{note}, kept in `{(ROWS / name).relative_to(ROOT).as_posix()}`"
 
 
 def carry_out(name: str) -> None:
-    """Carry out the missions of one of `COMMANDS` and keep their results; a comparison that was interrupted goes on."""
+    """Run the missions of one of `COMMANDS` and store their results; resume an interrupted comparison."""
     commit = _git("log", "-1", "--format=%H", "--", "marsupial")
     if _git("status", "--porcelain", "marsupial"):
         raise UsageError("the results are kept with their commit: commit what has changed in marsupial/ first")
@@ -59,7 +59,7 @@ def carry_out(name: str) -> None:
 
 
 def keep(name: str, commit: str, said: str, folder: Path, **more: str) -> None:
-    """Keep what a command has printed, or the comparison in its folder."""
+    """Store the output of a command, or the comparison in its folder."""
     kept = ROWS / name
     kept.mkdir(parents=True, exist_ok=True)
     (kept / "made.json").write_text(json.dumps({"commit": commit, **more}, indent=1) + "\n", encoding="utf-8")
@@ -71,7 +71,7 @@ def keep(name: str, commit: str, said: str, folder: Path, **more: str) -> None:
 
 
 def steady(said: str) -> str:
-    """Return what a demo prints without the times that differ from machine to machine."""
+    """Return a demo's output without the times that differ between machines."""
     lines = [line.rstrip() for line in said.splitlines() if not _CLOCK.fullmatch(line)]
     return "\n".join(lines).strip("\n") + "\n"
 

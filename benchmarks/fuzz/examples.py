@@ -1,4 +1,4 @@
-"""Valid examples of every kind of file that is read, small ones: what the fuzzer begins with."""
+"""Small valid examples of every kind of file that is read: the fuzzer's first inputs."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ def deploy() -> Situation:
 
 
 def of(pattern: str) -> Callable[[], list[bytes]]:
-    """Return what reads the files of the project that fit a pattern."""
+    """Return a function that reads the project's files that match a pattern."""
     return lambda: [path.read_bytes() for path in sorted(ROOT.glob(pattern))]
 
 
 def scenarios() -> list[bytes]:
-    """Return the built-in scenarios that are small, one with every field, and the tutorial's."""
+    """Return the small built-in scenarios, one with every field, and the tutorial's."""
     lobby = scenario_text(builtin_scenario("lobby")).encode()
     team = (ROOT / "docs/tutorial/workshop-team.yaml").read_bytes()
     return [lobby, team, FULL_SCENARIO.encode(), *yaml_blocks("docs/scenario-format.md")]
@@ -66,7 +66,7 @@ FULL_SCENARIO = json.dumps(
 
 
 def situations() -> list[bytes]:
-    """Return a situation with one target, and one out of a mission."""
+    """Return a situation with one target, and one from a mission."""
     moment = files("marsupial.bench.suite") / "moments" / "mission-lobby-1x2-5.json.gz"
     return [situation_to_json(deploy()).encode(), gzip.decompress(moment.read_bytes())]
 
@@ -90,12 +90,12 @@ def logs() -> list[bytes]:
 
 
 def strip_texts() -> list[bytes]:
-    """Return cells of a map 40 wide as a log has them."""
+    """Return cells of a map 40 cells wide in the form of a log."""
     return [text_of(runs, 40).encode() for runs in ((0, 5, 1, 41, 3, 1, 90, 30, 0), (0, 400, 1), (7, 1, 255, 50, 1, 0))]
 
 
 def images() -> list[bytes]:
-    """Return small images of all kinds that are read."""
+    """Return a small image of every kind that is read."""
     import io
 
     from PIL import Image

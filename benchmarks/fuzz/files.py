@@ -1,4 +1,4 @@
-"""How readers of files and of command lines are fed bytes, and what they read is written and read again."""
+"""Feed bytes to readers of files and command lines, write what they return, and read it again."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ from marsupial.planning.external.commands import External
 from marsupial.planning.external.output import PlanReader, Printed, last_words
 
 MOST_CELLS, MOST_SIDE = 250_000, 300
-"""Of images, and along a side of maps that are made: larger ones take long because they are large."""
+"""Most cells of images, and of a side of generated maps: larger ones would take long for their size alone."""
 
 
 class Mismatch(Exception):
-    """What was read and written again reads as something else."""
+    """A value that was read and written reads back as another value."""
 
 
 def same(first: object, second: object) -> None:
@@ -69,7 +69,7 @@ def stored(data: bytes, name: str) -> Path:
 
 
 def read_text_of(read: Callable[[str], object], data: bytes) -> object:
-    """Read a text as files are read: what is no UTF-8 never gets to a reader."""
+    """Read a text as files are read: bytes that are not UTF-8 never reach a reader."""
     with suppress(UnicodeDecodeError):
         return read(data.decode("utf-8"))
     return None
@@ -99,12 +99,12 @@ def problem(text: str) -> None:
 def plan(text: str) -> None:
     """Read a plan, write it and read it again."""
     found = read_plan_text(text, deploy())
-    with suppress(InvalidPlanError):  # PDDL can't say all plans
+    with suppress(InvalidPlanError):  # PDDL can't express every plan
         same(found, read_plan_text(write_plan_text(found, deploy()), deploy()))
 
 
 def planner_output(data: bytes) -> None:
-    """Cut plans out of what a planner prints, in two pieces."""
+    """Extract plans from a planner's output, which arrives in two pieces."""
     printed, reader = Printed(), PlanReader(deploy())
     for chunk in (data[: len(data) // 2], b"", data[len(data) // 2 :]):
         list(reader.better([*printed.feed(chunk), *printed.growing(chunk)], complete=True))
@@ -120,7 +120,7 @@ def log(data: bytes) -> None:
 
 
 def strips(text: str) -> None:
-    """Read cells of a map as a log has them, write them and read them again."""
+    """Read cells of a map in the form of a log, write them and read them again."""
     width, height = 40, 30
     runs = runs_in(text, width, height)
     if max(runs[2::3], default=0) < 256:  # else no cells have them: the reader of logs looks at that
@@ -128,13 +128,13 @@ def strips(text: str) -> None:
 
 
 def map_file(data: bytes, *, name: str) -> None:
-    """Read a file of a kind of map that its name tells."""
+    """Read a map file of the kind that its name gives."""
     grid = read_map(stored(data, name)).grid
     _as_nav2(grid)
 
 
 def _as_nav2(grid: Grid) -> None:
-    """Write a map as nav2's map saver does; what is unknown or an obstacle has to be that again."""
+    """Write a map as nav2's map saver does; unknown cells and obstacles must read back as such."""
     pixels, head = nav2_files(grid, Path("map.yaml")).values()
     cells = understand_image(header_of(head), grey_of(pixels)).grid.cells
     same(((cells == 0).tobytes(), (cells == UNKNOWN).tobytes()), _solid(grid))
@@ -152,7 +152,7 @@ def nav2(data: bytes) -> None:
 
 
 def image(data: bytes) -> None:
-    """Read an image, and understand it in every mode."""
+    """Read an image, and interpret it in every mode."""
     with suppress(MarsupialError):
         size_of(data)
     image = grey_of(data, max_cells=MOST_CELLS)
@@ -162,7 +162,7 @@ def image(data: bytes) -> None:
 
 
 def comparison(data: bytes) -> None:
-    """Read a folder: its head and its files of lines, one after the other, at their first lines."""
+    """Read a file of a comparison's folder, recognised by its first line: the head or a CSV."""
     first = data.partition(b"\n")[0]
     name = next((name for name, lines in FILES.items() if lines.head.encode().strip() == first.strip()), None)
     if name is None:
@@ -176,7 +176,7 @@ def comparison(data: bytes) -> None:
 
 
 def command_line(text: str) -> None:
-    """Read a text as each option that has a grammar of its own."""
+    """Read a text as a value of each option that has its own grammar."""
     for read in (
         partial(numbers, option="--carriers", bound=BOUNDS["carriers"]),
         partial(contenders, planner="greedy", budget=Budget(steps=1)),
@@ -195,7 +195,7 @@ def domain(text: str) -> None:
 
 
 def movingai_problems(data: bytes) -> None:
-    """Read which map path problems are for, and refuse them as a map."""
+    """Read which map the path problems are for, and refuse the file as a map."""
     path = stored(data, "grid.map.scen")
     scenario_map(path)
     with suppress(MarsupialError):
@@ -203,6 +203,6 @@ def movingai_problems(data: bytes) -> None:
 
 
 def best(text: str) -> None:
-    """Read best plans of the suite."""
+    """Read the suite's best plans."""
     written = write_best(read_best(text))
     same(written, write_best(read_best(written)))

@@ -1,4 +1,4 @@
-"""How readers of requests, of the service's answers and of messages of ROS are fed bytes."""
+"""Feed bytes to readers of requests, of the service's answers and of ROS messages."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ LIMITS = ServiceLimits(cells=MOST_CELLS // 10)
 
 @cache
 def _given(path: str) -> tuple[BodyReader[Any, Any], tuple[Any, ...]]:
-    """Return how a body is read, and what it is read with."""
+    """Return the reader of a body, and its further arguments."""
     if path.endswith("/reports"):
         brief = brief_of(MissionBody.model_validate(EXAMPLES["/v1/missions"]()), LIMITS, {})
         return REPORT_READER, (brief, MissionFrame.of(brief.grid))
@@ -57,7 +57,7 @@ def _given(path: str) -> tuple[BodyReader[Any, Any], tuple[Any, ...]]:
 
 
 def body(data: bytes, *, path: str) -> None:
-    """Read a body, and answer what is wrong with it."""
+    """Read a body, and build the answer if it is wrong."""
     reading, more = _given(path)
     (found,) = read_elsewhere((data, reading, LIMITS, more))
     if isinstance(found, HttpProblem):
@@ -70,7 +70,7 @@ def bodies(path: str) -> list[bytes]:
 
 
 def operator_words(text: str) -> None:
-    """Read what operators set and what headers of requests say."""
+    """Read operators' settings and the headers of requests."""
     name, _, value = text.partition("=")
     for read in (
         lambda: limits_from({}, {name: value}),
@@ -88,7 +88,7 @@ def operator_words(text: str) -> None:
 
 @contextmanager
 def _client(reply: Callable[[httpx2.Request], httpx2.Response]) -> Iterator[Client]:
-    """Give a client that is answered at once, and whose clock stands still: without patience it tries once."""
+    """Yield a client that gets its answer at once and whose clock stands still: without patience it tries once."""
     http = httpx2.Client(transport=httpx2.MockTransport(reply))
     client = Client("http://host", patience_s=0, http=http)
     with patch.object(blocking_session, "monotonic", lambda: 0.0), client:
@@ -109,7 +109,7 @@ def stream(data: bytes) -> None:
 
 
 def refusal(data: bytes) -> None:
-    """Read an answer: a line with its status and when to try again, and its text."""
+    """Read an answer: a line with its status and the time to retry, then its text."""
     first, _, text = data.partition(b"\n")
     status, _, again = first.partition(b" ")
     code = int(status) if status.isdigit() and len(status) == 3 else 503
@@ -132,7 +132,7 @@ def settings(data: bytes) -> None:
 
 
 def journal(data: bytes) -> None:
-    """Read what a bridge keeps of its mission."""
+    """Read a bridge's stored state of its mission."""
     Journal(stored(data, "state.json")).read()
 
 
@@ -203,7 +203,7 @@ def answers() -> list[bytes]:
 
 
 def journals() -> list[bytes]:
-    """Return what a bridge keeps of its mission."""
+    """Return a bridge's stored states of its mission."""
     return [
         json.dumps(
             {"version": 1, **asdict(Record(mission="m", frame={"width": 3, "height": 2, "origin_m": [0, 0, 0]}))}

@@ -1,4 +1,4 @@
-"""Changes of valid inputs that keep enough of their structure to get deep into a reader.
+"""Changes of valid inputs that preserve enough structure to get deep into a reader.
 
 libFuzzer changes bytes; here words, numbers, brackets, fields of JSON and chunks of PNG are changed.
 """
@@ -24,7 +24,7 @@ ODD_WORDS = (
     b"/dev/zero", b"..", b"*a", b"&a ", b"!!int ", b"!!timestamp ", b"2001-99-99", b"? ", b"<<: ", b"- ",
     b"(" * 3000, b"[" * 3000, b'{"a":' * 3000,
 )  # fmt: skip
-"""What numbers, texts and brackets of any format are seldom tested with."""
+"""Numbers, texts and brackets that tests of any format seldom use."""
 
 ODD_VALUES = (
     None, True, False, 0, -1, 1, 255, 256, 1.5, 1e308, -1e308, 10**19, 10**400, "", "a", "\ud800", "\0", "a" * 300,
@@ -33,7 +33,7 @@ ODD_VALUES = (
 
 
 def mutated(data: bytes, rng: random.Random, words: Sequence[bytes]) -> bytes:
-    """Return `data` with one change or a few; `words` are those of its format."""
+    """Return `data` with one change or a few; `words` belong to its format."""
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
         change = rng.choice((_in_json, _in_json, _in_words, _in_words, _in_bytes))
         data = change(data, rng, words)
@@ -41,7 +41,7 @@ def mutated(data: bytes, rng: random.Random, words: Sequence[bytes]) -> bytes:
 
 
 def mutations(seeds: Sequence[bytes], count: int, words: Sequence[bytes], seed: int = 1) -> Iterator[bytes]:
-    """Yield `count` changes of the seeds, always the same ones."""
+    """Yield the same `count` changes of the seeds every time."""
     rng = random.Random(seed)
     for i in range(count):
         yield mutated(seeds[i % len(seeds)], rng, words)
@@ -106,7 +106,7 @@ def _change(inside: Any, key: Any, rng: random.Random, others: Sequence[Any]) ->
 
 
 def _with_right_sums(png: bytes) -> bytes:
-    """Return a PNG whose chunks have the right check sums: a decoder looks no further otherwise."""
+    """Return a PNG whose chunks have correct checksums; a decoder stops at a wrong one."""
     at, parts = len(PNG), [PNG]
     while at + 12 <= len(png):
         (length,) = struct.unpack(">I", png[at : at + 4])

@@ -1,7 +1,7 @@
-"""The fuzzer's command: run each family of readers in a process of its own, and keep what is found.
+"""The fuzzer's command: run each family of readers in its own process, and save the findings.
 
 Each finding is an input file called FAMILY.DIGEST; inputs that fail at the same place in the same way are one finding.
-What is new to the coverage of a family is kept as its corpus, which the next run begins with.
+Inputs that add coverage to a family are saved as its corpus, with which the next run begins.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ LEFT_OUT = (
     "maps", "paths", "planning.branch_and_bound", "planning.list_scheduling", "planning.local_search", "sim", "mission",
     "generators", "formats.strips", "native", "keeping",
 )  # fmt: skip
-"""Parts of `marsupial` whose coverage says nothing of readers; numba can't compile what is instrumented."""
+"""Parts of `marsupial` whose coverage says nothing about readers; numba can't compile instrumented code."""
 
 MOST_FINDINGS = 30
 """Of a family in one run."""
 
 HANG_S = 300
-"""After so long an execution is given up; what merely takes too long is found by the time of processors it took."""
+"""An execution is aborted after this time; one that is only too slow is found by its CPU time."""
 
 
 def fuzz(family: str, folder: Path, runs: int, seconds: int, seed: int) -> None:
-    """Run one family until its end, which is that of the process; what libFuzzer says goes to a file."""
+    """Run one family, whose end also ends the process; libFuzzer's output goes to a file."""
     import atheris
 
     log = os.open(folder / f"{family}.log", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
@@ -77,7 +77,7 @@ def _left_out() -> list[str]:
 
 
 def replay(file: Path) -> int:
-    """Feed a file to the family that its name begins with; return how many findings that are."""
+    """Feed a file to the family that its name begins with; return the number of findings."""
     from benchmarks.fuzz.targets import TARGETS
     from benchmarks.fuzz.trying import fault_of
 
@@ -95,7 +95,7 @@ def _digest(data: bytes) -> str:
 
 
 def _run(family: str, chosen: argparse.Namespace) -> int:
-    """Run a family; print how many executions there were and return the number of findings."""
+    """Run a family; print the number of executions and return the number of findings."""
     from benchmarks.fuzz.targets import TARGETS
 
     corpus, seeds = chosen.out / "corpus" / family, chosen.out / "seeds" / family

@@ -1,6 +1,6 @@
-"""The families of readers that are fuzzed: how each is fed bytes, what it may raise, examples, words of its format.
+"""The families of readers to fuzz: how each gets its bytes, what it may raise, examples, words of its format.
 
-A reader may return, or raise one of what it documents (`refuses`); anything else is a finding.
+A reader may return, or raise an exception that it documents (`refuses`); anything else is a finding.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One execution: feed bytes to a reader, and say what is wrong with how it took them."""
+"""One execution: feed bytes to a reader, and report its fault, if any."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from marsupial.errors import InternalError
 
 MOST_CPU_S = 5.0
 MOST_BYTES = 500 * 2**20
-"""What reading an input may take: time of processors, and memory beyond all that was taken before."""
+"""Limits for reading an input: CPU time, and memory beyond the peak before it."""
 
 LONGEST = 65_536
-"""Bytes of an input."""
+"""Most bytes of an input."""
 
 
 def fault_of(target: FuzzTarget, data: bytes) -> str | None:
-    """Return what was wrong with how a reader took `data` in a line, None if it took or refused it as it documents."""
+    """Return a reader's fault on `data` as a line; None if the reader accepted or refused it as documented."""
     began, peak = time.process_time(), _peak_bytes()
     try:
         with warnings.catch_warnings():
@@ -39,7 +39,7 @@ def fault_of(target: FuzzTarget, data: bytes) -> str | None:
 
 
 def _said(error: Exception) -> str:
-    """Name an exception and the last lines of the project that it came through."""
+    """Return the name of an exception and the last lines of the project in its traceback."""
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if "site-packages" not in frame.filename]
     places = [f"{frame.filename.rpartition('/marsupial')[2]}:{frame.lineno}" for frame in frames[-3:]]
     return f"{type(error).__name__} at {' > '.join(places)}: {' '.join(str(error).split())[:300]}"

@@ -1,4 +1,4 @@
-"""The speed of marsupial beside references of the same run: plain C, scipy, work from scratch, the second use.
+"""The speed of marsupial against references in the same run: plain C, scipy, work from scratch, the second use.
 
-``python -m benchmarks analysis|first-use|paths|sim``; docs/benchmarks.md tells how to read what they print.
+``python -m benchmarks analysis|first-use|paths|sim``; docs/benchmarks.md explains their output.
 """

@@ -1,10 +1,10 @@
-"""Map work after a little more of a map was revealed: kept up to date, beside the same from scratch.
+"""Map analysis after a little more of a map was revealed: incremental against from scratch.
 
-Half of what can be seen of a map is known, and a team stands here and there. Then, again and again, what is unknown
-near the place of a target is revealed, 1 % of the map each time, robots move to that and other targets, and everything
-that planning needs is worked out twice: by a surveyor that has seen all that came before, and by a new one that knows
-nothing but the map. Both must come to the same situation. Times are the medians of these moments; where they go is
-looked up in as many more, by profile (`attribution`).
+Half of the visible part of a map is known, and a team is spread over it. Each round reveals unknown cells near a
+target, 1 % of the map, and moves robots to that and other targets. Then everything that planning needs is computed
+twice: by a surveyor that has seen all earlier rounds, and by a new one that knows only the map. Both must reach the
+same situation. Times are medians over these rounds; as many further rounds are profiled to show where the time goes
+(`attribution`).
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ MAPS = ("rooms", "cave")
 RESOLUTION_M = 0.05
 
 KNOWN_SHARE, REVEALED_SHARE = 0.5, 0.01
-"""How much of what can be seen is known at first, and how much of the map is revealed each time."""
+"""The share of the visible cells known at first, and the share of the map revealed each time."""
 
 LEAST_S = 2e-5
-"""Less than that is too little for a ratio."""
+"""A shorter time is too short for a ratio."""
 
 PARTS = {
     "maps.footprint": "footprints",
@@ -59,7 +59,7 @@ PARTS = {
     "paths": "travel tables",
     "paths.nearest": CALLERS,
 }
-"""What modules work on; the others work for whoever calls them."""
+"""The part of each module; the time of other modules counts for their callers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,15 +69,15 @@ class AnalysisRow:
     Parameters
     ----------
     revealed
-        Cells revealed each time, in the mean.
+        Mean number of cells revealed each time.
     targets, places
-        Of the situation of the last moment; places are rows of a travel table.
+        Their numbers in the last situation; places are rows of a travel table.
     kept_s, scratch_s
-        CPU seconds of a surveyor that is kept and of a new one.
+        CPU seconds of the incremental surveyor and of a new one.
     kept_parts, scratch_parts
         The same by part, by profile.
     same
-        Whether both came to the same each time.
+        Whether both had the same result each time.
     """
 
     map: str
@@ -93,12 +93,12 @@ class AnalysisRow:
 
     @property
     def ratio(self) -> float:
-        """How many times cheaper it is to keep."""
+        """How many times faster the incremental surveyor is."""
         return self.scratch_s / self.kept_s
 
 
 class _Moment(NamedTuple):
-    """All that map work comes to: what a planner may ask for."""
+    """The results of map analysis: everything a planner may ask for."""
 
     survey: Survey
     direct_ms: Mapping[str, Mapping[str, int]]
@@ -106,18 +106,18 @@ class _Moment(NamedTuple):
 
     @classmethod
     def of(cls, surveyor: Surveyor, robots: Sequence[RobotReport]) -> _Moment:
-        """Work it out."""
+        """Compute them."""
         survey = surveyor.survey(robots, 0)
         return cls(survey, survey.direct_ms(), survey.unseen())
 
     def says_what(self, other: _Moment) -> bool:
-        """Say whether it is the same as another one."""
+        """Return whether both are the same."""
         mine, its = (digest_of(each.survey.situation) for each in (self, other))
         return mine == its and self.direct_ms == other.direct_ms and self.unseen == other.unseen
 
 
 class _Growing:
-    """A map that is revealed bit by bit, with a team on it and a surveyor that is kept."""
+    """A map that is revealed bit by bit, with a team on it and an incremental surveyor."""
 
     def __init__(self, truth: Grid, seed: int) -> None:
         self._truth: Bytes = truth.cells.ravel()
@@ -141,7 +141,7 @@ class _Growing:
         self._targets = _Moment.of(self._surveyor, self._robots).survey.targets
 
     def reveal(self) -> Ints:
-        """Move robots to targets and reveal what is near to the first of them; return the new cells, ascending."""
+        """Move robots to targets and reveal cells near the first target; return the new cells, ascending."""
         places: dict[str, Cell] = {}
         for robot in self._robots:
             views = [target.viewpoints[robot.type] for target in self._targets if robot.type in target.viewpoints]
@@ -158,14 +158,14 @@ class _Growing:
         return cells
 
     def kept(self, cells: Ints) -> _Moment:
-        """Return what the surveyor that is kept says, once it is told of these cells."""
+        """Return the incremental surveyor's result after these cells were revealed to it."""
         self._territory.reveal(cells)
         moment = _Moment.of(self._surveyor, self._robots)
         self._targets = moment.survey.targets
         return moment
 
     def scratch(self) -> _Moment:
-        """Return what a new surveyor says."""
+        """Return a new surveyor's result."""
         return _Moment.of(self._new()[1], self._robots)
 
     def _new(self) -> tuple[Territory, Surveyor]:
@@ -173,7 +173,7 @@ class _Growing:
         return territory, Surveyor(territory, self._homes, self._scenario.goal)
 
     def _unknown_near(self, cell: Cell) -> Ints:
-        """Return the unknown cells that can be got to in the end, and those beside them, the nearest on foot first."""
+        """Return the unknown cells reachable on the true map, and those beside them, by increasing path length."""
         field: Floats = ndimage.minimum_filter(self._ground.field(cell), size=3, mode="nearest")
         unknown = np.flatnonzero(np.isfinite(field) & (self._known == UNKNOWN))
         return unknown[np.argsort(field.ravel()[unknown], kind="stable")]
@@ -185,7 +185,7 @@ def bench_analysis(
     repeats: int = 5,
     tell: Callable[[str], None] = lambda text: None,
 ) -> Iterator[AnalysisRow]:
-    """Yield a row for each map of these sizes, in cells a side; `tell` is told which map is next."""
+    """Yield a row for each map of these sizes, in cells a side; `tell` gets the name of the next map."""
     tell("loading or compiling")
     analysis_row(MAPS[0], min(SIZES), seed, 1)
     for size in sizes:
@@ -195,7 +195,7 @@ def bench_analysis(
 
 
 def analysis_row(name: str, size: int, seed: int, repeats: int) -> AnalysisRow:
-    """Reveal one map `repeats` times for the times, and as often for where they go."""
+    """Reveal one map `repeats` times to measure times, and as often to profile."""
     growing = _Growing(generated(name, size, RESOLUTION_M, seed), seed)
     kept_s: list[float] = []
     scratch_s: list[float] = []

@@ -1,8 +1,8 @@
-"""Which parts of marsupial the time of a job goes to, by Python's profiler.
+"""Attribute the time of a job to parts of marsupial, by Python's profiler.
 
-Modules belong to parts. A function's own time is that of its module's part; where its module belongs to none, as those
-of libraries and of what several parts use, it is shared out among those who called it, by the time they had it work.
-Profiling takes a while for each call, which is taken off again: by how much longer the job took than without it.
+Modules belong to parts. A function's own time counts for its module's part. If the module has no part, like libraries
+and code that several parts use, the time is divided among the function's callers, by the time spent in their calls.
+Profiling costs time for each call. That is subtracted: it is the difference to the job's time without the profiler.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ import marsupial
 Result = TypeVar("Result")
 
 REST = "other"
-"""What is asked for by nothing that belongs to a part."""
+"""The part of calls that come from no part."""
 
 CALLERS = ""
-"""The part of modules that work for whoever calls them, where their package belongs to a part."""
+"""The part of modules whose time counts for their callers, although their package belongs to a part."""
 
 _ROOT = Path(marsupial.__file__).resolve().parent.parent
 
 Function = tuple[str, int, str]
-"""As the profiler knows it: file, line, name."""
+"""The profiler's key of a function: file, line, name."""
 
 Callers = Mapping[Function, tuple[int, int, float, float]]
 """By caller, in seconds: calls that were not recursive, calls, own time, time with all that was called."""
 
 Shares = Mapping[str, float]
-"""By part, they sum up to 1."""
+"""By part; they sum to 1."""
 
 
 def profiled(job: Callable[[], Result], parts: Mapping[str, str], plain_s: float) -> tuple[Result, dict[str, float]]:
-    """Return what a job returns, and the CPU seconds that go to each part, which sum up to `plain_s`.
+    """Return a job's result, and the CPU seconds of each part, which sum to `plain_s`.
 
     Parameters
     ----------
     parts
         The part of each module or package, by its name after ``marsupial.``; the longest name that fits counts.
     plain_s
-        CPU seconds that the job takes where it is not profiled.
+        CPU seconds that the job takes without the profiler.
     """
     profile = cProfile.Profile(time.process_time, builtins=False)
     result = profile.runcall(job)
@@ -73,7 +73,7 @@ class Profile:
         self._known: dict[Function, Shares] = {}
 
     def shares(self, plain_s: float) -> Shares:
-        """Return the share of each part in a job that takes so long without the profiler."""
+        """Return the share of each part in a job that takes `plain_s` without the profiler."""
         whole_s = sum(each[2] for each in self._stats.values())
         toll_s = max(0.0, whole_s - plain_s) / max(1, sum(each[1] for each in self._stats.values()))
         sums = {part: 0.0 for part in (*self._parts.values(), REST) if part != CALLERS}
@@ -87,9 +87,9 @@ class Profile:
         return {name: seconds / whole for name, seconds in sums.items()}
 
     def _among(self, callers: Callers, asked: frozenset[Function], *, own: bool = False) -> Shares:
-        """Return the shares of a function of no part that was called by these, empty where they work for nobody.
+        """Return the shares of a function without a part, by its callers; empty if these belong to no part.
 
-        Functions that were `asked` on the way there are left out: they only go round in a circle.
+        Functions already `asked` on the way are left out, as they only close a cycle.
         """
         found = [
             (each[2 if own else 3], self._of(caller, asked)) for caller, each in callers.items() if caller not in asked

@@ -1,4 +1,4 @@
-"""Maps of any size for benches, each drawn by a seed: what generators make, without their limits of size."""
+"""Maps of any size for benches, each drawn by a seed: the generators' maps without their size limits."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ def cave(size: int, seed: int) -> Mask:
 
 
 MASKS: dict[str, Callable[[int, int], Mask]] = {"rand20": rand20, "rooms": rooms, "cave": cave}
-"""Which cells are passable, by size and seed."""
+"""Functions of size and seed that return the mask of passable cells."""
 
 
 def generated(name: str, size: int, resolution_m: float, seed: int) -> Grid:
-    """Return the square map that a generator makes of that many cells a side."""
+    """Return a generator's square map with that many cells a side."""
     cells = np.full((size, size), OBSTACLE, dtype=np.uint8)
     side_m = size * resolution_m
     GENERATORS[name].carve(cells, np.random.default_rng(seed), CanvasSize(side_m, side_m, resolution_m))

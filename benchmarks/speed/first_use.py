@@ -1,6 +1,6 @@
-"""What a command takes the first time on a machine, with no compiled code kept, beside the times after it.
+"""The time of a command's first use on a machine, without stored compiled code, against later uses.
 
-Each use is a process of its own; its compiled code is kept in a folder that is empty before the first one. Precompiled
+Each use is its own process; its compiled code is stored in a folder that is empty before the first one. Precompiled
 code is used where it came with the package, as by everybody. Counted are the process and those it waited for.
 """
 
@@ -25,7 +25,7 @@ from marsupial.errors import UsageError
 from marsupial.formats.situation import situation_to_json
 
 INSTANCE = "mission-office-2x2-8"
-"""The situation of the planner suite that is planned for."""
+"""The situation to plan for, from the planner suite."""
 
 SITUATION = "situation.json"
 
@@ -33,14 +33,14 @@ COMMANDS = {
     "run": ("run", "lobby", "--steps", "8"),
     "plan": ("plan", SITUATION, "--steps", "8"),
 }
-"""What is used, by name."""
+"""The commands by name."""
 
 PROGRAM = "import sys; from marsupial.cli.main import main; sys.exit(main(sys.argv[1:]))"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Use:
-    """What one process took, in seconds."""
+    """The times of one process, in seconds."""
 
     cpu_s: float
     wall_s: float
@@ -48,7 +48,7 @@ class Use:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FirstUseRow:
-    """A command the first time, and the medians of the times after it."""
+    """A command's first use, and the medians of its later uses."""
 
     name: str
     command: str
@@ -64,7 +64,7 @@ class FirstUseRow:
 def bench_first_use(
     names: Sequence[str] = (), *, repeats: int = 3, tell: Callable[[str], None] = lambda text: None
 ) -> Iterator[FirstUseRow]:
-    """Yield a row for each of these commands, all without any; `tell` is told which one is next.
+    """Yield a row for each of these commands, all if none are named; `tell` gets the name of the next one.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def bench_first_use(
 
 
 def use(command: Iterable[str], folder: Path) -> Use:
-    """Use a command in a folder that has its situation and receives compiled code.
+    """Run a command in a folder that holds its situation and receives compiled code.
 
     Raises
     ------

@@ -1,10 +1,10 @@
-"""Path costs beside those of others, in one process and on the same grids.
+"""Path costs against reference implementations, in one process and on the same grids.
 
 Three jobs on three kinds of map, from small to large ones: the field of one cell, the cost matrix of K cells, one route
 from corner to corner. The references are Dijkstra's search in plain C (`dijkstra.c`), with a binary heap and with
-buckets of width 1, and scipy's `csgraph.dijkstra`. What they need beforehand is not counted: C's framed copy of the
-grid, and scipy's sparse graph, whose building is timed apart. All results are compared in the same run. The field of
-least energy, whose search has 8 states a cell, stands beside the field of lengths.
+buckets of width 1, and scipy's `csgraph.dijkstra`. Their preparation is not counted: C's framed copy of the
+grid, and scipy's sparse graph, which is timed separately. All results are compared in the same run. The field of
+least energy, whose search has 8 states per cell, is compared with the field of lengths.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ class PathsRow:
     Parameters
     ----------
     size
-        Cells of the map a side.
+        Cells per side of the map.
     ours_s, reference_s
         CPU seconds.
     difference
-        The largest one between both results, in cells.
+        The largest difference between both results, in cells.
     """
 
     map: str
@@ -83,13 +83,13 @@ class EnergyRow:
 
     @property
     def per_state(self) -> float:
-        """How many times longer a state of the search for least energy takes: it has 8 a cell."""
+        """How many times longer a state of the search for least energy takes: it has 8 per cell."""
         return self.energy_s / self.length_s / 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PathsBench:
-    """All rows; by map and size the CPU seconds that scipy's graph took to build; why there is no C, if there is none.
+    """All rows; CPU seconds to build scipy's graph, by map and size; the reason why there is no C, if there is none.
 
     A matrix is over `cells` cells.
     """
@@ -106,7 +106,7 @@ class PathsBench:
 
 @dataclass(frozen=True, slots=True)
 class _SearchJob:
-    """What ours and each reference does, and all they should agree on."""
+    """The job as our function and as each reference does it, and what their results must agree on."""
 
     name: str
     ours: Callable[[], Floats]
@@ -115,7 +115,7 @@ class _SearchJob:
 
 @dataclass(frozen=True, slots=True)
 class _TimedGround:
-    """One map, and what references made of it beforehand."""
+    """One map, and the references' preparation of it."""
 
     map: str
     passable: Mask
@@ -131,7 +131,7 @@ def bench_paths(
     cells: int = 40,
     tell: Callable[[str], None] = lambda text: None,
 ) -> PathsBench:
-    """Time all sides on maps of these sizes, in cells a side; `tell` is told which map is next."""
+    """Time all sides on maps of these sizes, in cells a side; `tell` gets the name of the next map."""
     library = compiled("dijkstra")
     rows: list[PathsRow] = []
     energy: list[EnergyRow] = []
@@ -229,7 +229,7 @@ def _search_jobs(ground: _TimedGround) -> Iterator[_SearchJob]:
     )
     yield _SearchJob(
         f"matrix K = {len(cells)}",
-        lambda: PathSearch(ground.passable).matrix(cells),  # a search remembers its last one
+        lambda: PathSearch(ground.passable).matrix(cells),  # a search caches its last matrix
         {**by_plain(lambda plain: plain.matrix(cells)), **by_scipy(nodes, lambda it: it[:, nodes], SCIPY_MATRIX_MOST)},
     )
     yield _SearchJob(

@@ -1,6 +1,6 @@
-"""Searches in plain C that marsupial's are timed beside: compiled where there is a compiler, when they are first used.
+"""Searches in plain C to compare marsupial's with: compiled at their first use, if there is a compiler.
 
-What is made of the sources lives in a temporary folder until the process ends.
+The compiled libraries are in a temporary folder until the process ends.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from marsupial.model.grid import Cell, Grid, Mask
 
 COMPILER = ("cc", "-O3", "-march=native", "-shared", "-fPIC")
 COMPILER_S = 60.0
-"""How long compiling may take."""
+"""Time limit of compiling."""
 
 HEAP, BUCKETS = 0, 1
 """The queues of `dijkstra.c`."""
@@ -28,14 +28,14 @@ HEAP, BUCKETS = 0, 1
 
 @dataclass(frozen=True, slots=True)
 class NotCompiled:
-    """There is nothing compiled, and why."""
+    """The reason why nothing was compiled."""
 
     reason: str
 
 
 @cache
 def compiled(name: str) -> ctypes.CDLL | NotCompiled:
-    """Return the library made of the C source of that name."""
+    """Return the library compiled from the C source of that name."""
     compiler = shutil.which(COMPILER[0])
     if compiler is None:
         return NotCompiled(f"there is no compiler ({COMPILER[0]})")
@@ -57,7 +57,7 @@ def _first_line(text: str) -> str:
 
 
 class PlainSearch:
-    """Dijkstra's search of `dijkstra.c` on one mask, as it is when this is made.
+    """Dijkstra's search of `dijkstra.c` on a copy of one mask.
 
     Parameters
     ----------
@@ -70,12 +70,12 @@ class PlainSearch:
     def __init__(self, library: ctypes.CDLL, passable: Mask, queue: int) -> None:
         self._library, self._queue = library, queue
         self._open = np.ascontiguousarray(np.pad(passable, 1).astype(np.uint8))
-        self._cost = np.full(self._open.shape, np.inf)  # written to, so that the first search need not claim memory
+        self._cost = np.full(self._open.shape, np.inf)  # written now, so that the first search need not allocate pages
 
     def field(self, source: Cell, wanted: Cell | None = None) -> Floats:
         """Return the distances (height, width) from a passable cell, a view that the next search overwrites.
 
-        If only one cell is `wanted`, no other distance need be right.
+        If one cell is `wanted`, only its distance has to be right.
         """
         goals = self._indices([] if wanted is None else [wanted])
         self._call("field", ctypes.c_int64(int(self._indices([source])[0])), *_array(goals), self._cost.ctypes)

@@ -1,8 +1,8 @@
-"""The simulator beside the time it simulates, sensing beside the same in plain C, and where a mission's time goes.
+"""The simulator against the time it simulates, sensing against plain C, and where a mission's time goes.
 
-Views are taken from cells drawn at random on maps that grow, by the sensor of simulated robots and by `sight.c`, and
-must be the same. Missions are carried out as `marsupial run` does, their events written to a log; once plainly, for the
-times, and once more for where they go (`attribution`).
+Views from random cells on maps of growing size are computed by the sensor of simulated robots and by `sight.c`, and
+must be equal. Missions run as in `marsupial run`, with a log: first without the profiler to measure times, then once
+more with it to attribute them (`attribution`).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ SIZES = (256, 512, 1024, 2048)
 STRATEGIES = ("heuristic", "temporal")
 
 SIGHT_MAP, RESOLUTION_M, VIEWS = "rooms", 0.05, 200
-"""The generator of the maps on which views are taken, the edge of their cells, and how many views."""
+"""The generator of the maps on which views are computed, the edge of their cells, and the number of views."""
 
 PARTS = {
     "sim": "sensing and driving",
@@ -59,21 +59,21 @@ PARTS = {
     "formats": "log",
     "library.recording": "log",
 }
-"""What modules work on; the others work for whoever calls them."""
+"""The part of each module; the time of other modules counts for their callers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SightRow:
-    """Views on one map.
+    """The views computed on one map.
 
     Parameters
     ----------
     cells
-        Seen in all.
+        Cells seen in all views.
     ours_s, reference_s
         CPU seconds, None where there is no C.
     same
-        Whether both saw the same.
+        Whether both saw the same cells.
     """
 
     map: str
@@ -92,16 +92,16 @@ class SightRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimedMission:
-    """One mission.
+    """The times of one mission.
 
     Parameters
     ----------
     simulated_s
-        Until it was over.
+        Simulated time of the mission.
     cpu_s
-        Of this process, without the profiler.
+        CPU time of this process, without the profiler.
     revealed
-        Cells, in how many reveals.
+        Number of cells, and of reveals.
     parts
         CPU seconds by part.
     """
@@ -121,12 +121,12 @@ class TimedMission:
 
     @property
     def ratio(self) -> float:
-        """How many times faster than the time it simulates."""
+        """How many times faster than real time the simulator is."""
         return self.simulated_s / self.cpu_s
 
     @property
     def revealed_per_s(self) -> float:
-        """Cells revealed for each CPU second that goes to sensing and driving."""
+        """Cells revealed per CPU second of sensing and driving."""
         return self.revealed / max(self.parts[PARTS["sim"]], 1e-9)
 
 
@@ -171,7 +171,7 @@ def _sight_row(size: int, seed: int, repeats: int, views: int) -> SightRow:
 def bench_mission(
     scenario: Scenario, strategy: str, planner: str, budget: Budget, seed: int = 1, repeats: int = 1
 ) -> TimedMission:
-    """Carry a mission out `repeats` times for the times, and once for where they go."""
+    """Run a mission `repeats` times to measure times, and once to profile them."""
     asked = str(planner_for(strategy, planner))
     prepare_mission(scenario, strategy, asked)()
     fly = partial(_fly, scenario, strategy, asked, budget, seed)
@@ -243,7 +243,7 @@ def _fly(scenario: Scenario, strategy: str, planner: str, budget: Budget, seed: 
 
 
 def _floor(truth: Grid, count: int, seed: int) -> list[Cell]:
-    """Return cells of the floor drawn at random."""
+    """Return random cells of the floor."""
     y, x = np.nonzero(truth.cells == FLOOR)
     drawn = np.random.default_rng(seed).choice(x.size, min(count, x.size), replace=False)
     return [Cell(int(x[i]), int(y[i])) for i in drawn]
@@ -281,7 +281,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     chosen = options.chosen(arguments)
     strategies, budget = chosen.strategy or STRATEGIES, Budget(steps=chosen.steps)
     for name in strategies:
-        named_strategy(name, planner=chosen.planner, budget=budget)  # refuses before anything runs
+        named_strategy(name, planner=chosen.planner, budget=budget)  # raises before anything runs
     scenarios = [load_scenario(source).scenario for source in chosen.scenarios or SCENARIOS]
     sizes = chosen.size or SIZES
     say(f"views on maps of {', '.join(map(str, sizes))} cells a side")

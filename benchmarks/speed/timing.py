@@ -1,4 +1,4 @@
-"""What benches of speed share: CPU times, the median of some repeats; options; where results go."""
+"""Shared by speed benches: median CPU times of repeats, options, output of results."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from marsupial.formats.files import write_file
 Result = TypeVar("Result")
 
 LONG_S = 2.0
-"""A job that has taken this much CPU time is not repeated any more."""
+"""A job that has taken this much CPU time is not repeated again."""
 
 TICK_S = 1e-9
-"""The least time that is told: ratios are of times above 0."""
+"""The least time reported, so that ratios are of times above 0."""
 
 
 @dataclass(frozen=True, slots=True)
 class Timed(Generic[Result]):
-    """What a job returned the last time, and its median CPU time in seconds."""
+    """A job's last result, and its median CPU time in seconds."""
 
     result: Result
     cpu_s: float
 
 
 def timed(job: Callable[[], Result], repeats: int, *, warm: bool = False) -> Timed[Result]:
-    """Time a job that can be repeated; `warm`: once more before that, since the first time may compile."""
+    """Time a repeatable job; `warm`: run it once before, untimed, since the first run may compile."""
     if warm:
         job()
     seconds: list[float] = []
@@ -47,7 +47,7 @@ def timed(job: Callable[[], Result], repeats: int, *, warm: bool = False) -> Tim
 
 
 class Options(argparse.ArgumentParser):
-    """The options that all benches have: how often something is timed, a file for the rows, quiet."""
+    """The options of all benches: number of repeats, a file for the rows, quiet."""
 
     def __init__(self, name: str, description: str, repeats: int) -> None:
         super().__init__(prog=f"python -m benchmarks {name}", description=description)
@@ -72,7 +72,7 @@ class Options(argparse.ArgumentParser):
         self.add_argument("--seed", type=at_least(0), default=1, help="draws maps and starts (%(default)s)")
 
     def chosen(self, arguments: Sequence[str] | None) -> argparse.Namespace:
-        """Return what is asked for, once the volume is set."""
+        """Parse the arguments and set the volume; return the options."""
         found = self.parse_args(arguments)
         if found.quiet:
             set_volume(Volume.QUIET)
@@ -80,7 +80,7 @@ class Options(argparse.ArgumentParser):
 
 
 def at_least(least: int) -> Callable[[str], int]:
-    """Return what reads a whole number that is not less than that."""
+    """Return a parser of whole numbers of at least `least`."""
 
     def number(text: str) -> int:
         value = int(text)
@@ -92,7 +92,7 @@ def at_least(least: int) -> Callable[[str], int]:
 
 
 def show(text: str, rows: Sequence[Mapping[str, Any]], file: Path | None) -> None:
-    """Print the text, and write the rows to a file if there is to be one."""
+    """Print the text, and write the rows to a file if one is given."""
     if file is not None:
         write_file(file, json.dumps(rows, indent=1) + "\n")
     print_report(text)

@@ -1,6 +1,6 @@
-"""What the events of a mission add up to, and whether its stop report says the same.
+"""The totals of a mission's events, and whether its stop report agrees with them.
 
-Status and reason have to be true, areas, distances, energy and counts those of the events, and "complete" means that
+Status and reason must be true; areas, distances, energy and counts must match the events; "complete" must mean that
 nothing reachable is left.
 """
 
@@ -19,7 +19,7 @@ from benchmarks.storm.logs import Cell
 
 @dataclass
 class Robot:
-    """What the log has said of a robot so far."""
+    """The state of a robot by the log so far."""
 
     kind: Document
     cell: Cell | None
@@ -34,7 +34,7 @@ class Robot:
 
 
 class Account(TrueGround):
-    """The robots and counts of a mission as its events leave them; `findings` are the rules that were broken."""
+    """The robots and counts of a mission after its events so far; `findings` are the broken rules."""
 
     def __init__(self, scenario: Document, summary: Document, *, faulty: bool) -> None:
         super().__init__(scenario["map"])
@@ -53,9 +53,9 @@ class Account(TrueGround):
     def _on_ended(self, event: Document) -> None:
         self._judge_sight(event)
         area, known = 1 / self._metre**2, self._known != UNKNOWN
-        # where nobody gets to see the ground that a rover would be set down on, it counts as out of reach
+        # ground for setting down a rover that no robot ever sees counts as out of reach
         seen = (self._reach(self._known, self._team, slack) for slack in self._reachable)
-        # parts no larger than a rover are left out where they would have to be looked for
+        # parts no larger than a rover are left out where robots would have to search for them
         pockets = self._pockets(self._truth, self._team) * area
         for reachable in chain(self._reachable.values(), seen):
             mine = (np.count_nonzero(known & reachable) * area, np.count_nonzero(reachable) * area)
@@ -64,7 +64,7 @@ class Account(TrueGround):
                 break
         else:
             self._find(event, f"explored and reachable area are {said}, by the map {mine[0]:.4f}, {mine[1]:.4f}")
-        # where a rover is that was lost while it was set down, nobody can say
+        # the place of a rover lost while it was set down is unknown
         there = {name for name, robot in self._robots.items() if not robot.lost}
         aboard = sorted(name for name in there if self._robots[name].carrier is not None)
         counts = {"deployments": self._deployed, "retrievals": self._retrieved, "replans": self._plans}
@@ -80,7 +80,7 @@ class Account(TrueGround):
     def _judge_metres(self, event: Document) -> None:
         for name, metres in event["distance_m"]:
             robot = self._robots[name]
-            under_way = bool(robot.drive)  # what a drive that the end cut short has covered is not in the log
+            under_way = bool(robot.drive)  # the log lacks the distance of a drive that the end cut short
             if abs(metres - robot.distance_m) > 0.002 + 1e-6 * metres and not under_way:
                 self._find(event, f"{name} drove {metres} m, by the log {robot.distance_m:.3f}")
             energy, idle_s = robot.kind["energy"], event["t_ms"] / 1000
@@ -131,7 +131,7 @@ class Account(TrueGround):
             self._find(event, f"is complete at {event['explored_area_m2'] / event['reachable_area_m2']:.1%} coverage")
 
     def _judge_who_is_left(self, event: Document, aboard: list[str]) -> None:
-        """Whoever is not where the goal wants them at the time limit is named, and nobody else."""
+        """Check that the reason names exactly the robots that are not at their goal at the time limit."""
         goal, left = self._scenario["goal"], set()
         for name, robot in self._robots.items():
             if robot.lost:
@@ -149,7 +149,7 @@ class Account(TrueGround):
             self._find(event, f"by the log {sorted(left) or 'nobody is left'}: {event['reason']}")
 
     def _judge_reason(self, event: Document, aboard: list[str]) -> None:
-        """What an end says is so: the frontiers that are left are frontiers, and a mission stalls over what is left."""
+        """Check the stop report: the remaining frontiers are frontiers, and a stalled mission has some goal left."""
         explored_ms = event["exploration_ms"]
         if explored_ms is not None and explored_ms > event["t_ms"]:
             self._find(event, f"exploration ends at {explored_ms} ms, after the mission")
@@ -158,7 +158,7 @@ class Account(TrueGround):
         drivable = set().union(*(kind["terrains"] for kind in self._kinds.values()))
         wide = 1 + math.floor(max(kind["radius_m"] for kind in self._kinds.values()) * self._metre)
         for frontier in event["remaining"]:
-            x, y = frontier["cell"]  # where a footprint fits that does not on a cell beside it, for what is unknown
+            x, y = frontier["cell"]  # unknown cells may keep the footprint from the cells beside it
             around = self._known[max(0, y - wide) : y + wide + 1, max(0, x - wide) : x + wide + 1]
             if self._known[y, x] not in drivable or not (around == UNKNOWN).any():
                 self._find(event, f"{(x, y)} is called a frontier that is left, but is none")
@@ -172,7 +172,7 @@ class Account(TrueGround):
             self._find(event, f"stalls with nothing left to do: {event['reason']}")
 
     def _judge_sight(self, event: Document) -> None:
-        """What is in plain view of a robot becomes known: nothing near the straight line blocks it."""
+        """Check that cells in plain view of a robot become known: nothing near the straight line blocks sight."""
         for name, robot in self._robots.items():
             radius = robot.kind["sensor_range_m"] * self._metre
             for _, cell in dict.fromkeys(robot.visits):

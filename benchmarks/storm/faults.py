@@ -1,6 +1,6 @@
 """A world in which robots are lost, dockings and undockings fail, and known floor becomes an obstacle.
 
-What goes wrong is drawn by a seed, so a mission in it can be repeated.
+A seed draws the faults, so a mission can be repeated.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from marsupial.model.world import News
 from marsupial.sim.world import SimulatedWorld
 
 FAR = 8
-"""Cells from every robot, at least, at which the map changes: nobody stands there or is about to."""
+"""Least distance in cells from every robot at which the map changes: no robot stands there or is about to."""
 
 
 @dataclass(frozen=True)
 class Faults:
-    """How many robots are lost, which share of dockings and undockings fails, and how often the map changes."""
+    """The number of robots lost, the share of dockings and undockings that fail, and how often the map changes."""
 
     seed: int
     lost: int = 0
@@ -30,7 +30,7 @@ class Faults:
     changes: int = 0
 
     def world(self, truth: Any, kinds: Any, robots: Any, **options: Any) -> FaultyWorld:
-        """Return the world, as `SimulatedWorld` is made."""
+        """Return the world; arguments are those of `SimulatedWorld`."""
         rng = random.Random(self.seed)
         names = rng.sample([robot.name for robot in robots], min(self.lost, len(robots)))
         failures = {name: int(10 ** rng.uniform(0, 5.5)) for name in names}
@@ -43,7 +43,7 @@ class FaultyWorld(SimulatedWorld):
     """The simulator with faults; `begin` is called before anything happens."""
 
     def begin(self, rng: random.Random, faults: Faults) -> None:
-        """Take in what is to go wrong."""
+        """Set the faults to come."""
         self._rng, self._faults = rng, faults
         self._real = self._truth.cells.copy()
         self._truth = replace(self._truth, cells=self._real)
@@ -51,18 +51,18 @@ class FaultyWorld(SimulatedWorld):
         self._doomed: dict[str, Callable[[], None]] = {}
 
     def dock(self, rover: str, carrier: str) -> None:
-        """Dock, or seem to."""
+        """Dock, or pretend to."""
         cell = self._robots[rover].cell
         self._doom((rover, carrier), lambda: self._put(rover, cell, None))
         super().dock(rover, carrier)
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
-        """Undock, or seem to."""
+        """Undock, or pretend to."""
         self._doom((rover, carrier), lambda: self._put(rover, None, carrier))
         super().undock(rover, carrier, cell)
 
     def advance(self, until_ms: int) -> News:
-        """Let time pass until something happens, or goes wrong."""
+        """Advance time until something happens or fails."""
         news = super().advance(min(until_ms, *self._changes_ms[:1]) if self._changes_ms else until_ms)
         for name, _ in news.lost:
             self._doomed.pop(name, None)
@@ -87,7 +87,7 @@ class FaultyWorld(SimulatedWorld):
         self._robots[robot].cell, self._robots[robot].carrier = cell, carrier
 
     def _change(self) -> tuple[tuple[str, Any], ...]:
-        """Turn some known floor far from everybody into obstacles; whoever acts is said to have found it."""
+        """Turn some known floor far from all robots into obstacles, reported as found by a robot that acts."""
         at = [robot for robot in self.robots() if robot.cell is not None and not robot.lost]
         far = self._grid.cells == FLOOR
         for robot in self._robots.values():

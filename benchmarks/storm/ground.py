@@ -1,4 +1,4 @@
-"""Where robots fit, where they get to and what they see, on the true map: worked out anew, from the documentation.
+"""Where robots fit, what they reach and what they see on the true map, computed independently from the documentation.
 
 Coordinates are cells (column, row), row 0 at the bottom; arrays are (height, width).
 """
@@ -18,14 +18,14 @@ from benchmarks.storm.logs import STEPS, Cell
 
 Document = dict[str, Any]
 CODES = {"#": 0, ".": 1, "~": 2, "m": 3, "g": 4, "?": 0}
-"""Terrain codes of the characters that `worlds` draws; what the map does not know is solid."""
+"""Terrain codes of the characters that `worlds` draws; cells unknown to the map are solid."""
 
 UNKNOWN = 255
 BLOCKS_SIGHT = (0, 4)
 
 
 class TrueGround:
-    """The true map, and what is known of it."""
+    """The true map, and its known part."""
 
     def __init__(self, drawn: Document) -> None:
         self._truth = np.array([[CODES[c] for c in row] for row in reversed(drawn["rows"])], dtype=np.uint8)
@@ -69,15 +69,15 @@ class TrueGround:
         return reached
 
     def _dock_cells(self, carrier: Document, rover: Document) -> float:
-        """How long the way over see-through ground between two that dock may be: bodies touch, give or take a cell."""
+        """Return the longest path over see-through ground between docking robots: bodies touch, give or take a cell."""
         return (carrier["radius_m"] + rover["radius_m"]) * self._metre + math.sqrt(2) + 1e-6
 
     def _reach(
         self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]], slack: float
     ) -> NDArray[np.bool_]:
-        """Return where anybody can get to: carriers from their starts, rovers also from where they are set down.
+        """Return what each robot can reach: carriers from their starts, rovers also from where they are set down.
 
-        Any carrier counts for any rover: one may fetch what another has brought.
+        Any carrier counts for any rover: one carrier may fetch a rover that another has brought.
         """
         reached = np.zeros(cells.shape, dtype=bool)
         by_carrier: list[tuple[Document, NDArray[np.bool_]]] = []
@@ -98,7 +98,7 @@ class TrueGround:
         return reached
 
     def _pockets(self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]]) -> int:
-        """Return how many cells of rovers' ground are in parts no larger than a rover, which need not be looked for."""
+        """Return the number of cells of rovers' ground in parts no larger than a rover, which need no search."""
         found = np.zeros(cells.shape, dtype=bool)
         for kind in (kind for kind, _ in team if kind["role"] == "rover"):
             fits, radius = self._standable(kind, cells, 1e-6), kind["radius_m"] * self._metre
@@ -114,7 +114,7 @@ class TrueGround:
         return int(np.count_nonzero(found))
 
     def _near(self, sources: Iterable[Cell], limit: float) -> dict[Cell, float]:
-        """Return the cells that a way of at most `limit` cells over see-through ground leads to from some sources."""
+        """Return the cells within a path of at most `limit` cells over see-through ground from some sources."""
         clear = ~np.isin(self._truth, BLOCKS_SIGHT)
         lengths = {source: 0.0 for source in sources if clear[source[1], source[0]]}
         heap = [(0.0, source) for source in lengths]
@@ -141,7 +141,7 @@ class TrueGround:
         return None
 
     def _plain(self, here: Cell, there: Cell) -> bool:
-        """Say whether no cell within one cell of the straight line between two cells blocks sight, `there` left out."""
+        """Return whether no cell within one cell of the line between two cells, except `there`, blocks sight."""
         steps = max(abs(there[0] - here[0]), abs(there[1] - here[1])) * 2
         for k in range(steps + 1):
             x = here[0] + (there[0] - here[0]) * k / max(1, steps)

@@ -1,7 +1,7 @@
 """Read a mission log from its description in docs/mission-log.md alone.
 
-The product has a reader of its own; this one exists so that a mistake in the format's description, or one that writer
-and reader share, shows up as a finding.
+The product has its own reader. This reader exists so that a mistake in the format's description, or one shared by the
+product's writer and reader, shows up as a finding.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def _signed(value: int) -> int:
 
 
 def _two_signed(p: int) -> tuple[int, int]:
-    """Return the two signed numbers that one number stands for: p = a a + a + b, or b b + a where a is less than b."""
+    """Return the two signed numbers that one number encodes: p = a a + a + b, or b b + a where a is less than b."""
     root = math.isqrt(p)
     rest = p - root * root
     a, b = (rest, root) if rest < root else (root, rest - root)

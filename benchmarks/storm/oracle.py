@@ -1,10 +1,10 @@
-"""Judge a mission by its log, its summary and the scenario, with the rules of the documentation and nothing else.
+"""Judge a mission by its log, its summary and the scenario, using only the rules of the documentation.
 
-The oracle imports nothing of the product. It replays the log on the true map and holds every line against a rule:
+The oracle imports nothing of the product. It replays the log on the true map and checks every line against a rule:
 
 - motion: where a footprint fits, no cutting of corners, only over known cells, at the speed of the robot's type;
-- docking: near enough, both robots at rest for the whole time, within capacity; who is carried does not act;
-- sensing: what is seen is true, within range, seen by whoever was there; what lies in plain view is seen;
+- docking: near enough, both robots at rest for the whole time, within capacity; a carried rover does not act;
+- sensing: what is seen is true, within range, seen by a robot that was there; cells in plain view are seen;
 - plans: no robot does two things at once or acts aboard; targets and meeting points are those of the plan;
 - the end: areas, distances, energy and counts are those of the log; "complete" means nothing reachable is left.
 
@@ -28,7 +28,7 @@ from benchmarks.storm.logs import Cell, looked_at, route
 
 
 class Oracle(Account):
-    """Holds one mission against the rules; `findings` has a sentence for each rule that was broken.
+    """Checks one mission against the rules; `findings` has a sentence for each broken rule.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Oracle(Account):
         self._foresees = False
 
     def judge(self) -> list[str]:
-        """Return what is wrong with the mission; nothing if all rules hold."""
+        """Return the faults of the mission; empty if all rules hold."""
         if not self._events or self._events[0]["event"] != "mission" or self._events[-1]["event"] != "ended":
             return ["the log does not run from `mission` to `ended`"]
         for event in self._events:
@@ -118,8 +118,8 @@ class Oracle(Account):
         name, cell, t_ms = event["robot"], tuple(event["cell"]), event["t_ms"]
         robot = self._robots[name]
         passed = list(enumerate(zip(robot.drive, robot.passed_ms, strict=True)))
-        if robot.lost:  # between two cells, of which it counts as being on the first
-            arriving = [one for one in passed if abs(one[1][1] - t_ms) <= 1]  # which it may have done or not
+        if robot.lost:  # between two cells it counts as on the first
+            arriving = [one for one in passed if abs(one[1][1] - t_ms) <= 1]  # it may have arrived or not
             passed = [one for one in passed if one[1][1] < t_ms - 1][-1:] + arriving
         steps = next((k for k, (at, ms) in passed if at == cell and (robot.lost or abs(ms - t_ms) <= 1)), None)
         if steps is None:
@@ -141,7 +141,7 @@ class Oracle(Account):
                 continue
             at = self._at(robot, t_ms)
             radius = robot.kind["sensor_range_m"] * self._metre
-            touch = robot.kind["radius_m"] * self._metre + math.sqrt(2)  # what its body touches one cell further on
+            touch = robot.kind["radius_m"] * self._metre + math.sqrt(2)  # its body's reach one cell further on
             for (x, y), code in looked_at(text):
                 if not self._inside((x, y)):
                     self._find(event, f"{name} sees {(x, y)}, which is not on the map")
@@ -195,7 +195,7 @@ class Oracle(Account):
     def _on_end(self, event: Document) -> None:
         action, name, carrier = event["action"], event["action"]["robot"], event["action"]["carrier"]
         for one in (name, carrier):
-            # A plan that goes on with an action gives it times of its own, and a target that moved another name.
+            # A plan that continues an action gives it new times, and a target that moved has another name.
             if one is not None and self._started.pop(one, {"name": None})["name"] != action["name"]:
                 self._find(event, f"{one} ends a {action['name']} that it did not start")
         if carrier is None:
@@ -218,7 +218,7 @@ class Oracle(Account):
             self._stand(event, name, (spot[0], spot[1]))
 
     def _undo(self, event: Document, robot: Robot) -> None:
-        """A docking or undocking that failed leaves the rover where it was before; a lost carrier, on the ground."""
+        """Undo a failed docking or undocking: the rover stays where it was; on the ground if its carrier was lost."""
         action = event["action"]
         if not self._faulty or event["end"] not in ("failed", "lost"):
             self._find(event, f"{action['name']} of {action['robot']} ended as {event['end']}")
@@ -227,7 +227,7 @@ class Oracle(Account):
             self._hold(event, action["carrier"])
 
     def _on_change(self, event: Document) -> None:
-        """Known cells that were floor are obstacles now; nobody is near."""
+        """Check that known floor cells became obstacles, and that no robot is near."""
         self._changed = True
         if not self._faulty:
             self._find(event, "the map changes, though no fault was asked for")
@@ -261,10 +261,10 @@ class Oracle(Account):
         self._judge_plan(event)
 
     def _judge_plan(self, event: Document) -> None:
-        """Robots do one thing at a time, carried rovers nothing, and nobody carries too much."""
+        """Check that robots do one thing at a time, carried rovers do nothing, and no carrier exceeds its capacity."""
         free_ms = dict.fromkeys(self._robots, 0)
         aboard = {name: robot.carrier for name, robot in self._robots.items()}
-        for name, action in self._started.items():  # a docking that runs on is over before the plan's actions
+        for name, action in self._started.items():  # a docking in progress ends before the plan's actions
             if action["name"] == "dock" and action["robot"] == name:
                 aboard[name] = action["carrier"]
         for action in sorted(event["actions"], key=lambda a: (a["start_ms"], a["start_ms"] + a["duration_ms"])):

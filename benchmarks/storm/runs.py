@@ -1,4 +1,4 @@
-"""The storm's command: draw missions, run them, have them judged, print what was found."""
+"""The storm's command: draw missions, run and judge them, print the findings."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ LEADS_ONE = ("orientation", "widest-frontier")
 
 IN_STEPS = tuple(name for name, make in ENGINES.items() if make().info.deterministic_steps)
 IN_SECONDS = tuple(name for name, make in ENGINES.items() if make().info.missing is None)
-"""Planners that can count steps, which are drawn more often, and all that are installed here."""
+"""Planners that can count steps, which are drawn more often, and all planners installed here."""
 
 AGAIN = 5
-"""Every so many missions one is run a second time: its log has to be the same, byte for byte."""
+"""One in this many missions runs twice; both logs must be equal, byte for byte."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What came of one mission: how it ended (or was refused), and which rules it broke."""
+    """The result of one mission: how it ended (or was refused), and which rules it broke."""
 
     number: int
     label: str
@@ -83,7 +83,7 @@ def mission(seed: int, number: int) -> Judged:
                 if Path(folder, "again.jsonl").read_bytes() != log.read_bytes():
                     findings.append("the same mission again has another log")
         except MarsupialError as error:
-            # A drawn team may not fit on its map: that is a refusal, as long as it is not an internal error.
+            # A drawn team may not fit on its map: any error other than an internal one counts as a refusal.
             internal = type(error).__name__ == "InternalError"
             return Judged(number, label, "refused", (f"internal error: {error}",) if internal else ())
         except Exception as error:
@@ -92,14 +92,14 @@ def mission(seed: int, number: int) -> Judged:
 
 
 def _faults(rng: random.Random, number: int, strategy: str) -> Faults | None:
-    """Draw what goes wrong, in one mission of four; the clairvoyant has foreseen all."""
+    """Draw faults for one mission in four; none for the clairvoyant, which foresees everything."""
     if rng.random() < 0.75 or strategy == CLAIRVOYANT:
         return None
     return Faults(number, rng.choice((0, 1, 1, 2, 5)), rng.choice((0, 0, 0.1, 0.4)), rng.choice((0, 0, 1, 3)))
 
 
 def _with_parameters(rng: random.Random, strategy: str) -> str:
-    """Return a rule with values of its parameters, at times; any other strategy as it is."""
+    """Return a rule, sometimes with values for its parameters; return any other strategy unchanged."""
     known = [each.name for each in fields(frontier_rule(strategy)) if each.init] if strategy in RULES else []
     chosen = [f"{name}={rng.choice((0, 0.5, 1, 3))}" for name in known if rng.random() < 0.3]
     return "/".join((strategy, *chosen))

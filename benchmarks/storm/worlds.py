@@ -1,8 +1,8 @@
 """Draw random scenarios: maps of many shapes, odd robot types, odd teams.
 
-A scenario is the plain document of a scenario file, so that the oracle reads the same text as the product does. Most
-draws are ordinary; each oddity (a robot that sees one cell far, an area without a door, a full carrier) has a share of
-its own, because trouble comes from combinations of them.
+A scenario is the plain document of a scenario file, so that oracle and product read the same text. Most
+draws are ordinary; each oddity (a robot with a range of one cell, an area without a door, a full carrier) has its own
+share, because bugs come from combinations of them.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def _corridors(rng: random.Random, width: int, height: int) -> Rows:
 
 
 def _islands(rng: random.Random, width: int, height: int) -> Rows:
-    """Separate areas, with no way from one to another."""
+    """Draw separate areas without paths between them."""
     rows = _noise(rng, width, height)
     for _ in range(rng.choice((1, 2))):
         if rng.random() < 0.5:
@@ -117,7 +117,7 @@ MAPS: dict[str, Callable[[random.Random, int, int], Rows]] = {
 
 
 def _patches(rng: random.Random, rows: Rows, characters: str) -> None:
-    """Turn rectangles of floor into other terrain, or into cells that the map does not know."""
+    """Turn rectangles of floor into other terrain, or into unknown cells."""
     for _ in range(rng.randrange(1, 6)):
         wide, tall = rng.randrange(2, 12), rng.randrange(2, 12)
         left, low, mark = rng.randrange(len(rows[0])), rng.randrange(len(rows)), rng.choice(characters)
@@ -128,14 +128,14 @@ def _patches(rng: random.Random, rows: Rows, characters: str) -> None:
 
 
 def scenario(rng: random.Random, *, rovers: bool, most_robots: int | None = None) -> tuple[str, Document]:
-    """Return the kind of map and a scenario document; robots' starts are left to the mission's seed, or are given.
+    """Return the kind of map and a scenario document; robots' starts are given, or drawn by the mission's seed.
 
     Parameters
     ----------
     rovers
         Whether the team may have rovers.
     most_robots
-        How many robots the strategy leads at most; None for any number.
+        The most robots that the strategy can lead; None for any number.
     """
     kind = rng.choice(list(MAPS))
     rows = MAPS[kind](rng, rng.randrange(7, MAX_CELLS), rng.randrange(7, MAX_CELLS))
@@ -188,7 +188,7 @@ def _type(rng: random.Random, name: str, resolution: float) -> Document:
         "terrains": ["floor", *rng.choice(((), (), ("rough",), ("mud",), ("rough", "mud", "grass")))],
         "energy": {"idle_w": rng.choice((0, 20)), "drive_w": rng.choice((0, 60)), "metre_j": rng.choice((0, 3.5))},
     }
-    if kind["speed_mps"] == 0.001 and rng.random() < 0.8:  # so slow that hardly anything happens: keep it rare
+    if kind["speed_mps"] == 0.001 and rng.random() < 0.8:  # so slow that hardly anything happens: make it rare
         kind["speed_mps"] = 1.0
     if rng.random() < 0.1:
         kind["diagonal"] = rng.choice((1, 1.2))

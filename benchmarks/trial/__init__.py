@@ -1,7 +1,7 @@
-"""The service on trial: real servers in processes of their own, killed, flooded, timed and fuzzed from outside.
+"""The service on trial: real servers in their own processes, killed, flooded, timed and fuzzed from outside.
 
-``python -m benchmarks trial`` runs all `parts`. Each starts `marsupial serve` on a folder of its own, attacks it as a
-client or as one who may kill processes, and returns rows: what is required, what was found, whether that is enough.
+``python -m benchmarks trial`` runs all `parts`. Each starts `marsupial serve` on its own folder and acts as a
+client or as somebody who may kill processes. It returns rows: requirement, finding, and whether that is enough.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""What strangers can do to a server: small requests that ask for much, and connections that never ask."""
+"""Attacks by strangers: small requests for much work, and connections without a request."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _FILES = 512
 
 
 def small_rows(say: Callable[[str], None]) -> Iterator[TrialRow]:
-    """Send every small request there is, and measure what each costs the server's process."""
+    """Send every known small request, and measure its cost to the server's process."""
     say(f"attack: {len(ATTACKS) + len(REPORTS)} small requests")
     with opened() as house:
         for name, attack in ATTACKS.items():
@@ -45,7 +45,7 @@ def _small_row(name: str, cost: Cost, statuses: tuple[int, ...]) -> TrialRow:
 
 
 def half_open_rows(connections: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
-    """Open connections that say nothing or half of a request, and ask over others whether the server is well."""
+    """Open connections that send nothing or half a request, and check the server's health over others."""
     say(f"attack: {connections} half-open connections")
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, max(soft, connections + _FILES)), hard))

@@ -1,6 +1,6 @@
-"""Clients that send, look at, cancel and follow jobs, and follow missions, whether there is a server or not.
+"""Clients that send, query, cancel and follow jobs, and follow missions, whether a server runs or not.
 
-Each speaks to any of the servers, and to another one when that is dead.
+Each talks to any of the servers, and to another one if that one is dead.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from benchmarks.trial.tasks import short_jobs
 SENDERS, FOLLOWERS = 2, 6
 _PAUSE_S = 0.05
 _SENDER_S = 0.4
-"""Senders rest so long, so that most jobs are begun soon and can be followed."""
+"""Senders pause this long, so that most jobs start soon and can be followed."""
 
 _CANCELLED = 0.1
 _END_S = 600.0
 
 
 class Crowd:
-    """Threads that are at it until they are told to stop; `ports` are those of the servers."""
+    """Client threads that run until `stop`; `ports` are those of the servers."""
 
     def __init__(self, ports: Sequence[int], promises: Promises, draw: random.Random) -> None:
         self.promises = promises
@@ -40,7 +40,7 @@ class Crowd:
             thread.start()
 
     def stop(self) -> None:
-        """Have them finish what they are at."""
+        """Let the threads finish their current action, then end."""
         self._over.set()
         for thread in self._threads:
             thread.join(_END_S)
@@ -53,7 +53,7 @@ class Crowd:
                 self.promises.note_odd(f"client failed: {error!r}")
 
     def _ask(self, method: str, path: str, body: object = None, key: str | None = None) -> Reply | None:
-        """Ask any server once; None if it does not answer."""
+        """Send a request to any server once; return None if it does not answer."""
         time.sleep(_PAUSE_S)
         talk = Talk(self._draw.choice(self._ports))
         try:
@@ -67,7 +67,7 @@ class Crowd:
         return answer
 
     def _send(self) -> None:
-        """Send a job, again and again until it is acknowledged; sometimes cancel it."""
+        """Send a job repeatedly until it is acknowledged; sometimes cancel it."""
         time.sleep(_SENDER_S)
         key, body = uuid.uuid4().hex, self._draw.choice(short_jobs())
         while not self._over.is_set():
@@ -83,7 +83,7 @@ class Crowd:
                 break
 
     def _look(self) -> None:
-        """Look at some job."""
+        """Query some job."""
         job = self.promises.any_job(self._draw)
         if job is None:
             time.sleep(_PAUSE_S)
@@ -93,7 +93,7 @@ class Crowd:
             self.promises.look(answer, "a look at a job")
 
     def _follow(self) -> None:
-        """Follow some job or mission to its end, through all breaks."""
+        """Follow some job or mission to its end, reconnecting after breaks."""
         path = self.promises.any_stream(self._draw)
         if path is None or path in self.promises.streams:
             time.sleep(_PAUSE_S)
@@ -111,7 +111,7 @@ class Crowd:
             time.sleep(_PAUSE_S)
 
     def _listen(self, port: int, path: str, told: list[Frame]) -> None:
-        """Take a stream up where it broke, and add what it says until it breaks again."""
+        """Resume a stream where it broke, and add its events until it breaks again."""
         _, _, kind, entry, _ = path.split("/")
         try:
             for frame in frames(port, path, after=len(told)):

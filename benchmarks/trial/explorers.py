@@ -1,4 +1,4 @@
-"""Missions that our simulator reports to through all kills: each has to end as if nobody had ever been killed."""
+"""Missions to which our simulator reports through all kills: each must end as if nothing had been killed."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ class AnyServer(httpx2.HTTPTransport):
         self._ports = ports
 
     def handle_request(self, request: httpx2.Request) -> httpx2.Response:
-        """Send it."""
+        """Send a request."""
         request.url = request.url.copy_with(port=random.choice(self._ports))
         return super().handle_request(request)
 
 
 def client_of(ports: Sequence[int]) -> httpx2.Client:
-    """Return a client that speaks to any of the servers, and by that to another one when that is dead."""
+    """Return a client that sends each request to any of the servers, so a retry reaches another one if one is dead."""
     return httpx2.Client(transport=AnyServer(ports), trust_env=False)
 
 
 class Reporter(Client):
-    """A client that remembers its missions, and with them what was acknowledged; `begun` is given their ids."""
+    """A client that remembers its missions and their acknowledged reports; `begun` gets their ids."""
 
     def __init__(self, ports: Sequence[int], begun: Callable[[str], None], key: str | None) -> None:
         super().__init__(_URL, key=key, patience_s=_PATIENCE_S, http=client_of(ports))
@@ -53,7 +53,7 @@ class Reporter(Client):
         self._begun = begun
 
     def begin(self, brief: Brief, idempotency_key: str | None = None) -> Mission:
-        """Begin a mission and remember it."""
+        """Start a mission and remember it."""
         self.missions.append(super().begin(brief, idempotency_key))
         self._begun(self.missions[-1].id)
         return self.missions[-1]
@@ -61,16 +61,16 @@ class Reporter(Client):
 
 @dataclass(slots=True)
 class Journeys:
-    """What became of missions.
+    """The results of missions.
 
     Attributes
     ----------
     reports, lost
-        Reports that were acknowledged, and those of them that the service does not know any more.
+        Numbers of acknowledged reports, and of those that the service has lost.
     differ
-        Missions whose log is not that of the undisturbed one, the service's own included.
+        Missions whose log, or the service's own log, differs from that of the undisturbed mission.
     odd
-        How missions broke off.
+        The ways in which missions broke off.
     """
 
     missions: int = 0
@@ -80,7 +80,7 @@ class Journeys:
     odd: list[str] = field(default_factory=list)
 
     def rows(self, part: str) -> list[TrialRow]:
-        """Return what must not have happened."""
+        """Return rows of failures that must not have happened."""
         said = "".join(f"; {reason}" for reason in sorted(set(self.odd)))
         return [
             none_of(part, "acknowledged reports of missions lost", self.lost, f" of {self.reports}"),
@@ -90,7 +90,7 @@ class Journeys:
 
 
 class ExplorerClient:
-    """Carries out one mission after the other until told to stop."""
+    """Runs one mission after the other until `stop`."""
 
     def __init__(
         self,
@@ -110,7 +110,7 @@ class ExplorerClient:
         self._thread.start()
 
     def stop(self, within_s: float) -> None:
-        """Let it finish the mission it is at."""
+        """Let the current mission finish, then end."""
         self._over.set()
         self._thread.join(within_s)
         if self._thread.is_alive():
@@ -153,5 +153,5 @@ class ExplorerClient:
 
 
 def undisturbed_mission(seed: int) -> str:
-    """Return the log of the mission carried out in this process."""
+    """Return the log of the mission when run in this process."""
     return undisturbed(SCENARIO, PLANNER, STRATEGY, seed)

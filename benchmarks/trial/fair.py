@@ -1,4 +1,4 @@
-"""One key floods a server with jobs, while another one asks for a short plan now and then."""
+"""One key floods a server with jobs, while another key requests a short plan now and then."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DONE_GOAL_S = 3.0
 _OPTIONS = ("--require-keys", "--limit=key_queue=200")
 _SHORT_S = 0.2
 _FLOODS_S = (1.0, 30.0)
-"""How long the jobs of the flood are searched for: what others wait for is their end."""
+"""The search times of the flood's jobs; others wait for these jobs to end."""
 
 _WAIT_S = 30
 _SPREAD_S = 0.02
@@ -28,7 +28,7 @@ _LONGEST_S = 120.0
 
 
 def rows(jobs: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
-    """Flood with short jobs, then with long ones, and time so many jobs of somebody else."""
+    """Flood with short jobs, then with long ones, and time `jobs` jobs of another key."""
     for flood_s in _FLOODS_S:
         say(f"fair between keys: {jobs} jobs beside a flood of {flood_s:g} s each")
         with unopened(_OPTIONS) as house:
@@ -63,7 +63,7 @@ def _beside(
 def _flood(
     port: int, key: dict[str, str], flood_s: float, over: threading.Event, full: threading.Event, posts: list[int]
 ) -> None:
-    """Post jobs until the queue of the key is full, and then go on trying."""
+    """Post jobs until the key's queue is full, and then keep trying."""
     large = suite_body(LARGEST[0], "anytime", flood_s)
     with closing(Talk(port)) as talk:
         while not over.is_set():
@@ -74,7 +74,7 @@ def _flood(
 
 
 def _done(port: int, key: dict[str, str], seed: int) -> float | None:
-    """Post a short job and return how long it takes until it is done; None if it isn't."""
+    """Post a short job and return the time until it is done; None if it does not finish."""
     begun = time.monotonic()
     with closing(Talk(port, _WAIT_S + 10.0)) as talk:
         short = body(small_floor(seed % 10), "anytime", _SHORT_S)

@@ -1,7 +1,7 @@
-"""Fleets of simulated robots that report at a rate, as clocks on the wall have it, and do what they are commanded.
+"""Fleets of simulated robots that report at a wall-clock rate and follow their commands.
 
-Run as ``python -m benchmarks.trial.fleets LOAD`` in a process of its own: its cost is told apart from that of servers.
-Everything is in one event loop, over sockets, as hundreds of requests and events a second are to cost little.
+Run as ``python -m benchmarks.trial.fleets LOAD`` in its own process, so its cost is separate from that of servers.
+One event loop handles all sockets, so that hundreds of requests and events per second cost little.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from marsupial.model.scenario import PlanningTime, Scenario
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document, update_document
 
 _LAST_S = 10.0
-"""How long commands are waited for after the last report."""
+"""How long to wait for commands after the last report."""
 
 _AGAIN_S = 0.05
 
 
 class Speaker(StrEnum):
-    """Who reports: the team in one report, or each robot by its own count, one a request or all in one."""
+    """The reporter: the team in one report, or each robot by its own count, in a request each or all in one."""
 
     TEAM = "team"
     ROBOTS = "robots"
@@ -45,20 +45,20 @@ class Speaker(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Load:
-    """What fleets do.
+    """The work of the fleets.
 
     Parameters
     ----------
     hz
-        Reports a second of each fleet, or of each of its robots.
+        Reports per second of each fleet, or of each of its robots.
     seconds
-        For so long once the last fleet has begun.
+        Duration after the start of the last fleet.
     carriers, rovers
-        Of a fleet, and aboard each carrier.
+        Number of carriers of a fleet, and of rovers aboard each.
     budget_s
-        Of the planner; None for one step.
+        The planner's budget; None for one step.
     apart_s
-        One fleet begins so long after the other: its process has to be started; and fleets don't report in step.
+        Time between the starts of two fleets: starting a process takes time, and fleets should not report in step.
     """
 
     port: int
@@ -75,7 +75,7 @@ class Load:
 
     @property
     def robots(self) -> int:
-        """How many a fleet has."""
+        """Number of robots in a fleet."""
         return self.carriers * (1 + self.rovers)
 
     @property
@@ -86,18 +86,18 @@ class Load:
 
 @dataclass(slots=True, kw_only=True)
 class FleetOutcome:
-    """What came of it.
+    """The measurements of a load.
 
     Attributes
     ----------
     due
-        Reports that were to be sent in the time; fewer are `sent` if answers are slow.
+        Reports due in the time; fewer are `sent` if answers are slow.
     lags_s
-        From the moment a report was sent to the arrival of the commands that answer it.
+        Time from sending a report to the arrival of the commands that answer it.
     plans, commands
-        Decisions, and commands given to robots.
+        Numbers of decisions, and of commands to robots.
     seconds, cpu_s
-        From the first to the last report, and what this process has used meanwhile.
+        Time from the first to the last report, and CPU time of this process meanwhile.
     odd
         Answers other than 200, by status.
     """
@@ -113,16 +113,16 @@ class FleetOutcome:
 
 
 class TickingTeam(SimulatedTeam):
-    """A simulated team whose time passes by the clock, whatever is commanded."""
+    """A simulated team whose time passes by the clock, independent of commands."""
 
     def obey(self, batch: dict[str, Any]) -> int:
-        """Begin to do what is commanded, and return how many commands that were."""
+        """Start the commands of a batch, and return their number."""
         for command in batch["commands"]:
             self._obey(command)
         return len(batch["commands"])
 
     def at(self, t_ms: int) -> dict[str, dict[str, Any]]:
-        """Let time pass until `t_ms`, and return what each robot has to say of it, all but its count."""
+        """Advance time to `t_ms`, and return each robot's report, except for its count."""
         seen: dict[str, list[Any]] = defaultdict(list)
         finished: dict[str, list[int]] = defaultdict(list)
         while True:
@@ -131,7 +131,7 @@ class TickingTeam(SimulatedTeam):
                 seen[name].append(cells)
             for name in news.finished:
                 if (number := self._ids.pop(name, None)) is not None and number not in self._ids.values():
-                    finished[name].append(number)  # told by the last of those in it
+                    finished[name].append(number)  # reported by the last robot involved
             if news.t_ms >= t_ms and not (news.revealed or news.finished):
                 break
         cells = self._world.grid.cells.ravel()
@@ -150,7 +150,7 @@ class TickingTeam(SimulatedTeam):
 
 
 def together(said: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Return what all robots say as what the team says."""
+    """Join the reports of all robots into a report of the team."""
     first, *_ = said.values()
     return {"t_ms": first["t_ms"]} | {
         key: [item for one in said.values() for item in one[key]] for key in ("revealed", "robots", "finished")
@@ -175,7 +175,7 @@ class ClientFleet:
         self._over = False
 
     async def run(self, begins_s: float, ends_s: float) -> None:
-        """Begin a mission at a moment of the loop's clock, and report until another one."""
+        """Start a mission at a time of the loop's clock, and report until `ends_s`."""
         await asyncio.sleep(begins_s - asyncio.get_running_loop().time())
         first = await Line.to(self._load.port)
         made = await first.post("/v1/missions", self.brief)
@@ -202,7 +202,7 @@ class ClientFleet:
             await asyncio.sleep(due_s - loop.time())
             self._count += 1
             self._outcome.due += 1 if self._load.speaker is Speaker.TEAM else self._load.robots
-            if loop.time() < due_s + period_s:  # else this one is left out
+            if loop.time() < due_s + period_s:  # else this report is skipped
                 await self._send(lines, self.team.at(round(1000 * (loop.time() - begins_s))))
             else:
                 self._count -= 1
@@ -252,7 +252,7 @@ class ClientFleet:
 
 
 async def carry_out(load: Load) -> FleetOutcome:
-    """Let all fleets do their part."""
+    """Run all fleets."""
     outcome = FleetOutcome(lags_s=[], odd={})
     world = replace(builtin_scenario(load.scenario), team=uniform_team(load.carriers, load.rovers))
     world = replace(world, planning_time=PlanningTime.CHARGED if load.budget_s else PlanningTime.INSTANT)
@@ -265,7 +265,7 @@ async def carry_out(load: Load) -> FleetOutcome:
 
 
 def main(text: str) -> None:
-    """Carry out the load that is described in JSON, and print the outcome."""
+    """Run the load described in JSON, and print the outcome."""
     fields = json.loads(text)
     load = Load(**{**fields, "speaker": Speaker(fields["speaker"])})
     print(json.dumps(asdict(asyncio.run(carry_out(load)))))

@@ -1,9 +1,9 @@
-"""A proxy before a database that can freeze whoever writes through it, after each statement of each transaction.
+"""A database proxy that can freeze a client after each statement of each transaction.
 
-It reads the statements that pass. A point at which it freezes is the statements of a transaction up to one of them:
-two transactions that begin alike have their first points in common. It hands the last statement on and then swallows
-every byte in both directions: to the database and to others this is a server that froze, or whose network is gone,
-while it holds what it has locked.
+It reads the statements that pass. A freezing point is the sequence of a transaction's statements up to one of them:
+two transactions with the same start share their first points. The proxy forwards the last statement and then drops
+every byte in both directions: the database and others see a server that froze, or lost its network, while it holds
+its locks.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ Act = Callable[[], object]
 _SOCKET = ".s.PGSQL.5432"
 _MANY_VALUES = re.compile(r"\$\d+(, \$\d+)*")
 _PER_WRITE = "SAVEPOINT"
-"""Begins each of the writes that are committed together; what was written before it is left out of a point."""
+"""Starts each of the writes that are committed together; a point leaves out the writes before it."""
 
 _READ_ONLY = "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY"
 _HOLD_NOTHING = ("SELECT", "LISTEN")
-"""How statements begin that, outside of a transaction, write nothing."""
+"""First words of statements that write nothing outside of a transaction."""
 
 _END, _OF_CLIENT = ("COMMIT", "ROLLBACK"), "DEALLOCATE"
 
 
 def after(begun: Point, sql: str) -> Point:
-    """Return the point after one more statement; a second round of a loop is left out, as are different values."""
+    """Return the point after one more statement; further rounds of a loop and different values are ignored."""
     sql = _MANY_VALUES.sub("?", " ".join(sql.split()))
     point = (*(begun[:1] if sql.startswith(_PER_WRITE) else begun), sql)
     for n in range(1, len(point) // 2 + 1):
@@ -48,7 +48,7 @@ def after(begun: Point, sql: str) -> Point:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrozenRow:
-    """After which statements a server froze, how long the slowest write of the other took in s, and what failed."""
+    """The statements after which a server froze, the time of the other's slowest write in s, and failures."""
 
     point: Point
     slowest_s: float
@@ -60,7 +60,7 @@ class FrozenRow:
 
 
 class Proxy:
-    """Stands before a database's socket in `folder`.
+    """Proxies a database's socket in `folder`.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Proxy:
     seen
         All points that have passed.
     frozen
-        Set while bytes are swallowed.
+        Set while bytes are dropped.
     """
 
     def __init__(self, folder: Path, database: Path) -> None:
@@ -84,7 +84,7 @@ class Proxy:
         asyncio.run_coroutine_threadsafe(self._listen(), self._loop).result()
 
     def through(self, url: str) -> str:
-        """Return the address of a database as it is reached through the proxy."""
+        """Return the address of a database through the proxy."""
         return url.replace(str(self._database), str(self._folder))
 
     def arm(self) -> None:
@@ -92,7 +92,7 @@ class Proxy:
         self._armed = True
 
     def free(self) -> None:
-        """Break all connections, and relay again."""
+        """Break all connections, and forward again."""
         self._armed = False
         asyncio.run_coroutine_threadsafe(self._break(), self._loop).result()
 
@@ -110,7 +110,7 @@ class Proxy:
         self._writers |= {writer, back}
         with suppress(OSError, asyncio.IncompleteReadError):
             await asyncio.gather(self._statements(reader, back), self._answers(there, writer))
-        if not self.frozen.is_set():  # else the end of a connection is not told either
+        if not self.frozen.is_set():  # else the end of a connection is not forwarded either
             for one in (writer, back):
                 one.transport.abort()
             self._writers -= {writer, back}
@@ -123,7 +123,7 @@ class Proxy:
             writer.transport.abort()
 
     async def _statements(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Hand messages of the client on, see "Message Flow" and "Message Formats" of the PostgreSQL documentation."""
+        """Forward messages of the client, see "Message Flow" and "Message Formats" of the PostgreSQL documentation."""
         head = await reader.readexactly(4)
         start_up = head + await reader.readexactly(struct.unpack("!i", head)[0] - 4)
         if not self.frozen.is_set():
@@ -146,11 +146,11 @@ class Proxy:
             elif kind == b"B":
                 sql = prepared[body.split(b"\0")[1]]
             runs = runs or kind in (b"Q", b"E")
-            if runs and kind in (b"Q", b"S"):  # what is only prepared does not run
+            if runs and kind in (b"Q", b"S"):  # prepared statements do not run yet
                 begun, runs = self._pass(begun, sql), False
 
     def _pass(self, begun: Point, sql: str) -> Point:
-        """Enter that a statement was handed on, and freeze if it is due; return what its transaction has become."""
+        """Record that a statement was forwarded, and freeze if it is due; return its transaction's new point."""
         if sql.startswith(_OF_CLIENT) or (not begun and sql.strip().startswith(_HOLD_NOTHING)):
             return begun
         point = after(begun, sql)
@@ -164,9 +164,9 @@ class Proxy:
 
 
 def rows_of(proxy: Proxy, made: Callable[[], tuple[Act, Act]]) -> Iterator[FrozenRow]:
-    """Freeze whoever does one thing at each of its statements, while another one does the same, or what is to go on.
+    """Freeze one act at each of its statements, while another act does the same, or work that must continue.
 
-    `made` returns the two, made anew each time.
+    `made` returns two new acts each time.
     """
     while True:
         act, beside = made()
@@ -184,4 +184,4 @@ def rows_of(proxy: Proxy, made: Callable[[], tuple[Act, Act]]) -> Iterator[Froze
                 failed = str(error)
             yield FrozenRow(point=proxy.tried[-1], slowest_s=time.monotonic() - began_s, failed=failed)
             proxy.free()
-            stuck.exception()  # of a commit that was frozen nobody knows whether it was done
+            stuck.exception()  # the outcome of a frozen commit is unknown

@@ -1,13 +1,13 @@
-"""A server that is cut off from the database after each statement of each of its transactions, beside a healthy one.
+"""A server cut off from the database after each statement of each of its transactions, beside a healthy one.
 
 ``python -m benchmarks.trial.frozen`` starts two servers on one PostgreSQL database. The first reaches it through a
-proxy (`freezing`), as do operators: whenever a transaction gets to a statement that was not tried yet, it is cut off
-right after it. Clients and operators of the second server meanwhile do all that writes; how long the slowest of that
-takes is the row of the table. Then the proxy breaks all connections, which connect again, and the next statement is
-tried. Clients and operators of the first server do the same, and now and then it is asked to end, or killed, and
-started again.
+proxy (`freezing`), as do operators: whenever a transaction reaches a statement that was not tried yet, the proxy cuts
+it off right after that. Meanwhile clients and operators of the second server perform every kind of write; the time of
+the slowest is the row of the table. Then the proxy breaks all connections, they reconnect, and the next statement is
+tried. Clients and operators of the first server do the same; now and then the first server is terminated or killed,
+and restarted.
 
-What comes up rarely, such as the first start on a database, is tried one by one before that (`rare_writes`).
+Rare writes, such as the first start on a database, are tried one by one before that (`rare_writes`).
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ from marsupial_service.store import StoreError, open_store
 
 GOAL_S = 3.0
 _HOLD_S = 2.5
-"""How long a server stays frozen at least: longer than the database lets it hold anything."""
+"""Least time that a server stays frozen: longer than the database lets it hold locks."""
 
 _LONGEST_S = 60.0
 _GRANTED = (*ACCEPTED, 201)
 _LIVES_S = 90.0
-"""How long the first server lives before it is asked to end, or killed."""
+"""Lifetime of the first server before it is terminated or killed."""
 
 _OPTIONS = (
     "--require-keys",
@@ -56,12 +56,12 @@ _OPTIONS = (
 
 
 class Users:
-    """Clients of one server, and operators of its store `place`: each does one thing over and over, in a thread.
+    """Clients of one server, and operators of its store `place`: each repeats one action, in a thread.
 
     Attributes
     ----------
     failures
-        What was answered that should not have been.
+        Answers that should not have come.
     """
 
     def __init__(self, port: int, place: str, secrets: tuple[str, str]) -> None:
@@ -86,13 +86,13 @@ class Users:
         self._store.close()
 
     def are_done(self, began_s: float, until_s: float) -> bool:
-        """Say whether each kind of what is done often was done since `began_s`, and all is that began by `until_s`."""
+        """Return whether every frequent action was done since `began_s`, and all that began by `until_s` are done."""
         with self._lock:
             often = {"_job", "_mission", "_key"} <= {name for name, at, _ in self._done if at > began_s}
             return often and all(at > until_s for at in self._under_way.values())
 
     def slowest_since(self, began_s: float) -> float:
-        """Return how long the slowest took of what has ended since then, or takes still."""
+        """Return the time of the slowest action that ended since then or still runs."""
         with self._lock:
             under_way = [time.monotonic() - at for at in self._under_way.values()]
             return max([took for _, at, took in self._done if at + took > began_s] + under_way, default=0.0)
@@ -114,7 +114,7 @@ class Users:
                 self._done.append((name, began_s, time.monotonic() - began_s))
 
     def _ask(self, name: str, method: str, path: str, body: object = None, secret: str = "", **headers: str) -> Any:
-        """Ask, and return the document that is answered if it was granted, else nothing."""
+        """Send a request, and return the document of a successful answer, else an empty one."""
         talk = Talk(self._port)
         headers = {"Authorization": f"Bearer {secret or self._secrets[0]}", **headers}
         try:
@@ -135,7 +135,7 @@ class Users:
             self._ask("_job", "POST", f"/v1/jobs/{random.choice(jobs)['id']}/cancel")
 
     def _mission(self) -> None:
-        """Pause, resume or cancel one of the last missions of either server; there is a new one now and then."""
+        """Pause, resume or cancel one of the last missions of either server; sometimes start a new one."""
         if random.random() < 0.15:
             speed, seconds = random.choice((5.0, 20.0, 1000.0)), {"seconds": 0.5}
             wanted = {"scenario": "lobby", "planner": "greedy", "speed": speed, "budget": seconds}
@@ -147,7 +147,7 @@ class Users:
                     self._ask("_mission", "POST", f"/v1/missions/{mission['id']}/{wish}", secret=secret)
 
     def _key(self) -> None:
-        """Make a key, with which a mission is begun, and revoke it, which calls the mission off."""
+        """Create a key, start a mission with it, and revoke it, which cancels the mission."""
         name = uuid.uuid4().hex[:8]
         secret = self._timed("_key", lambda: self._keys.add(name, ["mission"], 1, time.time()))
         if random.random() < 0.2:
@@ -157,17 +157,17 @@ class Users:
         self._timed("_key", lambda: self._keys.revoke(name, time.time()))
 
     def _ready(self) -> None:
-        """Ask whether the server is ready, which writes."""
+        """Request the server's readiness, which writes."""
         self._ask("_ready", "GET", "/readyz")
 
     def _retain(self) -> None:
-        """Remove what has ended."""
+        """Remove finished entries."""
         kept = random.choice((10, 30))
         self._timed("_retain", lambda: retain(self._place, days=None, kept=kept, now_ms=round(1000 * time.time())))
 
 
 class Lives(threading.Thread):
-    """Asks a server to end now and then, or kills it, and starts it again."""
+    """Terminates or kills a server now and then, and restarts it."""
 
     def __init__(self, house: House) -> None:
         super().__init__()
@@ -176,12 +176,12 @@ class Lives(threading.Thread):
         self.start()
 
     def close(self) -> None:
-        """Leave it as it is."""
+        """Stop, and leave the server as it is."""
         self._over.set()
         self.join()
 
     def run(self) -> None:
-        """Do so."""
+        """Terminate or kill the server again and again."""
         until_s = time.monotonic() + _LIVES_S
         while not self._over.wait(0.5):
             if self._house.runs and time.monotonic() > until_s:
@@ -195,7 +195,7 @@ class Lives(threading.Thread):
 
 
 def freezes(database: PostgresServer, proxy: Proxy, folder: Path, seconds: float) -> Iterator[FrozenRow]:
-    """Freeze a server at each statement that passes, for so long."""
+    """Freeze a server at each statement that passes, for `seconds` in all."""
     url = database.database()
     with open_keys(url) as keys:
         one, other = (keys.add(name, ["plan", "mission"], 1, time.time()) for name in ("one", "other"))
@@ -236,7 +236,7 @@ def _freeze(proxy: Proxy, healthy: Users) -> FrozenRow:
 
 @contextmanager
 def cut_off() -> Iterator[tuple[PostgresServer, Proxy, Path]]:
-    """Give a database, a proxy before it, and a folder; nothing of them is left afterwards."""
+    """Yield a database, its proxy and a folder; remove all of them afterwards."""
     with TemporaryDirectory(prefix="marsupial-frozen-") as name:
         folder = Path(name)
         for part in ("database", "proxy"):

@@ -1,7 +1,7 @@
-"""Schemathesis on a server: requests drawn from its OpenAPI document, alone and in sequences, all checks.
+"""Schemathesis on a server: random requests from its OpenAPI document, alone and in sequences, with all checks.
 
-Three things no schema says are allowed: a request that is well-formed may be wrong all the same (422, an unknown
-robot) or too much for this service (413), and of one that is both too much and wrong only the first is said.
+Three things are allowed that no schema can express: a well-formed request may still be wrong (422, an unknown
+robot) or too large for this service (413), and a request that is both gets only the 413.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ expected-statuses = ["400", "401", "403", "404", "405", "406", "409", "413", "41
 
 
 def rows(minutes: float, seed: int, say: Callable[[str], None]) -> list[TrialRow]:
-    """Fuzz for so many minutes; say so if Schemathesis is not installed."""
+    """Fuzz for `minutes`; report if Schemathesis is not installed."""
     program = found_program()
     requirement = "failures of all checks, stateful ones too"
     if program is None:
@@ -76,7 +76,7 @@ def _run(program: str, folder: Path, port: int, minutes: float, seed: int) -> tu
 def read(printed: str, code: int) -> tuple[int, int, list[str]]:
     """Return the number of failures and cases, and the titles of failures, from what Schemathesis prints.
 
-    A run that ends with another exit code than 0 has at least one.
+    A run with an exit code other than 0 has at least one failure.
     """
     cases = re.search(r"^\s*(\d+) generated", printed, re.MULTILINE)
     unique = re.search(r"found (\d+) unique failure", printed)

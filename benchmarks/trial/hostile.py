@@ -1,4 +1,4 @@
-"""Jobs for planners that misbehave: is their wall limit kept, is the outcome right, is anything left of them?"""
+"""Jobs for planners that misbehave: is their wall limit enforced, is the outcome right, do processes remain?"""
 
 from __future__ import annotations
 
@@ -40,18 +40,18 @@ OUTCOMES: Mapping[str, frozenset[str]] = {
     "fail": frozenset({"engine_failed"}),
     "crash": frozenset({"engine_failed"}),
 }
-"""What may become of a job by the kind of planner. On a slow machine time may be over before memory is."""
+"""Allowed outcomes of a job by kind of planner. On a slow machine time may run out before memory."""
 
 
 def options() -> list[str]:
-    """Return the options of a server that has these planners."""
+    """Return the options of a server with these planners."""
     command = shlex.join([sys.executable, "-S", "-E", str(Path(villain.__file__))])
     planners = [f"--planner={kind}={command} {kind} {{domain}} {{problem}}" for kind in villain.KINDS]
     return [*planners, f"--limit=memory_bytes={_MEMORY_BYTES}", "--limit=queue=10000"]
 
 
 def rows(runs: int, say: Callable[[str], None]) -> list[TrialRow]:
-    """Run so many of them, two or more at a time as the service does, and watch their processes."""
+    """Run `runs` of them, two or more at a time as the service does, and watch their processes."""
     with opened(options()) as house:
         before = house.resident_bytes()
         watch = ServerWatch(house)
@@ -87,7 +87,7 @@ def rows(runs: int, say: Callable[[str], None]) -> list[TrialRow]:
 
 
 class ServerWatch:
-    """Looks at all processes of hostile planners again and again, and notes when each group of them was last seen."""
+    """Polls the processes of hostile planners, and records when each group was last seen."""
 
     def __init__(self, house: House) -> None:
         self._house = house
@@ -97,12 +97,12 @@ class ServerWatch:
         self._thread.start()
 
     def stop(self) -> None:
-        """Look no longer."""
+        """Stop polling."""
         self._over.set()
         self._thread.join()
 
     def over_s(self) -> list[float]:
-        """Return for each planner how long any process of it lived beyond the limit."""
+        """Return for each planner how long its last process outlived the limit."""
         return [max(0.0, last - first - LIMIT_S) for first, last in self._seen.values()]
 
     def _look_on(self) -> None:
@@ -125,7 +125,7 @@ def _round_and_round() -> Any:
 
 
 def _results(house: House, kinds: list[str], say: Callable[[str], None]) -> list[Any]:
-    """Submit all at once and return their documents once all are over, or time is up."""
+    """Submit all jobs at once; return their documents when all have ended or time is up."""
     talk = Talk(house.port)
     paths = [talk.ask("POST", "/v1/jobs", _body(kind)).document["links"]["self"] for kind in kinds]
     found: list[Any] = []
@@ -145,7 +145,7 @@ def _body(kind: str) -> bytes:
 
 
 def _below_after(house: House) -> list[int]:
-    """Return what is left below the launcher once a job more, a good one, is over."""
+    """Return the processes left below the launcher after one more, harmless job."""
     job = json.loads(body(tiny(), "greedy", LIMIT_S))
     path = ask(house.port, "POST", "/v1/jobs", json.dumps(job).encode()).document["links"]["self"]
     until = time.monotonic() + _PATIENCE_S

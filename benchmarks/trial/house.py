@@ -1,7 +1,7 @@
-"""A server on a data folder, which may be killed at any moment and started again at the same address.
+"""A server on a data folder that can be killed at any moment and restarted at the same address.
 
-The process that has one adopts orphans: whatever a server has started, in whatever session, stays below it, and is
-found when it is left behind.
+The process that owns a house adopts orphans: all processes that a server starts, in any session, stay below it, and
+are found if the server leaves them behind.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _POLL_S = 0.01
 
 
 class House(Server):
-    """A server with all that runs below it, and the limits that operators have."""
+    """A server with all processes below it, and operators' limits."""
 
     environment: Mapping[str, str] = {}
 
@@ -36,7 +36,7 @@ class House(Server):
 
     @property
     def ended_by_itself(self) -> bool:
-        """Whether the server that was started last has ended, and not because it was killed."""
+        """Whether the last server started has ended without being killed."""
         return not self.runs and self.process.returncode != -signal.SIGKILL
 
     def wait_ready(self, within_s: float = _START_S) -> None:
@@ -50,7 +50,7 @@ class House(Server):
         raise NotStarted(self.log[-2000:])
 
     def terminate(self, within_s: float = 30.0) -> float:
-        """Ask the server to end and return how long it takes until nothing of it runs, in s."""
+        """Terminate the server and return the time in s until none of its processes runs."""
         below = self.below()
         begun = time.monotonic()
         self.process.terminate()
@@ -61,7 +61,7 @@ class House(Server):
         return time.monotonic() - begun
 
     def below(self, depth: int | None = None) -> list[int]:
-        """Return what runs below the server: 1 is the launcher, 2 supervisors, 3 workers, from 4 on what they start."""
+        """Return processes below the server: 1 is the launcher, 2 supervisors, 3 workers, from 4 on their children."""
         levels = [[self.process.pid]]
         while levels[-1]:
             levels.append([child for pid in levels[-1] for child in reaper.children(pid) if is_alive(child)])
@@ -70,11 +70,11 @@ class House(Server):
         return [pid for level in levels[1:] for pid in level]
 
     def resident_bytes(self) -> int:
-        """Return the memory that the server process has to itself."""
+        """Return the server process's own memory."""
         return reaper.resident_bytes([self.process.pid])
 
     def close(self, keep: Collection[int] = ()) -> None:
-        """End it and everything below it, and all else below this process but what is in `keep`."""
+        """End the server, all processes below it, and all others below this process except those in `keep`."""
         if self.runs:
             self.terminate()
         if self.runs:
@@ -84,7 +84,7 @@ class House(Server):
 
 @contextmanager
 def opened(options: Sequence[str] = ()) -> Iterator[House]:
-    """Give a house in a folder of its own, started and ready; nothing of it is left afterwards."""
+    """Yield a house in its own folder, started and ready; remove all of it afterwards."""
     with unopened(options) as house:
         house.launch()
         house.wait_ready()
@@ -93,7 +93,7 @@ def opened(options: Sequence[str] = ()) -> Iterator[House]:
 
 @contextmanager
 def unopened(options: Sequence[str] = ()) -> Iterator[House]:
-    """Give a house whose server is still to be started."""
+    """Yield a house whose server has not been started."""
     with TemporaryDirectory(prefix="marsupial-trial-", ignore_cleanup_errors=True) as folder:
         house = House(Path(folder), *options)
         try:
@@ -103,9 +103,9 @@ def unopened(options: Sequence[str] = ()) -> Iterator[House]:
 
 
 def strays(within_s: float = 0.0, keep: Collection[int] = ()) -> list[int]:
-    """Return what still runs below this process though no server does, once it had so many seconds to end.
+    """Return processes that still run below this one without a server, after `within_s` seconds to end.
 
-    The processes in `keep`, children of this one, may run, with all that is below them.
+    The processes in `keep`, children of this one, may run, with all processes below them.
     """
     until = time.monotonic() + within_s
     while True:
@@ -116,7 +116,7 @@ def strays(within_s: float = 0.0, keep: Collection[int] = ()) -> list[int]:
 
 
 def _others(keep: Collection[int]) -> list[int]:
-    """Return the children of this process that are not in `keep`; those that have ended are collected."""
+    """Return the children of this process that are not in `keep`; reap those that have ended."""
     others = [child for child in reaper.children(os.getpid()) if child not in keep]
     for child in others:
         with suppress(ChildProcessError):
@@ -125,7 +125,7 @@ def _others(keep: Collection[int]) -> list[int]:
 
 
 def end_strays(keep: Collection[int] = ()) -> None:
-    """Kill what was left behind, and collect what has ended."""
+    """Kill the processes left behind, and reap those that have ended."""
     for pid in strays(keep=keep):
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)

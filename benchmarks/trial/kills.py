@@ -1,10 +1,10 @@
-"""Servers and their processes are killed as by ``kill -9``, at random moments, while clients are at work.
+"""Servers and their processes are killed as by ``kill -9``, at random moments, while clients work.
 
-They send, follow and cancel jobs, and one reports to missions. The database is a file (SQLite), which dies with its
-server; `shared_kills` has servers that share one.
+Clients send, follow and cancel jobs, and one reports to missions. The database is a file (SQLite), used by one server
+alone; in `shared_kills` servers share a database.
 
 A server lives three kinds of lives: it is killed while it starts; it is killed before or after a commit, by a failpoint
-in its store; or it is killed at work, after some of the processes below it were.
+in its store; or it is killed at work, after some of the processes below it.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ _LAST_COMMIT = 40
 _WORK_S = 1.5
 _PAUSE_S = 0.05
 _RIVALS = 0.1
-"""For so many lives a second server tries to have the folder as well."""
+"""The share of lives in which a second server also tries to open the folder."""
 
 PART = "kills"
 
 
 def rows(kills: int, seed: int, say: Callable[[str], None]) -> list[TrialRow]:
-    """Kill so many processes, then look at every job that was acknowledged."""
+    """Kill `kills` processes, then check every acknowledged job."""
     draw, toll, promises, journeys = random.Random(seed), Toll(), Promises(), Journeys()
     for number in range(1, SEEDS + 1):
         undisturbed_mission(number)
@@ -67,13 +67,13 @@ def rows(kills: int, seed: int, say: Callable[[str], None]) -> list[TrialRow]:
 
 
 def _starting(house: House, draw: random.Random, toll: Toll) -> None:
-    """Kill it while it starts, or soon after."""
+    """Kill the server while it starts, or soon after."""
     house.launch()
     time.sleep(draw.uniform(0, _STARTING_S))
 
 
 def _committing(house: House, draw: random.Random, toll: Toll) -> None:
-    """Let it be killed right before or after a commit."""
+    """Have the server killed right before or after a commit."""
     house.launch(armed(draw))
     until = time.monotonic() + _ARMED_S
     while house.runs and time.monotonic() < until:
@@ -81,13 +81,13 @@ def _committing(house: House, draw: random.Random, toll: Toll) -> None:
 
 
 def armed(draw: random.Random) -> dict[str, str]:
-    """Return what has a server killed right before or after one of its first commits."""
+    """Return the environment that kills a server right before or after one of its first commits."""
     point = draw.choice((BEFORE_COMMIT, AFTER_COMMIT))
     return {VARIABLE: f"{point}=kill@{draw.randint(1, _LAST_COMMIT)}"}
 
 
 def _working(house: House, draw: random.Random, toll: Toll) -> None:
-    """Kill some of the processes below it, then it, at random moments of its work."""
+    """Kill some of the processes below the server, then the server, at random moments of its work."""
     house.launch()
     try:
         house.wait_ready()
@@ -115,7 +115,7 @@ def kill_below(house: House, draw: random.Random, toll: Toll) -> None:
 
 
 def _rival(house: House, toll: Toll) -> None:
-    """Start a second server on the folder, which has to be refused."""
+    """Start a second server on the folder, which must be refused."""
     rival = House(house.data, *OPTIONS)
     rival.launch()
     toll.rivals += 1
@@ -127,7 +127,7 @@ def _rival(house: House, toll: Toll) -> None:
 
 
 def _bury(house: House, toll: Toll) -> None:
-    """Kill the server if it still runs, and see how long anything of it stays."""
+    """Kill the server if it still runs, and measure how long its processes stay."""
     toll.failed += house.ended_by_itself
     toll.victims[SERVER if house.runs else COMMITTING] += 1
     house.kill()

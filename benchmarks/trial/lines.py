@@ -1,4 +1,4 @@
-"""Connections for those who send and follow much, at little cost of their own: what comes is taken as it should be."""
+"""Connections for heavy senders and followers, cheap because they trust that answers are well-formed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class LineAnswer(NamedTuple):
 
 
 class Line:
-    """A connection that is kept open."""
+    """A connection that stays open."""
 
     def __init__(self, port: int, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._port = port
@@ -34,7 +34,7 @@ class Line:
         return cls(port, *await asyncio.open_connection(HOST, port, limit=_LONGEST_LINE))
 
     async def post(self, path: str, body: bytes) -> LineAnswer:
-        """Send JSON, and return what is answered; again if the server has closed the connection, as nobody used it."""
+        """Send JSON, and return the answer; retry if the server has closed the connection because it was idle."""
         try:
             return await self._post(path, body)
         except (ConnectionError, asyncio.IncompleteReadError):
@@ -49,14 +49,14 @@ class Line:
         return LineAnswer(int(told[9:12]), await self._reader.readexactly(length))
 
     async def report(self, mission: str, reports: list[dict[str, Any]]) -> None:
-        """Send reports to the mission at that path, again while too many wait."""
+        """Send reports to the mission at that path; retry while too many wait."""
         body = json.dumps({"reports": reports}).encode()
         while (answer := await self.post(f"{mission}/reports", body)).status == 429:
             await asyncio.sleep(_AGAIN_S)
         assert answer.status == 200, answer.body
 
     async def events(self, path: str) -> AsyncGenerator[tuple[bytes, bytes]]:
-        """Yield type and data of the events of a stream; as HTTP/1.0 has it they come as they are, not in chunks."""
+        """Yield type and data of the events of a stream; with HTTP/1.0 they come without chunks."""
         self.writer.write(f"GET {path} HTTP/1.0\r\nHost: {HOST}\r\n\r\n".encode())
         await self._reader.readuntil(b"\r\n\r\n")
         kind = b""

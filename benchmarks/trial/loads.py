@@ -1,7 +1,7 @@
-"""Reports and missions under load: what is answered in time, and what that costs.
+"""Reports and missions under load: how many answers come in time, and their cost.
 
-Whoever loads the server has the same processors as the server. Seconds of a processor are told beside all that is
-measured by the clock, which says less where others are at work.
+The load runs on the same processors as the server. So CPU seconds are given beside all wall-clock times, which mean
+less on a busy machine.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PRESS, ONE, MANY = "reports", "one mission", "missions at once"
 RATE_GOAL_HZ, LAG_GOAL_S = 1000.0, 0.3
 MANY_FLEETS, MANY_HZ = 50, 2.0
 MANY_LAG_GOAL_S = 1 / MANY_HZ
-"""Nothing piles up where a report is answered before the next one is sent."""
+"""Nothing queues up if each report is answered before the next one is sent."""
 
 OPTIONS = ("--limit=missions=100", "--limit=streams=1000")
 
@@ -41,17 +41,17 @@ _POLL_S = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Used:
-    """Seconds of a processor that the server's process has used, and all below it."""
+    """CPU seconds of the server's process, and of all processes below it."""
 
     server: float
     below: float
 
     def since(self, before: Used) -> Used:
-        """Return what was used in between."""
+        """Return the CPU seconds used in between."""
         return Used(self.server - before.server, self.below - before.below)
 
     def told(self, reports: int, by_load_s: float, seconds: float) -> str:
-        """Return what each report has cost, and how many processors were busy."""
+        """Return the cost of each report, and the number of busy processors."""
         a_report = f"{1000 * self.server / reports:.2f} + {1000 * self.below / reports:.2f} ms of a processor each"
         busy, load = (self.server + self.below + by_load_s) / seconds, os.getloadavg()[0]
         with_sending = f"{by_load_s / seconds:.2f} with sending"
@@ -59,14 +59,14 @@ class Used:
 
 
 def used(house: House) -> Used:
-    """Return what a server has used so far; of its processes also those that have ended."""
+    """Return a server's CPU seconds so far, including its processes that have ended."""
     server = psutil.Process(house.process.pid)
     below = sum(sum(one.cpu_times()[:4]) for one in server.children(recursive=True))
     return Used(sum(server.cpu_times()[:2]), below)
 
 
 def press_rows(seconds: float, say: Callable[[str], None]) -> Iterator[TrialRow]:
-    """Send reports as fast as they are taken: of a whole team each, then of a robot each."""
+    """Send reports as fast as they are accepted: of a whole team each, then of a robot each."""
     for of_team, batch in ((True, 25), (False, 96)):
         whose = f"of {ROBOTS} robots" if of_team else "of a robot"
         say(f"reports {whose} each, as fast as they are taken: {seconds:g} s")
@@ -88,7 +88,7 @@ def press_rows(seconds: float, say: Callable[[str], None]) -> Iterator[TrialRow]
 
 
 def mission_rows(seconds: float, say: Callable[[str], None]) -> Iterator[TrialRow]:
-    """Have each robot of one fleet report at 10 Hz, together with the others or by itself; planning is charged."""
+    """Have each robot of one fleet report at 10 Hz, with the others or alone; planning time is charged."""
     for speaker in (Speaker.ROBOTS_TOGETHER, Speaker.ROBOTS):
         say(f"one mission, {speaker} at 10 Hz: {seconds:g} s")
         how: dict[str, Any] = {"fleets": 1, "hz": 10.0, "planner": "anytime", "budget_s": 0.1}
@@ -96,7 +96,7 @@ def mission_rows(seconds: float, say: Callable[[str], None]) -> Iterator[TrialRo
 
 
 def missions_rows(seconds: float, say: Callable[[str], None]) -> Iterator[TrialRow]:
-    """Have many fleets report at once, each in one report of all its robots."""
+    """Have many fleets report at the same time, each in one report of all its robots."""
     say(f"missions at once: {MANY_FLEETS} at {MANY_HZ:g} Hz, {seconds:g} s")
     yield from _fleet_rows(MANY, seconds, Speaker.TEAM, MANY_LAG_GOAL_S, {"fleets": MANY_FLEETS, "hz": MANY_HZ})
 

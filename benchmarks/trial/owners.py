@@ -1,6 +1,6 @@
-"""The database itself keeps account of who stores what for a mission, whatever servers believe.
+"""The database itself records which server writes for a mission, independent of what servers believe.
 
-Triggers enter each change of a mission's owner, and from which server's connection each of its turns was stored.
+Triggers record each change of a mission's owner, and the server connection that stored each of its turns.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ CREATE TRIGGER trial_turn AFTER INSERT ON mission_events FOR EACH ROW EXECUTE FU
 
 
 class Ownership(NamedTuple):
-    """How many turns were stored, how many of them by a server that did not own their mission.
+    """The number of turns stored, and of those stored by a server that did not own their mission.
 
     `terms` counts how often a mission got an owner, `disputed` the terms that did not follow the one before, or had
     two owners.
@@ -39,13 +39,13 @@ class Ownership(NamedTuple):
 
 
 def keep_account(url: str) -> None:
-    """Begin to; the tables of the service are there."""
+    """Install the triggers; the service's tables must exist."""
     with psycopg.connect(url, autocommit=True) as connection:
         connection.execute(_ACCOUNTS)
 
 
 def ownership(url: str) -> Ownership:
-    """Return what was found."""
+    """Return the counts so far."""
     turns = "SELECT count(*), count(*) FILTER (WHERE owned IS NOT TRUE) FROM trial_turns"
     terms = (
         "SELECT count(*), count(*) - count(DISTINCT (mission, term))"

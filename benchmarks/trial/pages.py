@@ -1,4 +1,4 @@
-"""Pages in a real browser: how large they are, how fast they play, how soon a plan is in the page."""
+"""Pages in a real browser: their size, their frame rate, the delay until they show a plan."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ const look = () => {
 new MutationObserver(look).observe(document.body, { subtree: true, childList: true, characterData: true });
 look();
 """
-"""Keeps when the page has so many plans and has drawn them: the element that tells of them is given."""
+"""Records when the page has drawn each number of plans; its argument is the element that shows the number."""
 
 _FRAMES = """
 const [seconds, speed, done] = arguments, select = document.querySelector(".transport select");
@@ -71,7 +71,7 @@ requestAnimationFrame(next);
 
 
 def rows(plans: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
-    """Play a large mission, weigh a usual one, and time so many plans of jobs, and of missions, on their way."""
+    """Play a large mission, measure a usual one's size, and time `plans` plans of jobs and as many of missions."""
     lacking = missing()
     if lacking is not None:
         yield TrialRow(part=PAGE, requirement="in a browser", figure=lacking, judgement=Judgement.NOT_RUN)
@@ -130,7 +130,7 @@ def _frame_rows(page: str) -> Iterator[TrialRow]:
 
 
 def _of_job(house: House, browser: Browser) -> list[float]:
-    """Follow a job from before it begins, as another one has the slot; return how long each plan took to the page."""
+    """Follow a job from before its start, while another one has the slot; return each plan's delay to the page."""
     first = _asked(house, "/v1/jobs", json.loads(suite_body(LARGEST[1], "anytime", 2.0)))
     job = _asked(house, "/v1/jobs", json.loads(suite_body(LARGEST[0], "anytime", _SEARCH_S)))
     browser.open(f"{house.url}/#/jobs/{job}")
@@ -145,7 +145,7 @@ def _of_job(house: House, browser: Browser) -> list[float]:
 
 
 def _of_mission(house: House, browser: Browser) -> list[float]:
-    """Follow a simulated mission; return how long each plan took to the page that came after that was open."""
+    """Follow a simulated mission; return each plan's delay to the page, for plans after it was open."""
     asked = {"scenario": "office", "planner": "greedy", "budget": {"steps": 20}, "speed": 20}
     mission = _asked(house, "/v1/simulations", asked)
     browser.open(f"{house.url}/#/missions/{mission}")

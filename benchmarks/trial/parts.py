@@ -11,7 +11,7 @@ from benchmarks.trial.rows import TrialRow
 
 
 class Stores(StrEnum):
-    """In what databases servers are killed."""
+    """The databases of the servers to kill."""
 
     SQLITE = "sqlite"
     POSTGRESQL = "postgresql"
@@ -20,22 +20,22 @@ class Stores(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialExtent:
-    """How much of everything; 0 leaves a part out.
+    """The extent of each part; 0 leaves a part out.
 
     Parameters
     ----------
     posts, plans
-        How often the time to the answer and to the first plan is taken.
+        Number of times to measure the time to the answer and to the first plan.
     half_open
-        Connections that never ask; small requests that ask for much come with them.
+        Connections without a request; the part also sends small requests for much work.
     load_seconds
-        Of each load of reports and missions.
+        Duration of each load of reports and missions.
     fair_jobs
-        Jobs of one key, beside a flood of another's.
+        Jobs of one key during another key's flood.
     stored
-        Reports of which nearly all are removed again.
+        Reports, nearly all of which are removed again.
     pages
-        Plans of jobs, and as many of missions, that are timed until a page shows them.
+        Plans of jobs, and as many of missions, to time until a page shows them.
     """
 
     kills: int = 1000
@@ -66,11 +66,11 @@ QUICK = TrialExtent(
     pages=10,
     fuzz_minutes=0.0,
 )
-"""A look at everything but fuzzing, in five minutes on a quiet machine."""
+"""A short run of everything except fuzzing: five minutes on an idle machine."""
 
 
 def trial(extent: TrialExtent, say: Callable[[str], None]) -> Iterator[TrialRow]:
-    """Run every part and yield its rows; what is timed comes first."""
+    """Run every part and yield its rows; timed parts come first."""
     if extent.posts:
         yield from speed.answer_rows(extent.posts, say)
     if extent.plans:
@@ -101,7 +101,7 @@ def trial(extent: TrialExtent, say: Callable[[str], None]) -> Iterator[TrialRow]
 
 
 def kill_rows(count: int, seed: int, stores: Stores, say: Callable[[str], None]) -> Iterator[TrialRow]:
-    """Kill so many; of both kinds half of them in each."""
+    """Kill `count` processes; with both kinds of stores, half in each."""
     parts = {Stores.SQLITE: kills.rows, Stores.POSTGRESQL: shared_kills.rows}
     wanted = list(parts) if stores is Stores.BOTH else [stores]
     for store in wanted:

@@ -1,6 +1,6 @@
-"""Reports as fast as they are taken: ``python -m benchmarks.trial.pressing PRESS``, a process of its own.
+"""Reports as fast as they are accepted: ``python -m benchmarks.trial.pressing PRESS``, in its own process.
 
-Robots rest whatever they are commanded, so nothing is planned anew: what reports themselves cost is what is asked.
+Robots ignore commands and rest, so nothing is replanned: this measures the cost of reports alone.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ ROBOTS = len(_NAMES)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Press:
-    """What is sent.
+    """The reports to send.
 
     Parameters
     ----------
     missions
-        At a time; each has a connection of its own.
+        Number of concurrent missions, each with its own connection.
     seconds
-        For so long; then what was sent is answered.
+        Time to send; then only answers are awaited.
     batch
-        Reports in a request.
+        Reports per request.
     of_team
-        Whether a report tells of all robots, or of one.
+        Whether a report covers all robots, or one.
     """
 
     port: int
@@ -62,7 +62,7 @@ def brief() -> bytes:
 
 
 def reports(of_team: bool) -> Iterator[dict[str, Any]]:
-    """Yield reports without end; the first one leaves something to be explored, so that the mission goes on."""
+    """Yield reports without end; the first one leaves something to explore, so that the mission continues."""
     notes = [{"name": name, "cell": at} for name, at in zip(_NAMES, _PLACES, strict=True)]
     seen = [{"robot": _NAMES[0], "runs": [0, _SIDE * (_SIDE - 10), 1]}]
     yield {"n": 1, "t_ms": 0, "revealed": seen, "robots": notes}
@@ -85,7 +85,7 @@ async def begun(line: Line) -> str:
 
 
 async def _press(press: Press, until_s: float) -> int:
-    """Send the reports of one mission, and return how many were taken."""
+    """Send the reports of one mission, and return the number accepted."""
     line = await Line.to(press.port)
     path, told, taken = await begun(line), reports(press.of_team), 0
     while time.monotonic() < until_s:
@@ -100,7 +100,7 @@ async def _all(press: Press) -> int:
 
 
 def main(text: str) -> None:
-    """Send what is described in JSON, and print how many reports were taken, and what this process has used, in s."""
+    """Send the reports described in JSON; print the number accepted, and this process's CPU seconds."""
     taken = asyncio.run(_all(Press(**json.loads(text))))
     print(json.dumps({"taken": taken, "cpu_s": time.process_time()}))
 

@@ -1,4 +1,4 @@
-"""What a service has acknowledged, and whether it keeps to it: looked at once all is over."""
+"""What a service has acknowledged, and whether it kept its promises, checked at the end."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ _POLL_S = 0.1
 
 @dataclass(slots=True)
 class Promises:
-    """What clients were told, entered by several threads.
+    """What clients were told, recorded by several threads.
 
     Attributes
     ----------
     jobs
         Ids of acknowledged jobs by the key of their request.
     ends
-        The first final state, outcome and moment that anybody was told of a job.
+        The first final state, outcome and time of each job that any client received.
     plans
-        The makespan of every improvement that anybody was told of, in ms, by job and revision.
+        The makespan of every improvement that any client received, in ms, by job and revision.
     missions
         Ids of acknowledged missions.
     streams
-        What those who followed a job or mission through all breaks were told, by the path of the stream.
+        The events received by clients that followed a job or mission through all breaks, by the stream's path.
     resumed
-        How often a stream was taken up again, and how often of that with another server than before.
+        How often a stream was resumed, and how often with another server than before.
     made_twice, ended_again
         Keys that got a second job, and jobs that ended a second time.
     odd
@@ -60,7 +60,7 @@ class Promises:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def acknowledge(self, key: str, answer: Reply) -> None:
-        """Enter what a request for a job was answered."""
+        """Record the answer to a request for a job."""
         if self._is_done(answer, "a job"):
             job = answer.document["id"]
             with self.lock:
@@ -68,18 +68,18 @@ class Promises:
             self.see(answer.document)
 
     def look(self, answer: Reply, what: str) -> None:
-        """Enter what another request for `what`, of which a job is the answer, was answered."""
+        """Record the answer to another request for `what`, which is answered with a job."""
         if self._is_done(answer, what):
             self.see(answer.document)
 
     def _is_done(self, answer: Reply, what: str) -> bool:
-        """Say whether a request was granted; all else it may be is put off."""
+        """Return whether a request was granted; otherwise it may only have been deferred."""
         if answer.status not in (*BUSY, *ACCEPTED):
             self.note_odd(f"status {answer.status} for {what}")
         return answer.status in ACCEPTED
 
     def see(self, document: Any) -> None:
-        """Enter a job document: its best plan is never lost again, and if it is over it changes no more."""
+        """Record a job document: its best plan must never be lost, and a finished job must not change."""
         best = document.get("best")
         if best is not None:
             self.see_plan(document["id"], best)
@@ -89,17 +89,17 @@ class Promises:
             self.ended_again += self.ends.setdefault(document["id"], _end(document)) != _end(document)
 
     def see_plan(self, job: str, plan: Any) -> None:
-        """Enter a revision of a job's plan."""
+        """Record a revision of a job's plan."""
         with self.lock:
             self.plans[job, plan["revision"]] = plan["makespan_ms"]
 
     def note_odd(self, what: str) -> None:
-        """Count what should not have come."""
+        """Count an answer that should not have come."""
         with self.lock:
             self.odd[what] += 1
 
     def any_job(self, draw: random.Random) -> str | None:
-        """Return the id of some job that was acknowledged."""
+        """Return the id of some acknowledged job."""
         with self.lock:
             known = list(self.jobs.values())
         return draw.choice(known) if known else None
@@ -114,7 +114,7 @@ class Promises:
 
 @dataclass(slots=True)
 class Findings:
-    """What was found when all jobs were over: how often each thing happened."""
+    """The counts of each finding after all jobs ended."""
 
     lost: int = 0
     unfinished: int = 0
@@ -130,7 +130,7 @@ class Findings:
 
 
 def audit(ports: Sequence[int], promises: Promises, within_s: float) -> Findings:
-    """Wait until every acknowledged job is over, at most `within_s`, and look at all of them, through any server."""
+    """Wait at most `within_s` until every acknowledged job has ended, and check all of them through any server."""
     found = Findings(ended_again=promises.ended_again, made_twice=promises.made_twice)
     until = time.monotonic() + within_s
     known = set(promises.jobs.values())
@@ -165,7 +165,7 @@ def _audit_job(port: int, job: str, promises: Promises, until: float, found: Fin
 
 
 def _lost_plans(job: str, events: Sequence[Frame], promises: Promises) -> int:
-    """Return how many improvements that anybody was told of are not there any more, or others."""
+    """Return the number of improvements received by any client that are now missing or different."""
     kept = {plan["revision"]: plan["makespan_ms"] for plan in map(_read, events) if "revision" in plan}
     told = {revision: makespan for (of, revision), makespan in promises.plans.items() if of == job}
     return sum(kept.get(revision) != makespan for revision, makespan in told.items())
@@ -180,12 +180,12 @@ def _end(document: Any) -> tuple[str, str, str]:
 
 
 def _how(document: Any) -> str:
-    """Return how a job ended; one whose processes were killed each time it was tried is told apart."""
+    """Return how a job ended; a job whose processes were killed at every attempt is told apart."""
     return "given up" if document["detail"].startswith(GIVEN_UP) else document["outcome"]
 
 
 def _final(port: int, job: str, until: float) -> Any:
-    """Return the document of a job once it is over or time is up; None if there is no such job."""
+    """Return the document of a job once it has ended or time is up; None if there is no such job."""
     while True:
         answer = ask(port, "GET", f"/v1/jobs/{job}")
         if answer.status != 200:
@@ -196,7 +196,7 @@ def _final(port: int, job: str, until: float) -> Any:
 
 
 def in_order(events: list[Frame], document: Any) -> bool:
-    """Say whether events are numbered from 1, end once, as the job did, and tell of each revision in turn."""
+    """Return whether events are numbered from 1, end once, like the job, and report each revision in turn."""
     ends = [event for event in events if event.type == "end"]
     revisions = [json.loads(event.data)["revision"] for event in events if event.type == "plan"]
     return (
@@ -215,7 +215,7 @@ def _scores(situation: Situation, events: Iterable[Frame]) -> Iterator[Value | N
 
 
 def improving(scores: Iterable[Value | None]) -> bool:
-    """Say whether each score is better than the one before; plans without one are left out."""
+    """Return whether each score is better than the one before; plans without a score are left out."""
     return all(later < earlier for earlier, later in pairwise(one for one in scores if one is not None))
 
 

@@ -1,7 +1,7 @@
-"""Writes of servers that come up rarely: one is frozen after each of its statements while another server does the same.
+"""Rare writes of servers: one server is frozen after each of its statements while another does the same write.
 
-So both want the same rows and locks. Each time the entries are made anew; the server that was frozen writes again when
-it wakes, and finds that the other one was first.
+So both want the same rows and locks. Each attempt has new entries; the frozen server retries when it wakes, and finds
+that the other one was first.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ def rows(database: PostgresServer, proxy: Proxy) -> Iterator[FrozenRow]:
 
 
 def _first_start(database: PostgresServer, proxy: Proxy) -> tuple[Act, Act]:
-    """Return how a server makes the tables of an empty database through the proxy, and another one beside it."""
+    """Return two acts: a server creates the tables of an empty database through the proxy, another one without it."""
     url = database.database()
     return lambda: open_store(proxy.through(url)).close(), lambda: open_store(url).close()
 
 
 def _both(made: Callable[[Store], Write], frozen: Store, healthy: Store) -> tuple[Act, Act]:
-    """Return how one server does a write, and how the other does."""
+    """Return a write as done by one server, and by the other."""
     healthy.write(_clear).result()
     write = made(frozen)
     return lambda: frozen.write(write).result(), lambda: healthy.write(write).result()
@@ -68,7 +68,7 @@ def charged(store: Store) -> Write:
 
 
 def given_back(store: Store) -> Write:
-    """Give a claim up: the server ends, or a mission wants to plan."""
+    """Give up a claim: the server ends, or a mission wants to plan."""
     claim = _claim(store, "ann")
     return lambda tx: jobs.give_back(tx, claim, "", _SETTINGS, _NOW_MS, _QUOTA, 500)
 
@@ -80,7 +80,7 @@ def given_up(store: Store) -> Write:
 
 
 def recovered(store: Store) -> Write:
-    """Put jobs into the queue again whose server has died."""
+    """Requeue jobs whose server has died."""
     _claim(store, "ann")
     _claim(store, "bob")
     store.write(lambda tx: tx.execute("UPDATE jobs SET holder = 'dead', attempts = 0")).result()
@@ -88,7 +88,7 @@ def recovered(store: Store) -> Write:
 
 
 def makes_way(store: Store) -> Write:
-    """Have a job make way for that of another owner."""
+    """Have a job make way for another owner's job."""
     for _ in range(2):
         _claim(store, "ann")
     _job(store, "bob")
@@ -96,7 +96,7 @@ def makes_way(store: Store) -> Write:
 
 
 def left(store: Store) -> Write:
-    """Leave missions to others, as a server does that ends."""
+    """Leave missions to other servers, as a server does when it ends."""
     _mission(store)
     return missions.leave
 
@@ -110,13 +110,13 @@ def taken_up(store: Store) -> Write:
 
 
 def called_off(store: Store) -> Write:
-    """Cancel a mission that nobody reports to."""
+    """Cancel a mission without reports."""
     mission, _ = _mission(store)
     return lambda tx: missions.call_off(tx, mission, "no report came", _NOW_MS)
 
 
 def waits(store: Store) -> Write:
-    """Tell that a mission waits for its owner's quota."""
+    """Record that a mission waits for its owner's quota."""
     mission, term = _mission(store)
     return lambda tx: missions.tell_quota(tx, mission, term, "your planning time is used up", 5.0, _NOW_MS)
 
@@ -140,7 +140,7 @@ def _claim(store: Store, owner: str) -> jobs.Claim:
 
 
 def _mission(store: Store) -> tuple[str, int]:
-    """Make a mission that is a server's; return its id and term."""
+    """Create a mission owned by a server; return its id and term."""
     new = NewEntry(id=uuid.uuid4().hex, owner="ann", key=None, digest=b"")
 
     def make(tx: Transaction) -> int:

@@ -1,4 +1,4 @@
-"""What was required, what was found, and whether that is enough."""
+"""Requirements, findings, and whether these are enough."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 
 class Judgement(StrEnum):
-    """What a row says."""
+    """The verdict of a row."""
 
     HELD = "held"
     MISSED = "MISSED"
@@ -42,7 +42,7 @@ class TrialRow:
 
 
 def judged(held: bool) -> Judgement:
-    """Return whether that is enough, as a word."""
+    """Return the verdict on a requirement."""
     return Judgement.HELD if held else Judgement.MISSED
 
 
@@ -59,7 +59,7 @@ def none_of(part: str, requirement: str, count: int, of: str = "") -> TrialRow:
 
 
 def percentile(numbers: Sequence[float], share: float) -> float:
-    """Return the least of `numbers` that `share` of them don't exceed (nearest rank); nan of none."""
+    """Return the least of `numbers` that a `share` of them does not exceed (nearest rank); nan if there are none."""
     if not numbers:
         return math.nan
     return sorted(numbers)[max(0, math.ceil(share * len(numbers)) - 1)]

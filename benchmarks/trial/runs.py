@@ -1,4 +1,4 @@
-"""The trial's command: run all parts, or those that are asked for, and print a table of what was found."""
+"""The trial's command: run all or the selected parts, and print a table of the findings."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ HELP = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit code: 1 if a requirement is missed."""
+    """Run the command; return its exit code: 1 if a requirement is not met."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks trial",
         description="Servers on trial: killed, given hostile planners, timed, ended, fuzzed.",

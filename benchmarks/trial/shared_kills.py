@@ -1,7 +1,7 @@
-"""Two servers share a PostgreSQL database, and servers, what runs below them, and the database are killed.
+"""Two servers share a PostgreSQL database; servers, processes below them, and the database are killed.
 
-The database loses all its processes at once, as in a crash of its machine, and is away for some seconds, sometimes for
-longer than the lease of the servers. Clients speak to any server.
+The database loses all its processes at once, as in a crash of its machine, and is down for some seconds, sometimes
+longer than the servers' lease. Clients talk to any server.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ _DOWN_S = 3.0
 _STARTING_S = 2.0
 _AWAY_S = ((0.0, 1.0), (1.0, 10.0), (10.0, 14.0))
 _AWAY_SHARES = (6, 3, 1)
-"""How long the database is away: mostly as long as it takes to start again, sometimes longer than the lease, 10 s."""
+"""Downtimes of the database: mostly its restart alone, sometimes longer than the lease, 10 s."""
 
 _UNREADY = 2
-"""With what a server exits that can't start."""
+"""The exit code of a server that can't start."""
 
 
 class Estate:
@@ -55,16 +55,16 @@ class Estate:
 
     @property
     def ports(self) -> tuple[int, ...]:
-        """Where the servers listen."""
+        """The ports of the servers."""
         return tuple(house.port for house in self.houses)
 
     @property
     def pids(self) -> tuple[int, ...]:
-        """The processes that were started last."""
+        """The ids of the processes started last."""
         return (self.database.pid, *(house.process.pid for house in self.houses))
 
     def open(self) -> None:
-        """Start all servers, and begin to keep account."""
+        """Start all servers and the record of owners."""
         for house in self.houses:
             house.launch()
         for house in self.houses:
@@ -72,14 +72,14 @@ class Estate:
         keep_account(self.url)
 
     def kill_one(self) -> None:
-        """Kill something."""
+        """Kill a random victim."""
         (act,) = self._draw.choices((self._kill_server, self._kill_below, self._kill_database), (3, 4, 2))
         act()
         time.sleep(self._draw.uniform(0, _PAUSE_S))
         self._revive()
 
     def settle(self) -> None:
-        """Have all servers run, and be ready; one that would still be killed at a commit is killed now."""
+        """Make all servers run and be ready; kill one now that would still be killed at a commit."""
         for house in self.houses:
             if house.runs and house.process.pid in self._armed:
                 self._armed.discard(house.process.pid)
@@ -90,7 +90,7 @@ class Estate:
             house.wait_ready()
 
     def close(self) -> None:
-        """End all of it; what is left then is counted."""
+        """End everything, and count the processes left."""
         for house in self.houses:
             if house.runs:
                 house.terminate()
@@ -98,7 +98,7 @@ class Estate:
         self._toll.strays += len(strays(_GONE_S, self.pids))
 
     def _kill_server(self) -> None:
-        """Kill a server, and start it again: sometimes to be killed as it starts, or at one of its first commits."""
+        """Kill a server and restart it; sometimes kill it again while it starts, or at one of its first commits."""
         house = self._draw.choice(self.houses)
         if not house.runs:
             return
@@ -126,7 +126,7 @@ class Estate:
         self.database.start()
 
     def _revive(self) -> None:
-        """Start servers again that have ended, and enter why they have."""
+        """Restart servers that have ended, and record why."""
         for house in self.houses:
             if house.runs:
                 continue
@@ -145,7 +145,7 @@ class Estate:
 
 @contextmanager
 def _estate(draw: random.Random, toll: Toll) -> Iterator[Estate]:
-    """Give an estate in a folder of its own; nothing of it is left afterwards. Raises NoPostgres."""
+    """Yield an estate in its own folder, and remove all of it afterwards. Raises NoPostgres."""
     with TemporaryDirectory(prefix="marsupial-trial-", ignore_cleanup_errors=True) as folder:
         estate = Estate(Path(folder), draw, toll)
         try:
@@ -158,7 +158,7 @@ def _estate(draw: random.Random, toll: Toll) -> Iterator[Estate]:
 
 
 def rows(kills: int, seed: int, say: Callable[[str], None]) -> list[TrialRow]:
-    """Kill so many, then look at every job and mission that was acknowledged."""
+    """Kill `kills` victims, then check every acknowledged job and mission."""
     draw, toll, promises, journeys = random.Random(seed), Toll(), Promises(), Journeys()
     for number in range(1, SEEDS + 1):
         undisturbed_mission(number)

@@ -1,4 +1,4 @@
-"""A store from which nearly all has gone: what it takes on the disk, beside what is left in it."""
+"""A store after nearly all entries were removed: its size on disk, against the rest of its content."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _POLL_S = 0.5
 
 
 def rows(count: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
-    """Report so often to missions of which one in ten goes on, end the others, and wait until they are removed."""
+    """Send `count` reports to missions, of which one in ten continues; end the others, and wait for their removal."""
     say(f"store: {count} reports, of which one in ten stays")
     with opened((f"--limit=retention_s={RETENTION_S:g}",)) as house:
         asyncio.run(_fill(house.port, count))
@@ -61,7 +61,7 @@ async def _fill(port: int, count: int) -> None:
 
 
 def _left(house: House) -> int:
-    """Wait until all that has ended is removed and the disk given back, and return how many entries there are."""
+    """Wait until ended entries are removed and disk space is freed; return the number of entries left."""
     until_s, before = time.monotonic() + _WITHIN_S, -1
     while True:
         found = sum(len(ask(house.port, "GET", f"/v1/{kind}").document[kind]) for kind in ("jobs", "missions"))
@@ -78,7 +78,7 @@ def on_disk(house: House) -> int:
 
 
 def _live(house: House) -> int:
-    """Return the size of a store that holds the same and nothing else."""
+    """Return the size of a new store with the same content."""
     copy = Path(house.data) / "live"
     with closing(sqlite3.connect(house.data / FILE)) as connection:
         connection.execute("VACUUM INTO ?", (str(copy),))

@@ -1,4 +1,4 @@
-"""How soon a service answers, plans and ends, with many jobs and clients; beside what the machine takes for nothing."""
+"""How soon a service answers, plans and ends with many jobs and clients, against the machine's own delays."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _SPREAD_S = 0.01
 
 
 def answer_rows(posts: int, say: Callable[[str], None]) -> list[TrialRow]:
-    """Post jobs while a hundred wait and the slots are taken; between them, ask for nothing, and write to the disk."""
+    """Post jobs while a hundred wait and the slots are taken; between them, send no-op requests, and write to disk."""
     say(f"answer: {posts} jobs while {_WAITING} wait")
     with opened(OPTIONS) as house:
         talk = Talk(house.port)
@@ -75,7 +75,7 @@ def first_plan_rows(runs: int, say: Callable[[str], None]) -> list[TrialRow]:
 
 
 def crowd_rows(clients: int, say: Callable[[str], None]) -> list[TrialRow]:
-    """Have many clients post at once, each something else, follow their jobs and check every plan."""
+    """Have many clients post different jobs at once, follow their jobs and check every plan."""
     say(f"clients at once: {clients}")
     with opened(OPTIONS) as house:
         slots = _slots(Talk(house.port))
@@ -92,7 +92,7 @@ def crowd_rows(clients: int, say: Callable[[str], None]) -> list[TrialRow]:
 
 
 def end_rows(streams: int, say: Callable[[str], None]) -> list[TrialRow]:
-    """Ask a server to end that has so many streams open, on jobs that run and jobs that wait."""
+    """Terminate a server with `streams` open streams, on running and on waiting jobs."""
     say(f"end: {streams} streams")
     with opened(OPTIONS) as house:
         talk = Talk(house.port)
@@ -122,7 +122,7 @@ def end_rows(streams: int, say: Callable[[str], None]) -> list[TrialRow]:
 
 
 def flood_rows(say: Callable[[str], None]) -> list[TrialRow]:
-    """Post ten times as many jobs as may wait: the rest is refused, and the server doesn't grow by it."""
+    """Post ten times as many jobs as may wait: the rest must be refused, and the server must not grow."""
     say(f"full queue: {10 * _QUEUE} jobs where {_QUEUE} may wait")
     with opened((f"--limit=queue={_QUEUE}",)) as house:
         talk = Talk(house.port)
@@ -198,7 +198,7 @@ def _visit(port: int, seed: int, together: threading.Barrier) -> _Visit:
 
 
 def _hold(port: int, job: str, began: threading.Barrier) -> bool:
-    """Follow a job from before to after the server's end; say whether the stream ended as streams should."""
+    """Follow a job from before to after the server's end; return whether the stream ended properly."""
     told = _lines(port, job)
     try:
         next(told)

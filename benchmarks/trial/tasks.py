@@ -1,4 +1,4 @@
-"""What is asked of servers on trial, and whether their plans are any good: checked here, by the client."""
+"""The requests to servers on trial, and the check of their plans by the client."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ LARGEST = ("rooms-6x3-20", "two-doors-6x3-20", "homes-6x3-20", "in-flight-6x3-20
 
 
 def body(situation: Situation, planner: str, seconds: float) -> bytes:
-    """Return a request that sends a situation."""
+    """Return the body of a request with a situation."""
     fields = {"planner": planner, "budget": {"seconds": seconds}}
     return _body({**fields, "situation": json.loads(situation_to_json(situation))})
 
 
 def suite_body(name: str, planner: str, seconds: float) -> bytes:
-    """Return a request with an instance of the planner suite."""
+    """Return the body of a request with an instance of the planner suite."""
     return body(suite_situation(name), planner, seconds)
 
 
@@ -45,7 +45,7 @@ def small_floor(seed: int) -> Situation:
 
 @cache
 def short_jobs() -> tuple[bytes, ...]:
-    """Return requests that take a moment: one plan, many plans, a proof, an analysis of a map."""
+    """Return bodies of short requests: one plan, many plans, a proof, an analysis of a map."""
     yard = {**DEMOS["yard"].request(), "budget": {"seconds": 0.2}}
     return (
         body(tiny(), "greedy", 5.0),
@@ -61,11 +61,11 @@ def _body(fields: Mapping[str, Any]) -> bytes:
 
 
 def scored(situation: Situation, actions: Any) -> Value | None:
-    """Return the score of a plan in the JSON of the service, or None if the checker refuses it."""
+    """Return the score of a plan in the service's JSON, or None if the checker refuses it."""
     plan = plan_of(actions)
     return MAKESPAN.value(situation, plan) if check(situation, plan).valid else None
 
 
 def read_situation(document: object) -> Situation:
-    """Return the situation that the service says it plans for."""
+    """Return the situation in a document of the service."""
     return situation_from_json(json.dumps(document))

@@ -1,4 +1,4 @@
-"""What a trial by killing has cost, and what it says at the end."""
+"""The toll of a trial by killing, and its final report."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from benchmarks.trial.promises import Findings, Promises
 from benchmarks.trial.rows import Judgement, TrialRow, none_of, times
 
 DEPTHS = {1: "launcher", 2: "supervisor", 3: "worker"}
-"""What runs so far below a server; a worker carries out a job or a mission."""
+"""The kind of process at each depth below a server; a worker runs a job or a mission."""
 
 SHARES = (1, 3, 5)
 SERVER, COMMITTING, DATABASE = "server", "server at a commit", "database"
@@ -27,11 +27,11 @@ class Toll:
     Attributes
     ----------
     failed, refused
-        Servers that ended by themselves; those that did as they started, as they found no database.
+        Servers that ended by themselves, and those that did so at their start for lack of a database.
     rivals, rivals_let_in
-        Servers that tried to have the folder of another one, and that got it.
+        Servers that tried to open another one's folder, and those that succeeded.
     errors, tracebacks
-        Of the lines that servers have logged.
+        Numbers of such lines in the servers' logs.
     """
 
     victims: Counter[str] = field(default_factory=Counter)
@@ -46,11 +46,11 @@ class Toll:
 
     @property
     def servers(self) -> int:
-        """How many servers were killed."""
+        """Number of servers killed."""
         return self.victims[SERVER] + self.victims[COMMITTING]
 
     def look_for_strays(self, keep: Collection[int] = ()) -> None:
-        """See how long anything of a server stays that was killed; the processes in `keep` may."""
+        """Measure how long processes of a killed server stay; those in `keep` may stay."""
         begun = time.monotonic()
         left = strays(_GONE_S, keep)
         self.gone_s.append(time.monotonic() - begun)
@@ -59,7 +59,7 @@ class Toll:
             end_strays(keep)
 
     def read_log(self, text: str) -> None:
-        """Count what is wrong in the log of servers."""
+        """Count errors in the servers' log."""
         for line in text.splitlines():
             if line.startswith('{"at"'):
                 try:
@@ -74,7 +74,7 @@ class Toll:
 
 
 def report(part: str, toll: Toll, promises: Promises, found: Findings) -> list[TrialRow]:
-    """Return what must not have happened, and what did."""
+    """Return rows of failures that must not have happened, and of events that did."""
     of = f" of {len(promises.jobs)}"
     plans = f" of {found.plans} plans"
     streams = f" of {len(promises.streams)}, resumed {promises.resumed['in all']} times"

@@ -1,6 +1,6 @@
 """A planner that misbehaves, run by path as an external planner: ``villain.py KIND DOMAIN PROBLEM``. It needs nothing.
 
-Its processes keep the paths they were given on their command lines, by which one can tell whose they are.
+Its processes have its paths on their command lines, which show to which job they belong.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def sleep() -> None:
 
 
 def ignore_term() -> None:
-    """Ignore requests to end, and work."""
+    """Ignore termination signals, and work."""
     for signum in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
         signal.signal(signum, signal.SIG_IGN)
     while True:
@@ -29,7 +29,7 @@ def ignore_term() -> None:
 
 
 def fork() -> None:
-    """Start children that ignore requests to end, and sleep."""
+    """Start children that ignore SIGTERM, and sleep."""
     for _ in range(8):
         if os.fork() == 0:
             signal.signal(signal.SIGTERM, signal.SIG_IGN)
@@ -44,13 +44,13 @@ def setsid() -> None:
 
 
 def leave_behind() -> None:
-    """Start such grandchildren, and end at once as if all were well."""
+    """Start such grandchildren, and exit at once as if successful."""
     for _ in range(4):
         _escape()
 
 
 def allocate() -> None:
-    """Take memory as long as there is any."""
+    """Allocate memory until none is left."""
     held = []
     while True:
         held.append(bytearray(os.urandom(1)) * (8 << 20))
@@ -64,7 +64,7 @@ def flood() -> None:
 
 
 def flood_errors() -> None:
-    """Print plans that are none, and errors, without end, in one line."""
+    """Print invalid plans without end, and errors in one endless line."""
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     while True:
         os.write(1, b"0.0: (explore nobody nowhere) [1.0]\n" * 1000)
@@ -78,11 +78,11 @@ def mute() -> None:
 
 
 def leave() -> None:
-    """End at once, without a word."""
+    """Exit at once, without output."""
 
 
 def fail() -> None:
-    """End at once with an exit code."""
+    """Exit at once with an error code."""
     sys.exit(3)
 
 

@@ -73,7 +73,7 @@ class RunRow:
 
     @property
     def outcome(self) -> str:
-        """How the engine ended, with what is wrong about its result."""
+        """How the engine ended, with the faults of its result."""
         run = self.run
         words = "stopped" if run.finished is None else str(run.finished.outcome)
         if self.refuted:

@@ -1,1 +1,1 @@
-"""The command line: commands, progress and exit codes. What a command does is done by the layers below."""
+"""The command line: commands, progress and exit codes. The layers below do the work."""

@@ -101,7 +101,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         with interruptible():
             app(args=arguments, prog_name="marsupial", obj=settings)
     except SystemExit as leaving:
-        if isinstance(leaving.__context__, BrokenPipeError):  # typer and rich leave with a code of theirs
+        if isinstance(leaving.__context__, BrokenPipeError):  # typer and rich exit with a code of their own
             return READER_LEFT
         return leaving.code if isinstance(leaving.code, int) else DONE
     except (Interrupted, KeyboardInterrupt):

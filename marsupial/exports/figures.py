@@ -61,7 +61,7 @@ class MapAxes:
         return x, y
 
     def label(self, axes: Axes) -> None:
-        """Label the ticks in metres; if the map is rotated, say below what they count from."""
+        """Label the ticks in metres; if the map is rotated, name their origin below."""
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(lambda value, _: f"{round(value, 6) + 0.0:.10g} m")
         if self._is_rotated:

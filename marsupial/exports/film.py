@@ -72,8 +72,8 @@ def mp4(events: Sequence[MissionEvent], *, speed: float | None = None, palette: 
 
 
 def _encode(av: Any, path: Path, frames: Iterator[Pixels]) -> None:
-    # The index is moved to the front in the end, so that playing can begin before all of the file is there. That
-    # takes a second pass, and so a file instead of memory.
+    # The index is moved to the front at the end, so that playing can begin before the whole file has arrived. That
+    # second pass needs a file instead of memory.
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
         stream: Any = container.add_stream("libx264", rate=MP4_FPS, options={"crf": QUALITY})
         stream.pix_fmt = "yuv420p"

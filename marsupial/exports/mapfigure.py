@@ -98,7 +98,7 @@ def wrapped(text: str) -> list[str]:
     """Return the lines of a warning."""
     lines = [""]
     for word in f"! {text}".split():
-        if len(lines[-1]) + len(word) > 118:  # as many fit the figure
+        if len(lines[-1]) + len(word) > 118:  # this many fit the figure
             lines.append("  ")
         lines[-1] += f"{word} "
     return lines

@@ -145,7 +145,7 @@ class _Recording:
         return sorted({e.t_ms for e in self.playback.events if isinstance(e, Revealed | Changed)})
 
     def _grids(self) -> Iterator[Timed]:
-        # All grids show the part that is known in the end, so their size does not change.
+        # All grids show the part that is known at the end, so their size does not change.
         bottom, top, left, right = box(self.playback.cells_at(self.playback.end_ms) != UNKNOWN)
         size = len(CHANNELS) * (top - bottom) * (right - left)
         every_ms = max(GRID_EVERY_MS, self.playback.duration_ms * size // ALL_GRIDS_BYTES)
@@ -189,7 +189,7 @@ class _Recording:
             for name, track in tracks.items():
                 leg = track.where.at
                 if name in legs and leg is legs[name]:
-                    continue  # the same drive goes on
+                    continue  # the same drive continues
                 cells = leg.cells if leg is not None and len(leg.cells) > 1 else ()
                 if cells or (legs.get(name) and len(legs[name].cells) > 1):  # type: ignore[union-attr]
                     poses = [self._pose(*cell, 0.0) for cell in corners(cells)]

@@ -55,7 +55,7 @@ def drives(playback: Playback) -> dict[str, list[Drive]]:
                     _add(found[name], before, t_ms)
                 legs[name] = leg
     for name, leg in legs.items():
-        # The leg of a lost robot goes on to its planned end, but nobody knows how far the robot came.
+        # The leg of a lost robot extends to its planned end, but how far the robot came is unknown.
         if leg is not None and not playback.moments[-1][1][name].lost:
             _add(found[name], leg, playback.end_ms)
     return found

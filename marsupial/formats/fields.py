@@ -145,7 +145,7 @@ class Fields(Notes):
         return () if faults else tuple(float(number) for number in numbers)
 
     def items(self, key: str, wanted: str, *, required: bool = True, least: int = 0) -> list[Any]:
-        """Read a list of at least so many items, which are not checked; empty if it is absent or has a problem."""
+        """Read a list of at least `least` items, without checking them; empty if it is absent or has a problem."""
         if not self._present(key, required=required):
             return []
         value = self.data[key]
@@ -163,7 +163,7 @@ class Fields(Notes):
         return [] if wrong else value
 
     def part(self, key: str, *, required: bool = True) -> Fields:
-        """Read a mapping; one without fields if it is absent or has a problem."""
+        """Read a mapping; return one without fields if it is absent or has a problem."""
         value = self.data[key] if self._present(key, required=required) else None
         if isinstance(value, Mapping):
             return Fields(value, self.at(key), self.problems)

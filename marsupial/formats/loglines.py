@@ -11,7 +11,7 @@ Three things keep logs small:
 
 - Successive `Revealed` events become one line, with the robot, the time since `t_ms` and the cells of each (a *look*).
 - Cells are texts (`marsupial.formats.strips`).
-- A target or meeting point that is equal to one of the plan before is replaced by its name.
+- A target or meeting point that is equal to one of the previous plan is replaced by its name.
 
 So writing and reading depend on the lines before: `LogEncoder` and `LogDecoder` hold the width of the map and the
 parts of the last plan. Reading follows the type hints of the event classes (`_read`): a new field needs no code here.
@@ -110,7 +110,7 @@ class LogEncoder:
         elif isinstance(event, m.Planned):
             values["trigger"] = trigger_text(event.trigger)
             for part in _NAMED:
-                # Names alone stand for items that are equal to those of the plan before.
+                # Items equal to those of the previous plan are written as names alone.
                 before, things = self._before.get(part, {}), values[part]
                 self._before[part] = {thing.name: thing for thing in things}
                 values[part] = [thing.name if before.get(thing.name) == thing else thing for thing in things]
@@ -208,7 +208,7 @@ class LogDecoder:
         return () if problems else tuple(seen)
 
     def _add_named(self, plan: dict[str, Any], problems: list[Problem]) -> None:
-        """Replace names in a plan by the items of the plan before."""
+        """Replace names in a plan by the items of the previous plan."""
         for part in _NAMED:
             things = plan.get(part)
             if not isinstance(things, list):
@@ -239,7 +239,7 @@ def _load_object(line: bytes, problems: list[Problem]) -> dict[str, Any] | None:
 
 
 def load(line: bytes) -> Any:
-    """Return the JSON value of a line; raise a ValueError if it is no JSON."""
+    """Return the JSON value of a line; raise a ValueError if it is not JSON."""
     return json.loads(line.decode("utf-8"), parse_constant=_refuse_constant)
 
 

@@ -1,6 +1,6 @@
 """Mission logs: files of one JSON object per line, written during the mission, and how they are read and checked.
 
-If the run is killed, the log is valid but for its last line, which may be cut off. A log whose lines are well formed
+If the run is killed, the log is valid except for its last line, which may be cut off. A log whose lines are well formed
 can still be wrong: an unknown robot, cells off the map, time running backwards. `LogChecker` refuses whatever a replay
 can't cope with, so that callers of `read_log` need not check again. The content of lines: `marsupial.formats.loglines`;
 the format for other programs: ``docs/mission-log.md``.
@@ -140,7 +140,7 @@ class LogChecker:
             yield from self._placed(f"robots[{i}]", robot)
 
     def _frame(self, event: m.MissionStarted | m.FrameGrown) -> Iterator[Problem]:
-        """Check the size and place of the map, before anybody allocates an array of that size."""
+        """Check the size and place of the map, before an array of that size is allocated."""
         for key in ("width", "height"):
             if fault := BOUNDS["side"].fault(getattr(event, key)):
                 yield Problem(key, fault)

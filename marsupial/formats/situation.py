@@ -14,7 +14,7 @@
     }
 
 Times are integer milliseconds, at most 10^12; areas are square metres. Numbers that are 0, flags that are false,
-``homes``, ``home`` and ``places`` may be left out. Reading reports every problem with its path, as
+``homes``, ``home`` and ``places`` may be left out. Reading reports every problem with its path, like
 ``robots[1].type: ...``.
 """
 
@@ -40,7 +40,7 @@ _DURATION = BOUNDS["duration_ms"]
 def situation_to_json(situation: Situation) -> str:
     """Return `situation` as JSON text, with one row of a travel table per line."""
     try:
-        # Beside the types of JSON there are sets of names, and numpy's integers.
+        # Besides the types of JSON there are sets of names, and numpy's integers.
         head = json.dumps(
             _head(situation),
             indent=2,
@@ -80,7 +80,7 @@ def situation_from_json(text: str) -> Situation:
 
 
 def _head(situation: Situation) -> dict[str, Any]:
-    """Return all fields but the travel tables, which `json` would write with one number per line."""
+    """Return all fields except the travel tables, which `json` would write with one number per line."""
     robots = [{key: value for key, value in asdict(one).items() if value is not None} for one in situation.robots]
     return {
         "format": FORMAT,
@@ -215,7 +215,7 @@ def _row(fields: Fields, key: str, row: object) -> list[int | None]:
 def situation_of_parts(
     notes: Notes, travel_ms: Mapping[str, Sequence[Sequence[int | None]]], given_places: object, **parts: Any
 ) -> Situation | None:
-    """Return the situation of parts that are right by themselves, or None with what doesn't fit together noted.
+    """Return the situation of these parts, each valid by itself; note contradictions between them and return None.
 
     `travel_ms` has rows of times by robot type, in which None means no path; `given_places`, if given, name the rows
     and columns. `parts` are all other arguments of `Situation`, which raises a `SituationError`.

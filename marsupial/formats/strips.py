@@ -104,7 +104,7 @@ def _write(runs: Ints, width: int, rows: Ints, codes: Bytes, digits: Bytes) -> i
 
 @inlined
 def _cut(runs: Ints, width: int, rows: Ints) -> None:
-    """Write row, column, length and code of the runs to `rows`; cut those that go on in the next row."""
+    """Write row, column, length and code of the runs to `rows`; cut those that continue in the next row."""
     k = 0
     for i in range(len(runs)):
         start, left = runs[i, 0], runs[i, 1]
@@ -233,7 +233,7 @@ def _pair(number: int) -> tuple[int, int]:
 
 
 def _joined(rows: Sequence[tuple[int, int, int]]) -> tuple[int, ...]:
-    """Return the runs, joined where one begins where another one of the same code ends."""
+    """Return the runs; join a run to the run of the same code that ends where it begins."""
     runs: list[int] = []
     for start, cells, code in rows:
         if runs and runs[-3] + runs[-2] > start:

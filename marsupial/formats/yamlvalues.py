@@ -138,7 +138,7 @@ def _fault(error: Exception, text: str | bytes) -> str:
         return f"line {line}: {str(error).splitlines()[0]}"
     if not isinstance(error, yaml.MarkedYAMLError) or error.problem is None:
         return (str(error).splitlines() or [type(error).__name__])[0]
-    if "nesting depth" in error.problem:  # PyYAML looks ahead, and may get to its own limit before ours is counted
+    if "nesting depth" in error.problem:  # PyYAML looks ahead, and may reach its own limit before ours
         return TOO_DEEP
     mark = error.problem_mark
     if mark is None:

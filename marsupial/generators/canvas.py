@@ -1,4 +1,4 @@
-"""What all generators share: an array of cells of checked size, and boxes to carve out of it.
+"""Shared by all generators: an array of cells of checked size, and boxes to carve out of it.
 
 Generators give sizes of walls, doors and corridors in metres. Here they become whole cells, rounded up so that a robot
 that fits by the metre fits on the grid. A generator starts from solid obstacle and carves; it never carves the

@@ -1,8 +1,7 @@
 """Maps of other papers' experiments, in cells of 1 m: scattered obstacles, and halls divided into rooms.
 
-The divided halls are drawn after the areas with structured obstacles of Mei et al. Of the first the paper says that it
-has three rooms with small openings at the doors. Of the others only the length of the robot's route
-and its energy are known.
+The divided halls follow the areas with structured obstacles of Mei et al. The paper says that the first has three rooms
+with small openings at the doors. For the others it gives only the length of the robot's route and its energy.
 
 References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections III-A, V-A and V-C;
 Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots, section II-A.

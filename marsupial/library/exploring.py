@@ -68,7 +68,7 @@ class Exploration(Summary):
     def situation(self, at_s: float = 0.0) -> Situation:
         """Return the situation of planning `at_s` seconds into the mission.
 
-        Raise a `UsageError` if the mission ended before, or `at_s` is no time.
+        Raise a `UsageError` if the mission ended before, or `at_s` is not a valid time.
         """
         at_ms = round(1000 * number("at_s", at_s, BOUNDS["remaining_s"]))
         return moment_at(self.events, at_ms).survey().situation

@@ -17,7 +17,7 @@ will have, as numba compiles a function for each signature. What a trial raises 
 it again where it can be reported. A strategy or planner of another package may have side effects, so it is never
 tried; one of ours stands in for it.
 
-Where code is kept and how it comes with the package: `marsupial.codecache`; what is compiled for the package:
+Where code is stored and how it is shipped: `marsupial.codecache`; what is compiled for the package:
 `marsupial.library.precompiling`. What compiling costs, and how that was brought down: docs/benchmarks.md.
 """
 

@@ -37,7 +37,7 @@ class Metric:
     digits
         Digits of a mean in tables.
     decimals
-        Decimals in CSV; None for whole numbers and for lists, of which CSV has the length.
+        Decimals in CSV; None for whole numbers, and for lists, whose length CSV gives.
     column
         Name of the column in CSV.
     """
@@ -128,7 +128,7 @@ AS_ENDED = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Summary:
-    """A finished mission: what was asked, how it ended, its metrics."""
+    """A finished mission: its arguments, how it ended, its metrics."""
 
     status: Status
     reason: str

@@ -130,7 +130,7 @@ class _Reports(Observer):
 
 
 class _PlanTeller(Observer):
-    """Tells a world who is to dock with whom in the plan in force."""
+    """Tells a world which robots the current plan docks with each other."""
 
     def __init__(self, world: CrowdedWorld) -> None:
         self._world = world

@@ -92,7 +92,7 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
 
     @staticmethod
     def ensures(anytime_guarantee: AnytimeGuarantee) -> bool:
-        """Return whether plans come like that; each is better than those before it."""
+        """Return whether plans have this guarantee; each is better than those before it."""
         return bool(anytime_guarantee == AnytimeGuarantee.INCREASING_QUALITY)
 
     def _solve(
@@ -103,7 +103,7 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
     def _get_solutions(
         self, problem: Any, timeout: float | None = None, output_stream: IO[str] | None = None
     ) -> Iterator[PlanGenerationResult]:
-        """Yield each better plan, then the best again with what is proven of it, or the reason that there is none."""
+        """Yield each better plan, then the best again with what is proven about it, or the reason why there is none."""
         situation = situation_of_problem(problem)
         with closing(plans_for(situation, self._planner, timeout or DEFAULT_S, steps=self._steps)) as plans:
             for plan in plans:

@@ -6,7 +6,7 @@
                 ├─ <script type="application/gzip" class="log">    one log: gzip, base 64
                 └─ <script>   modules (*.js) joined into one scope, imports and exports cut off
 
-The page itself computes what follows from a log (`model.js`), such as who is where and on whom, and can save the log
+The page itself computes what follows from a log (`model.js`), such as robots' places and carriers, and can save the log
 again. Base 64 has no character that could end an element or be taken for markup, so a log may hold any text. The
 service serves the same modules as files, without joining them.
 """

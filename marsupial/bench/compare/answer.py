@@ -78,7 +78,7 @@ def _less(share: float) -> str:
 
 
 def _interval(found: Estimate, of_what: str) -> str:
-    """Return the interval of a relative gain, and what it is over."""
+    """Return the interval of a relative gain, and the units it rests on."""
     if found.low is None or found.high is None:
         return ""
     return f" (95% interval of {of_what} over {found.units}: {found.low:+.1%} to {found.high:+.1%})"

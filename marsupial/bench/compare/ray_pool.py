@@ -54,7 +54,7 @@ class RayPool:
                             yield result
             except ConnectionError as error:
                 raise self._refusal("the cluster was lost", error) from error
-            except ModuleNotFoundError as error:  # Ray Client hands on what the head lacks
+            except ModuleNotFoundError as error:  # Ray Client passes on the head's import error
                 raise self._refusal("not the same is installed there", error) from error
             finally:
                 # also when the caller stops early: tasks would go on without anyone to take their results

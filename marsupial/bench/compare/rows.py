@@ -25,7 +25,7 @@ Record = TypeVar("Record", "MissionRow", "Timing", "Curve")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionRow:
-    """One mission: how it ended, and its metrics (docs/command-line.md), None for those it has not.
+    """One mission: how it ended, and its metrics (docs/command-line.md), None for those it lacks.
 
     `remaining` counts the frontiers left, `aboard` the rovers aboard at the end.
     """
@@ -57,7 +57,7 @@ class MissionRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
-    """Seconds that a mission took on its machine: in all, of processors, for planning and map analysis."""
+    """Seconds that a mission took on its machine: wall clock, CPU, planning and map analysis."""
 
     trial: Trial
     wall_s: float

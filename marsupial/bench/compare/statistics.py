@@ -1,7 +1,7 @@
 """Means over missions with 95 % intervals, for missions that have maps and starts in common.
 
 Missions from one start turn out alike with every team, and so do missions on one map. An interval that counts each of
-them as independent is too narrow. So what shares a start is averaged to one value, and so are the starts of a map:
+them as independent is too narrow. So missions from one start are averaged to one value, and so are the starts of a map:
 
     maps    with `FEWEST_UNITS` maps or more, these are the independent units: Student's t over their means. The
             interval says what to expect on other maps of the kind.

@@ -1,7 +1,7 @@
-"""The suites of maps for comparisons: on one list strategies are tuned, on the other claims about them are tested.
+"""The suites of maps for comparisons: one list to tune strategies on, the other to test claims about them.
 
 Whoever chooses a parameter of a strategy, or one of two variants, may look at missions of `TUNING` only. Missions of
-`PROOF` tell how good the result is; a map or seed of it that was looked at while tuning moves to the other list.
+`PROOF` show how good the result is; one of its maps or seeds that was looked at while tuning moves to `TUNING`.
 A map is drawn by the number in its name (`marsupial.generators.builtin`); the starts on it are drawn by the seeds
 of the missions, which begin with `first_seed`.
 """
@@ -13,7 +13,7 @@ from pathlib import Path
 from marsupial.errors import UsageError
 from marsupial.wording import unknown_name
 
-# What a comparison on a suite takes unless something else is asked for.
+# The defaults of a comparison on a suite.
 CARRIERS, ROVERS = "2,4", "2"
 RUNS = 3  # missions for each map, team and contender
 PLANNER = "anytime"  # what `auto` adds, proofs that makespans are best, saves no time of a mission

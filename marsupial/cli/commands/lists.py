@@ -1,4 +1,4 @@
-"""`marsupial strategies`, `planners` and `scenarios`: what there is to choose from."""
+"""`marsupial strategies`, `planners` and `scenarios`: lists of the choices."""
 
 from dataclasses import asdict
 

@@ -42,7 +42,7 @@ def describe_map(
     Example: marsupial map office --out office_map.png
     """
     grid, kinds, reading, scenario = _understood(file)
-    # Compiled code takes long to import: only now is it needed.
+    # Compiled code takes long to import, so it is imported only when needed.
     from marsupial.cli.display.tables import print_json
     from marsupial.exports.mapclasses import map_classes
     from marsupial.maps.describe import describe
@@ -186,7 +186,7 @@ def _print(description: MapDescription) -> None:
     ]
     print_table(("robot type", "radius m", "largest reach m2", "gets to the border", "parts"), reach, right=(1, 2, 4))
     if legend := legend_rows(description.legend, {share.code: share.name for share in shares}):
-        # The last column is only of use where symbols were joined.
+        # The last column is useful only where symbols were joined.
         columns = len(LEGEND_HEADS) - (not any(commonest for *_, commonest in legend))
         print_table(LEGEND_HEADS[:columns], [row[:columns] for row in legend], right=(2,))
 

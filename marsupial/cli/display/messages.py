@@ -1,7 +1,7 @@
 """Messages to people, on stderr, also during long work.
 
-All commands have three volumes: `--quiet` prints errors only, `--verbose` also prints each step. The volume is one for
-the process, since messages also come from threads.
+All commands have three volumes: `--quiet` prints errors only, `--verbose` also prints each step. One volume serves
+the whole process, since messages also come from threads.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ FRAME_EVERY_S = 0.1  # least wall-clock time between two pictures
 FRAME_SHARE = 0.05  # greatest share of wall-clock time for drawing pictures, which takes long for large maps
 PREPARING = "preparing the mission ..."  # message before the first event
 
-# Outcomes that are no failure of a planner, even without a plan: there was nothing to do.
+# Outcomes that are not failures of a planner, even without a plan: there was nothing to do.
 _WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)
 
 

@@ -112,7 +112,7 @@ def check_strategy(name: str) -> None:
 def changed(
     scenario: Scenario, *, routes: str | None = None, interference: bool = False, limits: MissionLimits | None = None
 ) -> Scenario:
-    """Return the scenario with ``--routes``, ``--interference`` and the limits; what is not given stays as it is."""
+    """Return the scenario with ``--routes``, ``--interference`` and the limits; options not given change nothing."""
     if routes is not None:
         if routes not in list(Routes):
             raise UsageError(f"--routes: must be {' or '.join(Routes)}, got {routes!r}")

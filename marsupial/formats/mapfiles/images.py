@@ -67,7 +67,7 @@ def read_grey(path: Path, *, field: str = "image", source: str = "", max_cells: 
 
 
 def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) -> GreyImage:
-    """Return the image in `data`; see `read_grey`. Raise `MapError` if it is no image, broken or too big."""
+    """Return the image in `data`; see `read_grey`. Raise `MapError` if it is not an image, is broken or too big."""
     found = _decode(io.BytesIO(data), max_cells)
     if isinstance(found, str):
         raise MapError([Problem(field, found)])
@@ -75,7 +75,7 @@ def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) ->
 
 
 def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
-    """Return width and height from the header of a PNG or PGM image; raise a `MapError` if it is none."""
+    """Return width and height from the header of a PNG or PGM image; raise a `MapError` for any other file."""
     size = _header_size(io.BytesIO(data), (PngImageFile, PpmImageFile))
     if size is None:
         raise MapError([Problem(field, "is not a PNG or PGM image")])
@@ -83,7 +83,7 @@ def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
 
 
 def _header_size(file: Path | io.BytesIO, kinds: Sequence[type[ImageFile]]) -> tuple[int, int] | None:
-    """Return width and height from the header of an image of one of these kinds; None if it is none."""
+    """Return width and height from the header of an image of one of these kinds; None for any other file."""
     for kind in kinds:
         if not isinstance(file, Path):
             file.seek(0)
@@ -93,7 +93,7 @@ def _header_size(file: Path | io.BytesIO, kinds: Sequence[type[ImageFile]]) -> t
 
 
 def size_fault(width: int, height: int, size_bytes: int, max_cells: int = MAX_CELLS) -> str | None:
-    """Return what is wrong with the size of a map in a file of `size_bytes`, which may be compressed, or None."""
+    """Return the fault of a map's size in a file of `size_bytes`, which may be compressed, or None."""
     # A blank map of any size fits in a few compressed bytes, but a mission on it takes gigabytes.
     cells = width * height
     if cells > max_cells:

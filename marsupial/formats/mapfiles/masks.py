@@ -2,11 +2,11 @@
 
 Only known cells without obstacle are painted; walls and unknown cells don't change.
 
-- Terrain: the grey of an image of the map's size gives the class of each cell, but for transparent pixels.
+- Terrain: the grey of an image of the map's size gives the class of each cell, except at transparent pixels.
 - Keepout: cells of occupancy 100 become a terrain that robot types can't drive on unless they list it.
 - Speed: nav2 reads an occupancy v as a limit of ``base + multiplier * v`` percent of the full speed. Robots here have
   one speed each, so limits become terrains by steps: a cell takes the terrain with the lowest percentage that its
-  limit does not exceed. An occupancy of 0, and one whose limit is no percentage, means no limit.
+  limit does not exceed. An occupancy of 0, and one whose limit is not a percentage, means no limit.
 
 nav2 looks up its masks at a cell's position in the world, so these may have another size, origin or resolution than
 the map; cells outside of them don't change.

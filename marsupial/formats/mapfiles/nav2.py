@@ -79,7 +79,7 @@ def read_header(path: Path) -> Nav2Header:
 
 
 def header_of(data: bytes) -> Nav2Header:
-    """Return the header in the bytes of a yaml file, without a look at its image."""
+    """Return the header in the bytes of a yaml file, without checking its image."""
     if len(data) > MAX_YAML_BYTES:
         raise MapError(f"has {len(data)} bytes, more than the limit of {MAX_YAML_BYTES}")
     return _header(data, None, "")

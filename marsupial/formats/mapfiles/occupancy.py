@@ -1,4 +1,4 @@
-"""Grids of occupancy as in ROS (`nav_msgs/OccupancyGrid`): -1 unknown, 0 free to 100 occupied, with an own origin.
+"""Grids of occupancy as in ROS (`nav_msgs/OccupancyGrid`): -1 unknown, 0 free to 100 occupied, with their own origin.
 
 Messages and recordings hold occupancies, images greys that stand for them (`nav2.py`). A grid becomes a map by two
 thresholds, as in nav2's map saver; or it is looked up at the cells of another map, as nav2's costmap filters do.

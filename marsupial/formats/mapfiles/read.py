@@ -1,7 +1,7 @@
 """Read any map file, by its suffix.
 
 ``.yaml`` or ``.yml`` is a nav2 map, ``.map`` a MovingAI map; ``.mcap``, ``.db3`` or a folder with a ``metadata.yaml``
-is a recording of ROS 2. Images and MovingAI's lists of path problems come with maps but are none: the error names the
+is a recording of ROS 2. Images and MovingAI's lists of path problems are not maps: the error names the
 map to give instead.
 """
 
@@ -51,7 +51,7 @@ def names_recording(path: Path) -> bool:
 
 
 def _kind_fault(path: Path) -> str:
-    """Return why a file of another kind is no map, and which file to give instead."""
+    """Return why a file of another kind is not a map, and which file to give instead."""
     suffix = path.suffix.lower()
     if suffix == ".scen":
         name = scenario_map(path)

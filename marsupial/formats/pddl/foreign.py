@@ -42,7 +42,7 @@ def foreign_problem(form: Form) -> tuple[Problem, ...]:
 def foreign_domain(
     name: str, line: int, given: Collection[Declared], wanted: Sequence[Declared]
 ) -> tuple[Problem, ...]:
-    """Return three problems with what a domain lacks of the canonical one; none if it has at least half of it."""
+    """Return three problems that name what a domain lacks; none if it has at least half of the declarations."""
     missing = [each for each in wanted if each not in given]
     if 2 * len(missing) <= len(wanted):
         return ()

@@ -11,7 +11,7 @@ by the rest of that action. In a `Plan` the drive starts later:
     Plan                             |==== drive ====|      start rest, duration drive
 
 *Any decimals.* Planners' times are rounded to the nearest millisecond. Rounding may leave less than `EPSILON_MS`
-between two actions of a robot that had some time between them; then the later one is delayed as much as is needed. (In
+between two actions of a robot that had some time between them; then the later one is delayed by what is missing. (In
 this domain two actions depend on each other only through a robot in both.) Actions that touched or overlapped before
 rounding are left alone: such a plan is invalid, and the checker must see it.
 """
@@ -70,7 +70,7 @@ def reading_of(steps: Iterable[Step], situation: Situation) -> Reading:
 
 
 class _Unreadable(Exception):
-    """The reason why a step is no action; `reading_of` turns it into a problem."""
+    """The reason why a step is not an action; `reading_of` turns it into a problem."""
 
 
 def _step(action: Action, situation: Situation) -> Step:

@@ -1,6 +1,6 @@
 """Read a scenario file; ``docs/scenario-format.md`` describes the format field by field.
 
-The file is YAML, of which JSON is a part. It is parsed into plain values, and all fields are checked
+The file is YAML or JSON, a subset of it. It is parsed into plain values, and all fields are checked
 (`marsupial.formats.fields`). Only a file without any problem becomes a `Scenario`.
 """
 
