@@ -138,7 +138,7 @@ class Timeline:
 
 
 def replay(situation: Situation, plan: Plan) -> Timeline:
-    """Return the timeline with the actions of a plan that is feasible in `situation`; it may leave out moves to docks."""
+    """Return the timeline with the actions of a plan feasible in `situation`; it may leave out moves to docks."""
     timeline = Timeline.of(situation)
     for action in plan.actions:
         if action.name is ActionName.MOVE:
