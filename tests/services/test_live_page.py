@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from browser import DESK, PHONE, Browser
+from patience import until
 from PIL import Image
 from servers import Server
 from undisturbed import STEPS, undisturbed
@@ -256,7 +257,7 @@ def test_a_job_is_shown_with_its_map_its_best_plan_and_its_falling_makespan(brow
     pictures = [".job-map canvas", ".plot canvas", ".job-lanes canvas"]
     for picture in pictures:
         browser.wait(f"document.querySelector('{picture}').width > 100")
-        assert len(browser.colours(picture)) > 4
+        until(lambda name=picture: len(browser.colours(name)) > 4, f"{picture} drawn")  # a frame after it got its size
     assert browser.errors() == []
 
 
