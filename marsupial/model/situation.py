@@ -162,6 +162,10 @@ class Situation:
         value = int(self.travel_ms[kind][self.place_index[origin], self.place_index[goal]])
         return None if value == UNREACHABLE else value
 
+    def can_stand(self, kind: str, place: str) -> bool:
+        """Return whether robots of type `kind` can stand at a place."""
+        return bool(self.standing[kind][self.place_index[place]])
+
     def restricted(
         self,
         *,

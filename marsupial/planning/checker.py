@@ -213,7 +213,7 @@ class _World:
             return fault
         # A robot that drove to a meeting point can stand there. A rover carried there may be too wide for it.
         kind = self.situation.type_of(action.robot)
-        if not self.situation.standing[kind.name][self.situation.place_index[action.place]]:
+        if not self.situation.can_stand(kind.name, action.place):
             return ViolationKind.NO_ROOM, f"type {kind.name} can't stand at {action.place}"
         return _duration(action, kind.undock_ms)
 

@@ -146,7 +146,7 @@ def _abilities(situation: Situation) -> Iterator[Fact]:
             if kind.name in target.explorers:
                 yield Fact("can_explore", (name, encode_name(target.name)))
         for meeting in situation.meetings if kind.role is Role.ROVER else ():
-            if situation.standing[kind.name][situation.place_index[meeting]]:
+            if situation.can_stand(kind.name, meeting):
                 yield Fact("can_stand", (name, encode_name(meeting)))
 
 

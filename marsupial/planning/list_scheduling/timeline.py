@@ -163,7 +163,7 @@ def duration_ms(situation: Situation, name: ActionName, robot: str, place: str, 
     if name is ActionName.DOCK:
         return max(1, kind.dock_ms)
     if name is ActionName.UNDOCK:
-        return max(1, kind.undock_ms) if situation.standing[kind.name][situation.place_index[place]] else None
+        return max(1, kind.undock_ms) if situation.can_stand(kind.name, place) else None
     travel = None if origin is None else situation.travel(kind.name, origin, place)
     return None if travel is None else max(1, travel)
 
