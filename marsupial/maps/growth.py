@@ -28,7 +28,7 @@ class GrowingReach:
 
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
-        self._begin(frozenset())
+        self._names: frozenset[str] | None = None  # of the team; the first call of `reach` begins
 
     def _begin(self, names: frozenset[str]) -> None:
         territory = self._territory
