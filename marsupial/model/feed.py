@@ -6,27 +6,34 @@ reference counting: on a large map, all cells ever revealed would take hundreds 
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from marsupial.arrays import Ints
 
-_Entry = list[Any]  # some cells and the next entry; the last entry of a feed is empty
+
+class _Entry:
+    """Some cells and the next entry; the last entry of a feed is empty and has no next one."""
+
+    __slots__ = ("cells", "following")
+
+    cells: Ints
+    following: _Entry | None
+
+    def __init__(self) -> None:
+        self.following = None
 
 
 class Feed:
     """Passes arrays of cells (n,), row-major indices, to its readers."""
 
     def __init__(self) -> None:
-        self._last: _Entry = []
+        self._last = _Entry()
 
     def add(self, cells: Ints) -> None:
         """Append cells for all existing readers."""
         # fill the empty last entry: up-to-date readers already point to it
-        following: _Entry = []
-        self._last += (cells, following)
-        self._last = following
+        self._last.cells, self._last.following = cells, _Entry()
+        self._last = self._last.following
 
     def reader(self) -> Reader:
         """Return a reader of all cells added from now on."""
@@ -41,10 +48,10 @@ class Reader:
 
     def parts(self) -> list[Ints]:
         """Return the arrays added since the last call."""
-        found: list[Ints] = []
-        while self._entry:
-            cells, self._entry = self._entry
-            found.append(cells)
+        found = []
+        while self._entry.following is not None:
+            found.append(self._entry.cells)
+            self._entry = self._entry.following
         return found
 
     def cells(self) -> Ints:

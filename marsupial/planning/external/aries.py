@@ -119,7 +119,10 @@ def _answers(text: Any, until: float, *, anytime: bool) -> Iterator[Any]:
     left = max(0.01, until - time.monotonic())
     request = messages.PlanRequest(problem=text, timeout=left, engine_options={"optimal": "false"})
     try:
-        yield from planner.planAnytime(request) if anytime else (planner.planOneShot(request),)
+        if anytime:
+            yield from planner.planAnytime(request)
+        else:
+            yield planner.planOneShot(request)
     except RpcError as error:
         with contextlib.suppress(subprocess.TimeoutExpired):
             raise ToolDied("the Aries server", server.wait(0.5)) from error

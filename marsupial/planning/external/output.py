@@ -55,8 +55,12 @@ def _last_lines(text: str) -> list[str]:
     last = lines[-_LAST_LINES:]
     complaint = next((line for line in lines[:-_LAST_LINES] if _COMPLAINT.search(line)), None)
     lines = last if complaint is None or any(map(_COMPLAINT.search, last)) else [complaint, *last]
-    cut = (line if len(line) <= _LINE_LETTERS else f"{line[:_LINE_LETTERS]}..." for line in lines)
-    return ["".join(letter if letter.isprintable() else "?" for letter in " ".join(line.split())) for line in cut]
+    return [_shown(line) for line in lines]
+
+
+def _shown(line: str) -> str:
+    cut = line if len(line) <= _LINE_LETTERS else f"{line[:_LINE_LETTERS]}..."
+    return "".join(letter if letter.isprintable() else "?" for letter in " ".join(cut.split()))
 
 
 class Printed:

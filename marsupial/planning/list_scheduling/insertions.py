@@ -37,9 +37,10 @@ class Arrivals:
         numbers = {kind.name: k for k, kind in enumerate(situation.types)}
         # int64 (robots,): the number of each robot's type
         self.kinds: Indices = np.array([numbers[kind.name] for kind in types], dtype=np.int64)
-        # from beginning to dock or undock to being ready again, `NEVER` where the robot can't stand
+        # int64 (robots,): from beginning to dock to being ready again
         self.docking_ms: Times = np.array([max(1, kind.dock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
         undocking_ms = np.array([max(1, kind.undock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
+        # int64 (robots, meetings): the same for an undock, `NEVER` where the robot can't stand
         self.set_down_ms: Times = undocking_ms[:, None] + np.diagonal(costs.stay, axis1=1, axis2=2)[self.kinds]
         self.capacity = [kind.capacity for kind in types]
         self.carriers = [i for i, kind in enumerate(types) if kind.role is Role.CARRIER]

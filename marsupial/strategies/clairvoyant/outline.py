@@ -82,7 +82,7 @@ class Outline:
             robots=robots,
             targets=tuple(TargetInfo(name=stop.name, explorers=frozenset(stop.viewpoints)) for stop in self.stops),
             meetings=tuple(point.name for point in self.meetings),
-            travel_ms={name: self._table(kind)[name] for name, kind in kinds.items()},
+            travel_ms={name: self._table(kind) for name, kind in kinds.items()},
         )
 
     @property
@@ -183,16 +183,17 @@ class Outline:
                 looks.append((action.end_ms, kind, poses[action.place][kind]))
         return looks
 
-    def _table(self, kind: RobotType) -> dict[str, TravelTable]:
+    def _table(self, kind: RobotType) -> TravelTable:
         ground = self.ground
 
         def lengths(cells: Sequence[Cell], _headings: Sequence[int | None]) -> Floats:
             found = np.full((len(cells), len(cells)), np.inf)
-            for row, cell in zip(found, cells if kind.name in ground.kinds else (), strict=False):
-                row[:] = ground.apart(kind.name, cell, cells)
+            if kind.name in ground.kinds:
+                for row, cell in zip(found, cells, strict=True):
+                    row[:] = ground.apart(kind.name, cell, cells)
             return found
 
-        return travel_times([kind], self.poses, lengths, ground.territory.grid.resolution_m)
+        return travel_times([kind], self.poses, lengths, ground.territory.grid.resolution_m)[kind.name]
 
 
 def missed_by(ground: Ground, tours: Iterable[Tour]) -> Cells:

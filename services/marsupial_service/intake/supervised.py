@@ -125,7 +125,7 @@ class RequestProcesses:
 
     supervised: Supervised
     slots: Slots
-    seconds: float  # limit of each process, as `memory_bytes`
+    seconds: float  # limits of each process: its time, and below its memory
     memory_bytes: int
     charge: Callable[[str, float], None]  # gets the owner and the seconds that a process took
 
