@@ -54,9 +54,14 @@ class Table:
     def recover(self, now_ms: int) -> None:
         self.do(lambda tx: table.recover(tx, SETTINGS, now_ms))
 
-    def die(self) -> None:
-        """Be no longer among the servers that are alive."""
-        self.do(lambda tx: tx.execute("DELETE FROM servers"))
+    def die_and_recover(self, now_ms: int) -> None:
+        """Recover as if no server were alive: at once, as the next heartbeat brings the server back."""
+
+        def write(tx: Transaction) -> None:
+            tx.execute("DELETE FROM servers")
+            table.recover(tx, SETTINGS, now_ms)
+
+        self.do(write)
 
     def job(self, job: str = "j") -> JobRecord:
         return self.store.read(lambda c: JOBS.existing(c, job)).result(HANG_S)
@@ -88,8 +93,7 @@ def test_a_job_is_finished_once_by_its_own_attempt_only(jobs: Table) -> None:
 def test_what_a_server_does_that_lost_its_job_unknowingly_is_not_kept(jobs: Table) -> None:
     jobs.add()
     first = jobs.claim()
-    jobs.die()
-    jobs.recover(3)
+    jobs.die_and_recover(3)
     second = jobs.claim()
     assert (second.attempt, second.term) == (first.attempt + 1, first.term + 1)
     assert not jobs.do(lambda tx: table.add_plan(tx, first, found(10), 4))
@@ -125,11 +129,10 @@ def test_attempts_that_were_lost_count_and_those_we_ended_do_not(jobs: Table) ->
     jobs.claim()
     jobs.recover(4)
     assert (jobs.job().state, jobs.job().attempts) == (JobState.RUNNING, 1)
-    jobs.die()
-    jobs.recover(4)
+    jobs.die_and_recover(4)
     assert (jobs.job().state, jobs.job().attempts) == (JobState.QUEUED, 1)
     jobs.claim()
-    jobs.recover(5)
+    jobs.die_and_recover(5)
     assert (jobs.job().outcome, jobs.job().attempts) == (JobOutcome.ENGINE_FAILED, 2)
 
 
