@@ -12,8 +12,10 @@ demo: $(STAMP)
 test: $(STAMP)
 	$(BIN)/python -m pytest -n 3 -m "not slow"
 
+# Long studies, and the tests of properties on examples drawn anew.
 slow: $(STAMP)
 	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -n 3 -m hypothesis --hypothesis-profile drawn
 
 # The HTTP service killed, given hostile planners and timed: some minutes. docs/benchmarks.md says what more there is.
 trial: $(STAMP)

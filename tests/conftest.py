@@ -49,10 +49,17 @@ LONG = (
 """Files that take long, or come last where they stand."""
 
 
-def pytest_configure() -> None:
-    """Let examples take the time they need; have the commands' options read once, not at each call (40 ms)."""
-    settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-    settings.load_profile("patient")
+settings.register_profile("patient", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("drawn", settings.get_profile("patient"), derandomize=False, max_examples=1000)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let examples take the time they need; have the commands' options read once, not at each call (40 ms).
+
+    The examples are the same in every run, so that a change fails by what it changed. `--hypothesis-profile drawn` draws
+    new ones, ten times as many.
+    """
+    settings.load_profile(config.getoption("--hypothesis-profile") or "patient")
     typer.main.get_command = cache(typer.main.get_command)
 
 
