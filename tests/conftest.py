@@ -56,7 +56,7 @@ settings.register_profile("drawn", settings.get_profile("patient"), derandomize=
 def pytest_configure(config: pytest.Config) -> None:
     """Let examples take the time they need; have the commands' options read once, not at each call (40 ms).
 
-    The examples are the same in every run, so that a change fails by what it changed. `--hypothesis-profile drawn` draws
+    Examples are the same in every run, so that a change fails by what it changed. `--hypothesis-profile drawn` draws
     new ones, ten times as many.
     """
     settings.load_profile(config.getoption("--hypothesis-profile") or "patient")
