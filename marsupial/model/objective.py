@@ -55,7 +55,6 @@ class PricedArrival:
     worth: Mapping[str, float]  # price of each ms until a target is reached, by target
     makespan: float  # price of each ms of the makespan, as a share of the worth of all targets
     driving: float  # price of each ms that a robot drives
-    undocking_ms: float  # price of setting a rover down
 
     @property
     def total_worth(self) -> float:
@@ -74,8 +73,6 @@ class PricedArrival:
                 price += self.worth[action.place] * (action.end_ms + EPSILON_MS)
             if action.origin is not None:
                 price += self.driving * (action.duration_ms + EPSILON_MS)
-            if action.name is ActionName.UNDOCK:
-                price += self.undocking_ms
         return (price,)
 
 

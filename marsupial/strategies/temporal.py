@@ -23,9 +23,10 @@ How it works
 
 - *Why a guess.* The shortest plan for the known targets does not explore an unknown map fastest, as most targets are
   still unknown (`marsupial.strategies.guess`).
-- *The objective* is priced arrival: a plan is better if it reaches valuable targets sooner. The makespan, driving, and
-  setting a rover down have smaller prices: undocking and docking take time, and a carrier has to return for the rover.
-  If the goal allows rovers to end on the ground, setting them down costs nothing.
+- *The objective* is priced arrival: a plan is better if it reaches valuable targets sooner. The makespan and driving
+  have smaller prices.
+- *Plans end with all rovers aboard,* if the mission does. So setting a rover down costs what retrieving it will cost,
+  and robots without a target begin to meet while others still explore.
 - *Robots never wait for a planner.* If the engine has no answer within its budget, another candidate is the best plan.
   The previous plan comes first among equals, so robots do not change plans without a gain.
 - *Engines that minimise only the makespan* get only the known targets: by makespan alone, guessed targets made missions
@@ -62,6 +63,7 @@ from marsupial.model import (
     PricedArrival,
     RobotType,
     Role,
+    SituationGoal,
     Strategy,
     Unseen,
     Value,
@@ -123,7 +125,7 @@ class Temporal(Strategy):
         self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
     ) -> OnArrival | None:
         """Return the policy for a team without rovers; None for others."""
-        self._recovers = goal.recover_rovers
+        self._recovers = goal.recover_rovers or goal.return_home
         team = {robot.type: kinds[robot.type] for robot in world.robots()}
         if any(kind.role is Role.ROVER for kind in team.values()):
             return None
@@ -152,16 +154,10 @@ class Temporal(Strategy):
         """Return the real part of the best plan for the guess, the real targets that no robot can serve, the answer."""
         parts, known = self._parts, briefing.situation
         guessed = guess(briefing if parts.guess else replace(briefing, unseen=Unseen))
-        situation = guessed.situation
+        situation = replace(guessed.situation, goal=SituationGoal(recover_rovers=self._recovers))
         objective: Objective = MAKESPAN
         if parts.price:
-            handling_ms = [kind.dock_ms + kind.undock_ms for kind in known.types if kind.role is Role.ROVER]
-            objective = PricedArrival(
-                worth=guessed.worth,
-                makespan=MAKESPAN_SHARE,
-                driving=DRIVING,
-                undocking_ms=max(handling_ms, default=0) if self._recovers else 0,
-            )
+            objective = PricedArrival(worth=guessed.worth, makespan=MAKESPAN_SHARE, driving=DRIVING)
 
         def rank(served: Served) -> tuple[int, Value]:
             plan, unserved = served
@@ -175,8 +171,11 @@ class Temporal(Strategy):
             others.append(listing.serve())
         if objective.name in self._planner.info.objectives:
             plan, unserved = min(kept + others, key=rank)
-            # targets that no robot can serve would make the problem unsolvable for the engine
-            answer = self._planner.ask(without(situation, unserved), objective, plan)
+            # what no plan can reach, targets or rovers, would make the problem unsolvable for the engine
+            asked = without(situation, unserved)
+            if not check(asked, plan).valid:
+                asked = replace(asked, goal=SituationGoal())
+            answer = self._planner.ask(asked, objective, plan)
         else:
             answer = self._planner.ask(known, objective, shortest(known, completed(Listing(known), previous, *by_rule)))
         # `min` takes the first of equals: the previous plan, then the engine's

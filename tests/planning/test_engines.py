@@ -75,7 +75,7 @@ def test_plans_get_better_and_one_end_comes_last(name: str) -> None:
 
 OBJECTIVES: tuple[Objective, ...] = (
     MAKESPAN,
-    PricedArrival(worth={"t1": 1.0, "t2": 3.0}, makespan=0.3, driving=0.15, undocking_ms=40_000),
+    PricedArrival(worth={"t1": 1.0, "t2": 3.0}, makespan=0.3, driving=0.15),
 )
 
 

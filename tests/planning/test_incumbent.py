@@ -41,7 +41,7 @@ def orders() -> tuple[Plan, Plan]:
 
 def test_which_plan_is_better_is_up_to_the_objective() -> None:
     near_first, far_first = orders()
-    far_is_dear = PricedArrival(worth={"t1": 0.0, "t2": 1.0}, makespan=0.0, driving=0.0, undocking_ms=0.0)
+    far_is_dear = PricedArrival(worth={"t1": 0.0, "t2": 1.0}, makespan=0.0, driving=0.0)
     for objective, better in ((MAKESPAN, near_first), (far_is_dear, far_first)):
         incumbent = Incumbent(one_hall(), objective)
         for plan in (far_first, near_first):

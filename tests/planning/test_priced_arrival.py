@@ -1,13 +1,25 @@
+from dataclasses import replace
+
 from situations import carrier, default_types, door, hall, one_room, room, rover, situation_of
 
-from marsupial.model import EPSILON_MS, Budget, Improved, Outcome, Plan, PricedArrival, Situation
+from marsupial.model import (
+    EPSILON_MS,
+    ActionName,
+    Budget,
+    Improved,
+    Outcome,
+    Plan,
+    PricedArrival,
+    Situation,
+    SituationGoal,
+)
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.local_search.engine import Anytime
 
 
-def priced(makespan: float = 0.001, driving: float = 0.001, undocking_ms: float = 0.0, **worth: float) -> PricedArrival:
-    return PricedArrival(worth=worth, makespan=makespan, driving=driving, undocking_ms=undocking_ms)
+def priced(makespan: float = 0.001, driving: float = 0.001, **worth: float) -> PricedArrival:
+    return PricedArrival(worth=worth, makespan=makespan, driving=driving)
 
 
 def test_the_value_is_the_sum_of_its_prices() -> None:
@@ -20,7 +32,6 @@ def test_the_value_is_the_sum_of_its_prices() -> None:
     assert value(priced(makespan=0, driving=0, t1=2.0)) == 2 * 19_003
     assert value(priced(makespan=0.5, driving=0, t1=0.0, t2=2.0)) == plan.makespan_ms
     assert value(priced(makespan=0, driving=1, t1=0.0)) == 10_000 + 4_000 + 2 * EPSILON_MS
-    assert value(priced(makespan=0, driving=0, undocking_ms=7.0, t1=0.0)) == 7
 
 
 def near_and_far() -> Situation:
@@ -49,18 +60,19 @@ def test_what_is_worth_more_is_reached_first_though_it_takes_longer() -> None:
 
 def two_doors() -> Situation:
     """Return: one carrier with two rovers; one rover can explore both rooms, or two rovers one each and sooner."""
-    team, targets = [carrier(), rover(1, on="c1"), rover(2, on="c1")], {"t1": room(20), "t2": room(35)}
+    team, targets = [carrier(), rover(1, on="c1"), rover(2, on="c1")], {"t1": room(20), "t2": room(30)}
     meetings, starts = {"m1": door(20), "m2": door(30)}, {"c1_start": hall(0)}
     return situation_of(team, targets, meetings, starts, types=default_types(capacity=2))
 
 
-def undocks(plan: Plan) -> int:
-    return sum(action.carrier is not None for action in plan.actions)
+def set_down(plan: Plan) -> set[str]:
+    return {action.robot for action in plan.actions if action.name is ActionName.UNDOCK}
 
 
-def test_where_setting_rovers_down_is_dear_one_goes_on_instead_of_a_second() -> None:
-    assert undocks(best(two_doors(), priced(t1=1.0, t2=1.0))) == 2
-    assert undocks(best(two_doors(), priced(undocking_ms=100_000, t1=1.0, t2=1.0))) == 1
+def test_one_rover_goes_on_instead_of_a_second_where_both_would_have_to_be_retrieved() -> None:
+    by = priced(makespan=3, driving=0.15, t1=1.0, t2=1.0)
+    assert len(set_down(best(two_doors(), by))) == 2
+    assert len(set_down(best(replace(two_doors(), goal=SituationGoal(recover_rovers=True)), by))) == 1
 
 
 def test_the_same_steps_give_the_same_plan() -> None:

@@ -21,7 +21,7 @@ from situations import (
 
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
-from marsupial.model.plan import Plan
+from marsupial.model.plan import ActionName, Plan
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation, SituationGoal
 from marsupial.model.strategy import Briefing, Square, Unseen
@@ -97,7 +97,7 @@ def test_plans_that_the_checker_refuses_are_not_followed() -> None:
 
 def test_if_all_are_refused_the_greedy_plan_is_followed() -> None:
     situation = two_rooms()
-    plan, _ = serve(situation)
+    plan, _ = serve(replace(situation, goal=SituationGoal(recover_rovers=True)))
     broken = Plan(actions=plan.actions[1:])
     decision = Temporal(FakeEngine(*found(broken, broken)), BUDGET).decide(brief(situation))
     assert decision.plan == plan
@@ -118,6 +118,14 @@ def test_an_engine_that_finds_nothing_where_there_is_something_to_do_is_covered(
     decision = Temporal(FakeEngine(*(() if plans is None else found(*plans))), BUDGET).decide(brief(one_hall()))
     assert names(decision.plan) == ["t1", "t2"]
     assert (decision.report.outcome is Outcome.NO_PLAN) == (plans is None)
+
+
+def test_a_rover_that_no_carrier_can_retrieve_hinders_no_plan() -> None:
+    targets, starts = {"t1": hall(10), "t2": hall(20)}, {"c1_start": hall(0), "r1_start": room(5)}
+    situation = situation_of([carrier(), rover()], targets, {}, starts)
+    engine = WithPrices(*found(in_order(situation, "t1", "t2")))
+    assert Temporal(engine, BUDGET).decide(brief(situation)).plan == in_order(situation, "t1", "t2")
+    assert engine.asked[0][0] == situation
 
 
 def test_an_engine_that_is_not_there_is_no_matter_for_the_fallback() -> None:
@@ -252,8 +260,10 @@ def doors(apart_s: int) -> tuple[Situation, Plan, Plan]:
 
 def test_a_second_rover_is_not_set_down_for_what_the_first_can_do_soon() -> None:
     situation, alone, together = doors(apart_s=8)
-    assert decided(situation, together, previous=alone) == alone
-    assert decided(situation, alone, previous=together) == alone
+    for one, other in ((alone, together), (together, alone)):
+        plan = decided(situation, one, previous=other)
+        assert plan.actions[: len(alone.actions)] == alone.actions
+        assert [action.name for action in plan.actions[len(alone.actions) :]] == [ActionName.MOVE, ActionName.DOCK]
 
 
 def between_squares() -> Briefing:

@@ -23,14 +23,12 @@ a rover's node is the first rover of its type. `BEFORE` is -1 out of all chains.
 
 LOAD = 8  # column of robots: rovers of the first type aboard at first; those of the other types follow
 
-EPOCH, LOGGED, QUEUED, CHECKS, DROPPED, DUE, UNDOCK_COST, SOONER, REACHING, DRIVING, LATE, UNUSED, FORMER_SUMS = range(
-    13
-)
+EPOCH, LOGGED, QUEUED, CHECKS, DROPPED, DUE, SOONER, REACHING, DRIVING, LATE, UNUSED, FORMER_SUMS = range(12)
 UNDONE = FORMER_SUMS - REACHING
 SUMS = FORMER_SUMS + UNDONE
-"""Columns of the first row of `work`: number of the change, lengths of the other rows, due date, cost of an undock as
-driving in ms, the number of queued nodes that may end sooner, sums over the nodes and the number of free transfers, and
-the last `UNDONE` as they were before the change."""
+"""Columns of the first row of `work`: number of the change, lengths of the other rows, due date, the number
+of queued nodes that may end sooner, sums over the nodes and the number of free transfers, and the last `UNDONE` as they
+were before the change."""
 
 QUEUE, FORMER, CHECK, SPARE, DROP, TAKEN, QUEUED_IN = range(1, 8)
 ROWS = 8

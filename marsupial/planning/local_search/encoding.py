@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from marsupial.arrays import Ints, Ints32
-from marsupial.model import MAKESPAN, Objective, PricedArrival, RobotState, Role, Situation
+from marsupial.model import MAKESPAN, Objective, RobotState, Role, Situation
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.planning.list_scheduling.costs import NEVER, driving_ms, staying_ms
 from marsupial.planning.list_scheduling.recovery import go_home
@@ -32,7 +32,6 @@ class ProblemData(NamedTuple):
     # from it (`EXITS`), then -1
     near_meetings: Ints
     recover: bool  # whether all rovers have to end aboard
-    undock_cost: int = 0  # what setting a rover down costs, as driving in ms
 
     def members(self, group: int) -> Ints:
         """Return the members of a group."""
@@ -62,7 +61,6 @@ def encode(situation: Situation, objective: Objective = MAKESPAN) -> ProblemData
         near=_near(leg, targets, rover_kinds, carrier_kinds, near_meetings[col.ENTRIES]),
         near_meetings=near_meetings,
         recover=situation.goal.aboard,
-        undock_cost=round(objective.undocking_ms / objective.driving) if isinstance(objective, PricedArrival) else 0,
     )
 
 

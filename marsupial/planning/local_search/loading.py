@@ -14,12 +14,10 @@ def empty_schedule(data: ProblemData, transfers: int, seed: int) -> LinkedSchedu
     """Return an empty schedule with room for `transfers` and for all that the search may add."""
     robots, targets = len(data.robots), int(data.groups[col.TARGETS, 0])
     size = robots + targets + transfers + 2 * robots + 4 * targets
-    work = np.zeros((col.ROWS, max(col.SUMS, size)), dtype=np.int64)
-    work[0, col.UNDOCK_COST] = data.undock_cost
     return LinkedSchedule(
         nodes=np.zeros((size, col.WIDTH), dtype=np.int64),
         log=np.zeros((size, col.WIDTH + 1), dtype=np.int64),
-        work=work,
+        work=np.zeros((col.ROWS, max(col.SUMS, size)), dtype=np.int64),
         leg=np.minimum(data.leg, col.FAR).astype(np.int32),
         robots=_robots(data),
         groups=data.groups,

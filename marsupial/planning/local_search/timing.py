@@ -153,7 +153,6 @@ def _compute_times(sched: LinkedSchedule, node: int) -> tuple[bool, int, int]:
         possible = not sched.recover or sched.nodes[previous, col.KIND] == col.DOCK
         # The rover may be too wide for where its carrier takes it.
         possible = possible and ops.leg_ms(sched, robot, place, place) < col.FAR
-        drive = sched.work[0, col.UNDOCK_COST]
     else:
         drive = ops.leg_ms(sched, robot, sched.nodes[previous, col.PLACE], place)
         possible = drive < col.FAR and not ops.ends_aboard(sched, previous, robot)

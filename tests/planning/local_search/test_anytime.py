@@ -93,7 +93,7 @@ def test_more_steps_never_give_a_worse_plan(name: str) -> None:
 def test_more_steps_never_give_a_plan_of_later_arrivals() -> None:
     situation = INSTANCES["mission-cave-2x2-42"].situation()
     worth = {target.name: 1.0 for target in situation.targets}
-    objective = PricedArrival(worth=worth, makespan=0.3, driving=0.15, undocking_ms=40_000)
+    objective = PricedArrival(worth=worth, makespan=0.3, driving=0.15)
     start, values = listed(situation)[-1], []
     for steps in (4, 8, 20, 40):
         events = Anytime().solve(situation, Budget(steps=steps), objective=objective, start=start)
