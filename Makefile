@@ -21,7 +21,7 @@ slow: $(STAMP)
 trial: $(STAMP)
 	$(BIN)/python -m benchmarks trial --quick
 
-# The figures of README and docs, from kept rows; `missions` carries out these missions first: a quarter of an hour on two cores.
+# The figures of README and docs, from kept results; `missions` carries out all commands behind them first: some hours.
 figures: $(STAMP)
 	$(BIN)/python -m benchmarks figures
 

@@ -97,6 +97,9 @@ FURTHER = (
     "court.map --planner auto --steps 4 --carriers 1 --rovers 2",
     "court.map --strategy heuristic --seed 3",
     "generated.json --planner auto --steps 4",
+    "lobby --strategy segmentation --carriers 3 --rovers 0",
+    "lobby --strategy temporal --planner greedy --steps 4 --carriers 3 --rovers 2 --interference --seed 2",
+    "lobby --strategy heuristic-plus --routes energy --seed 3",
 )
 """`marsupial run` with other teams, planners, clocks and files of the folder that `write_inputs` fills."""
 

@@ -183,7 +183,7 @@ def test_rows_without_a_head_are_left_alone(tmp_path: Path) -> None:
         ("comparison.json", '{"format": "marsupial-comparison", "version": 1}', "is damaged"),
         ("rows.csv", "a,b\n", "line 1: these are not the columns"),
         ("rows.csv", ROWS.head + "lobby,temporal\n", "line 2: can't be read"),
-        ("rows.csv", ROWS.head + "lobby,temporal,greedy,one,1,1" + "," * 17 + "\n", "line 2: can't be read"),
+        ("rows.csv", ROWS.head + "lobby,temporal,greedy,one,1,1" + "," * 20 + "\n", "line 2: can't be read"),
     ],
 )
 def test_a_damaged_folder_is_named_with_the_place(tmp_path: Path, name: str, text: str, message: str) -> None:

@@ -8,6 +8,7 @@ import pytest
 import marsupial
 from marsupial.bench.compare.rows import METRIC_BY_COLUMN, MissionRow, Timing
 from marsupial.library.metrics import METRICS
+from marsupial.model.mission import Interference
 
 DOCUMENT = (Path(__file__).resolve().parents[2] / "docs" / "command-line.md").read_text(encoding="utf-8")
 
@@ -28,7 +29,8 @@ def test_every_number_of_the_json_is_a_metric(lobby: marsupial.Exploration) -> N
 
 def test_every_column_of_a_comparison_is_a_metric() -> None:
     columns = {each.name for kind in (MissionRow, Timing) for each in fields(kind)}
-    assert columns - set(METRIC_BY_COLUMN) == {"trial", "status", "reason", "cpu_s"}
+    crowding = {each.name for each in fields(Interference)}
+    assert columns - set(METRIC_BY_COLUMN) == {"trial", "status", "reason", "cpu_s"} | crowding
     assert set(METRIC_BY_COLUMN) - columns == {"plans_valid"}
 
 

@@ -27,7 +27,8 @@ Record = TypeVar("Record", "MissionRow", "Timing", "Curve")
 class MissionRow:
     """One mission: how it ended, and its metrics (docs/command-line.md), None for those it lacks.
 
-    `remaining` counts the frontiers left, `aboard` the rovers aboard at the end.
+    `remaining` counts the frontiers left, `aboard` the rovers aboard at the end; `waits` and all after it are the
+    mission's `Interference`.
     """
 
     trial: Trial
@@ -48,6 +49,9 @@ class MissionRow:
     retrievals: int | None = None
     aboard: int | None = None
     remaining: int | None = None
+    waits: int | None = None
+    waited_s: float | None = None
+    deadlocks: int | None = None
 
     @property
     def complete(self) -> bool:
@@ -144,11 +148,10 @@ def metrics_of(record: type[MissionRow | Timing], summary: Summary) -> dict[str,
     return {column: METRIC_BY_COLUMN[column].cell(summary) for column in columns}
 
 
+_READERS: dict[str, Callable[[str], Any]] = {name: metric.read for name, metric in METRIC_BY_COLUMN.items()}
+_READERS |= {"waits": int, "waited_s": float, "deadlocks": int}
 _COLUMNS = (each.name for each in fields(MissionRow) if each.name != "trial")
-ROWS = Format(
-    MissionRow,
-    {name: _or_none(METRIC_BY_COLUMN[name].read) if name in METRIC_BY_COLUMN else str for name in _COLUMNS},
-)
+ROWS = Format(MissionRow, {name: _or_none(_READERS[name]) if name in _READERS else str for name in _COLUMNS})
 
 TIMINGS = Format(Timing, {each.name: _or_none(float) for each in fields(Timing) if each.name != "trial"})
 

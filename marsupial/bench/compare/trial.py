@@ -2,6 +2,7 @@
 
 import pickle
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import lru_cache
 from time import process_time
 from typing import Any
@@ -70,10 +71,11 @@ def carry_out(trial: Trial, scenario: Scenario, budget: Budget) -> Result:
         summary = simulated(trial, scenario, budget, sampler)
     except Exception as error:
         return Result(row=MissionRow(trial=trial, status=ERROR, reason=f"{type(error).__name__}: {error}"))
+    metrics = metrics_of(MissionRow, summary)
+    if summary.interference is not None:
+        metrics |= asdict(summary.interference)
     return Result(
-        row=MissionRow(
-            trial=trial, status=str(summary.status), reason=summary.reason, **metrics_of(MissionRow, summary)
-        ),
+        row=MissionRow(trial=trial, status=str(summary.status), reason=summary.reason, **metrics),
         timing=Timing(trial=trial, cpu_s=round(process_time() - began, 4), **metrics_of(Timing, summary)),
         curve=Curve(trial=trial, every_s=EVERY_MS / 1000, known=tuple(sampler.known)),
     )

@@ -98,17 +98,18 @@ def _write_pairs(comparison: Comparison, out: Path) -> None:
 def report(out: Path) -> None:
     """Write the documents of the comparison in a folder, complete or not, and print the main table."""
     outcome = _outcome(out)
+    paper = experiment(str(outcome.header.get("paper")))
     say("writing tables and figures ...")
     with writing(out):
         (out / "figures").mkdir(exist_ok=True)
         stale = {*out.glob("checklist.md"), *out.glob("figures/*.svg"), *out.glob("figures/*.png")}
-        for name, data in documents(outcome, experiment(str(outcome.header.get("paper"))), replays_in(out, outcome)):
+        for name, data in documents(outcome, paper, replays_in(out, outcome)):
             replace_file(out / name, data)
             stale.discard(out / name)
         for file in stale:  # from before the comparison grew: out of date now
             file.unlink()
     table = main_table(outcome)
-    if table.rows:
+    if table.rows and (paper is None or paper.overview):
         # a terminal has room for one interval and no more than two of the other metrics
         cells = [[row[i].text for i in (0, 1, 2, 3, 4, -1)] for row in table.rows]
         rows = [[*row[:3], *(text.partition(" [")[0] for text in row[3:])] for row in cells]
