@@ -2,7 +2,6 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
 from compare_outcomes import CASE, outcome_of, with_times
 from compare_workers import GREEDY, HEURISTIC, invented, lobby
 from eyes import contrast, nearest
@@ -66,13 +65,6 @@ def test_the_best_of_several_comes_first() -> None:
 def test_a_single_contender_is_told_by_its_time() -> None:
     (text,) = sentences(with_times({GREEDY: [90, 110]}))
     assert text == "temporal (greedy) explores in 100 s on average over 2 complete missions."
-
-
-def test_the_mean_counts_just_the_pairs_that_are_won_and_lost() -> None:
-    outcome = with_times({GREEDY: [50, 150, -1], HEURISTIC: [100, 300, 10]})
-    stands = outcome.pairing(outcome.cases, GREEDY, TIME)
-    assert stands.gains == (pytest.approx(0.5), pytest.approx(0.5))
-    assert (stands.gain, stands.wins, stands.losses) == (pytest.approx(0.5), 2, 0)
 
 
 def test_no_axis_of_quality_goes_below_zero_and_no_frame_is_empty() -> None:

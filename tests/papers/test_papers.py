@@ -75,12 +75,6 @@ def test_an_experiment_without_data_leaves_every_statement_open(name: str, maps:
     assert b"not enough data" in made["checklist.md"]
 
 
-def test_the_offices_of_wurm_2008_have_their_teams(shared_maps: Path) -> None:
-    cases = list(wurm2008.comparison(terms(maps=shared_maps)).scenarios)
-    assert [case.carriers for case in cases if case.scenario == "fr079"] == [2, 3, 4, 5, 6]
-    assert [case.carriers for case in cases if case.scenario == "cartesium"] == [2, 3, 4, 5, 6, 7, 8]
-
-
 def test_where_the_maps_are_missing_the_error_says_where_to_get_them() -> None:
     with pytest.raises(UsageError, match=r"fr079\.yaml, cartesium\.yaml; .* in /nowhere; docs/comparisons\.md says"):
         wurm2008.comparison(terms())
@@ -161,14 +155,6 @@ def test_triples_of_weights_are_told_by_ratio_and_by_their_greatest() -> None:
     assert verdicts("alkhawaldah-triples", outcome(comparison, time_s, runs=1)) == [FAILS, HOLDS]
     by_sum = outcome(comparison, lambda trial: 100.0 + sum(triple_of(trial)), runs=1)
     assert verdicts("alkhawaldah-triples", by_sum) == [HOLDS, FAILS]
-
-
-def test_every_pair_of_weights_is_tried_in_every_world() -> None:
-    comparison = weights.comparison(terms(runs=1))
-    assert len(list(comparison.trials())) == 6 * 11 * 11
-    sizes = {case.scenario: scenario.grid.cells.shape for case, scenario in comparison.scenarios.items()}
-    assert sizes["31 x 31, 15 obstacles"] == (31, 31)
-    assert sizes["20 x 25, 10 obstacles"] == (25, 20)
 
 
 def weights_of(trial: Trial) -> tuple[float, float]:
