@@ -31,6 +31,9 @@ How it works
   The previous plan comes first among equals, so robots do not change plans without a gain.
 - *Engines that minimise only the makespan* get only the known targets: by makespan alone, guessed targets made missions
   longer (docs/strategies.md). All candidates are still compared on the guess.
+- *Progress is certain.* Robots follow only the real part of a plan for a guess, so such plans could lead in circles. If
+  the targets stay the same for `MOST_REPEATS` plans, the guess is left out until they change. A plan is then replaced
+  only by one that ends sooner, so it ends.
 - *Once no target is left,* the engine is asked for the shortest plan that recovers the rovers or brings the team home.
 
 Teams without rovers need no docking plans, and gain more from replanning often. They replan as soon as they have seen
@@ -89,6 +92,9 @@ NEAR_CELLS, MOST_CELLS = 2.0, 12_000
 RULES: tuple[Strategy, ...] = (Heuristic(), OneStep())
 """Strategies whose plans are candidates, so that the result is never worse than theirs by the objective."""
 
+MOST_REPEATS = 10
+"""Consecutive plans for the same targets that may be made with a guess."""
+
 ROUNDS_PER_STEP = 0.5
 """Rounds of the search for covering tours, for each step of the planning budget."""
 
@@ -120,6 +126,8 @@ class Temporal(Strategy):
         self._planner = AskedPlanner(engine, budget)
         self._covering: FrontierStrategy | None = None
         self._recovers = True
+        self._targets: frozenset[str] = frozenset()  # of the last plan, and how many plans before it had the same
+        self._repeats = 0
 
     def replanning(
         self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
@@ -153,7 +161,11 @@ class Temporal(Strategy):
     def _explore(self, briefing: Briefing) -> Explored:
         """Return the real part of the best plan for the guess, the real targets that no robot can serve, the answer."""
         parts, known = self._parts, briefing.situation
-        guessed = guess(briefing if parts.guess else replace(briefing, unseen=Unseen))
+        targets = frozenset(known.target_by_name)
+        self._repeats = self._repeats + 1 if targets == self._targets else 0
+        self._targets = targets
+        guesses = parts.guess and self._repeats < MOST_REPEATS
+        guessed = guess(briefing if guesses else replace(briefing, unseen=Unseen))
         situation = replace(guessed.situation, goal=SituationGoal(recover_rovers=self._recovers))
         objective: Objective = MAKESPAN
         if parts.price:

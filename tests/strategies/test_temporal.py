@@ -31,7 +31,7 @@ from marsupial.planning.list_scheduling.greedy import Greedy, serve
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.local_search.engine import Anytime
 from marsupial.strategies.registry import asks_planner, strategy
-from marsupial.strategies.temporal import Temporal, TemporalParts
+from marsupial.strategies.temporal import MOST_REPEATS, Temporal, TemporalParts
 
 BUDGET = Budget(steps=7)
 
@@ -273,6 +273,15 @@ def between_squares() -> Briefing:
     squares = tuple(Square(name=f"{y}", x_m=10.0, y_m=y, share=1.0, draw=0.9) for y in (-25.0, 25.0))
     unseen = Unseen(squares=squares, at_m={"t1": (10.0, 0.0)}, speed_mps={"carrier": 1.0})
     return replace(brief(situation), unseen=lambda: unseen)
+
+
+def test_no_guess_is_made_for_targets_that_are_the_same_again_and_again() -> None:
+    briefing, engine = between_squares(), WithPrices()
+    strategy = Temporal(engine, BUDGET)
+    for _ in range(MOST_REPEATS + 1):
+        strategy.decide(briefing)
+    guessed = [len(situation.targets) > 2 for situation, *_ in engine.asked]
+    assert guessed == [True] * MOST_REPEATS + [False]
 
 
 def test_engines_that_can_be_given_an_aim_plan_for_the_guess_and_robots_do_what_is_real_of_it() -> None:
