@@ -24,9 +24,9 @@ QUICK = "assignment,heuristic-plus,wurm2010,heuristic,temporal"
 COMMANDS: Mapping[str, str] = {
     "demo": "marsupial demo",
     "footprint": "marsupial compare --suite footprint",
-    "footprint-interference": "marsupial compare --suite footprint --interference",
-    "paper": "marsupial compare --suite paper",
-    "laser": f"marsupial compare --suite laser --strategies {QUICK} --runs 6",
+    "footprint-interference": "marsupial compare --suite footprint --interference --runs 1",
+    "paper": "marsupial compare --suite paper --runs 1",
+    "laser": f"marsupial compare --suite laser --strategies {QUICK} --runs 2",
     "wurm2010": "marsupial reproduce wurm2010",
     "wurm2008-clutter": "marsupial reproduce wurm2008-clutter --runs 20",
     "alkhawaldah": "marsupial reproduce alkhawaldah",
