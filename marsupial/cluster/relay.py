@@ -19,7 +19,8 @@ class Relay:
         self._loop = asyncio.get_running_loop()
         self._listening = self._sending = self._ending = self._closing = False
         self.listen(on=True)
-        self._hand_on()
+        if not self._hand_on():
+            self._loop.call_soon(self._read)  # reports the invalid frame once the caller has this object
 
     def send(self, tag: bytes, payload: bytes = b"") -> None:
         """Send a frame as soon as the other end accepts it."""

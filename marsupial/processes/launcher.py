@@ -82,7 +82,8 @@ class Launcher:
 
     def was_killed(self) -> bool:
         """Return whether another process has killed it, or the process that it has just forked."""
-        return not self._ended and (self._process.poll() or -1) < 0
+        code = self._process.poll()
+        return not self._ended and (code is None or code < 0)
 
     def ask(self, request: bytes, order: object) -> Channel:
         """Send a request and return the channel for its reply; the channel is closed if the process is dead."""

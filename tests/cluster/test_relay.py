@@ -12,9 +12,16 @@ from marsupial.processes.channel import MAX_BYTES, MESSAGE, Channel
 
 
 @asynccontextmanager
-async def open_relay() -> AsyncIterator[tuple[Relay, Channel, list[tuple[bytes, bytes]], asyncio.Event]]:
-    """Give a relay, the other end of its channel, what the relay takes, and what it sets when it is over."""
+async def open_relay(
+    early: bytes = b"",
+) -> AsyncIterator[tuple[Relay, Channel, list[tuple[bytes, bytes]], asyncio.Event]]:
+    """Give a relay, the other end of its channel, what the relay takes, and what it sets when it is over.
+
+    The relay's end has read the bytes `early` before there is a relay.
+    """
     ours, theirs = map(Channel, socket.socketpair())
+    theirs._line.send(early)
+    ours.fill()
     taken: list[tuple[bytes, bytes]] = []
     over = asyncio.Event()
     relay = Relay(ours, lambda tag, payload: taken.append((tag, payload)), over.set)
@@ -58,10 +65,12 @@ async def test_closing_waits_for_what_is_not_sent() -> None:
 
 
 async def test_one_that_announces_too_much_is_taken_for_gone() -> None:
-    async with open_relay() as (_relay, other, taken, over):
-        other._line.send(MESSAGE + (MAX_BYTES + 1).to_bytes(4, "big"))
-        await over.wait()
-        assert taken == []
+    too_much = MESSAGE + (MAX_BYTES + 1).to_bytes(4, "big")
+    for early in (too_much, b""):
+        async with open_relay(early) as (_relay, other, taken, over):
+            other._line.send(b"" if early else too_much)
+            await over.wait()
+            assert taken == []
 
 
 async def test_one_that_is_not_listened_to_waits() -> None:

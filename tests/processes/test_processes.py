@@ -301,6 +301,14 @@ def test_a_launcher_killed_over_and_over_is_said_not_to_start() -> None:
         killed_while_starting(times=3)
 
 
+def test_a_launcher_that_ends_by_itself_was_not_killed() -> None:
+    found = processes.Launcher(unruly_jobs.__name__)
+    with pytest.raises(InternalError, match="it ended with exit code 0"):
+        found.answer(found.ask(b"", None))
+    assert not found.was_killed()
+    found.close()
+
+
 def test_shutdown_ends_everything_and_the_next_job_starts_anew() -> None:
     before = launcher()
     run = processes.run(job("ignore_term"))
