@@ -19,6 +19,7 @@ Times are integer milliseconds, at most 10^12; areas are square metres. Numbers 
 """
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -26,15 +27,16 @@ from typing import Any
 import numpy as np
 
 from marsupial.errors import Problem, SituationError
-from marsupial.formats.fields import Fields, Notes, is_whole, shown
+from marsupial.formats.fields import Fields, is_whole, shown
 from marsupial.model import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo, TravelTable
-from marsupial.model.bounds import BOUNDS
+from marsupial.model.bounds import BOUNDS, LONGEST_MS, LONGEST_TEXT
 from marsupial.model.robots import Role
 from marsupial.wording import suggestion
 
 FORMAT, VERSION = "marsupial situation", 1
 
 _DURATION = BOUNDS["duration_ms"]
+_SURROGATE = re.compile("[\ud800-\udfff]")
 
 
 def situation_to_json(situation: Situation) -> str:
@@ -70,13 +72,24 @@ def situation_from_json(text: str) -> Situation:
         raise
     except (ValueError, RecursionError) as error:
         raise SituationError(f"no JSON: {error}") from None
+    return situation_in(data)
+
+
+def situation_in(data: object, path: str = "") -> Situation:
+    """Return the situation that parsed JSON describes; the path of each problem in a `SituationError` is below `path`.
+
+    This is the only reader of situations: the service uses it for the bodies of requests.
+    """
     if not isinstance(data, Mapping):
-        raise SituationError(f"must be a mapping of fields, got {shown(data)}")
-    fields = Fields(data, "", [])
-    situation = _read(fields)
-    if situation is None:
-        raise SituationError(fields.problems)
-    return situation
+        raise SituationError([Problem(path, f"must be a mapping of fields, got {shown(data)}")])
+    fields = Fields(data, path, [])
+    parts = _read(fields)
+    fields.check(SituationError)
+    try:
+        return Situation(**parts)
+    except SituationError as error:
+        fields.take(error)
+        raise SituationError(fields.problems) from None
 
 
 def _head(situation: Situation) -> dict[str, Any]:
@@ -95,7 +108,8 @@ def _head(situation: Situation) -> dict[str, Any]:
     }
 
 
-def _read(fields: Fields) -> Situation | None:
+def _read(fields: Fields) -> dict[str, Any]:
+    """Return the arguments of `Situation`; they are valid only if no problem was noted."""
     if fields.text("format", FORMAT) != FORMAT:
         fields.wrong("format", f"must be {FORMAT!r}")
     if fields.integer("version", VERSION) != VERSION:
@@ -103,15 +117,23 @@ def _read(fields: Fields) -> Situation | None:
     types = tuple(_type(part) for part in fields.parts("types"))
     robots = tuple(_robot(part) for part in fields.parts("robots"))
     targets = tuple(_target(part) for part in fields.parts("targets"))
-    parts: dict[str, Any] = {
-        "meetings": _names(fields, "meetings"),
-        "homes": _names(fields, "homes", required=False),
-        "goal": _goal(fields.part("goal", required=False)),
-    }
-    places = (fields.data["places"] or []) if fields.has("places") else None
-    travel_ms = _travel(fields.part("travel_ms"))
+    meetings, homes = _names(fields, "meetings"), _names(fields, "homes", required=False)
+    goal = _goal(fields.part("goal", required=False))
+    starts = [robot.place for robot in robots if robot.place is not None]
+    places = [*starts, *(target.name for target in targets), *meetings, *homes]
+    if fields.has("places") and fields.data["places"] != places:
+        fields.wrong("places", f"must be {places}: starts in robot order, targets, meetings, homes")
+    travel_ms = _travel_tables(fields.part("travel_ms"), [kind.name for kind in types if kind.name], len(places))
     fields.finish()
-    return situation_of_parts(fields, travel_ms, places, types=types, robots=robots, targets=targets, **parts)
+    return {
+        "types": types,
+        "robots": robots,
+        "targets": targets,
+        "meetings": meetings,
+        "homes": homes,
+        "goal": goal,
+        "travel_ms": travel_ms,
+    }
 
 
 def _type(fields: Fields) -> PlanningType:
@@ -172,85 +194,50 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def _name(fields: Fields, key: str, default: str | None = None) -> str:
     """Read a name: any text that UTF-8 can hold."""
     name = fields.text(key, default)
-    if not _is_name(name) and name:
-        fields.wrong(key, f"must be a name, got {shown(name)}")
+    if name and (fault := _name_fault(name)):
+        fields.wrong(key, fault)
     return name
 
 
-def _is_name(value: object) -> bool:
-    """Return whether a value is a text that is not blank and has no half of a surrogate pair."""
-    return isinstance(value, str) and bool(value.strip()) and not any("\ud800" <= c <= "\udfff" for c in value)
+def _name_fault(value: object) -> str | None:
+    """Return why a value is no name (blank, too long, half of a surrogate pair in it), or None."""
+    if not isinstance(value, str) or not value.strip() or _SURROGATE.search(value):
+        return f"must be a name, got {shown(value)}"
+    return f"must have at most {LONGEST_TEXT} characters, has {len(value)}" if len(value) > LONGEST_TEXT else None
 
 
 def _names(fields: Fields, key: str, *, required: bool = True) -> tuple[str, ...]:
     value = fields.items(key, "a list of names", required=required)
     for i, item in enumerate(value):
-        if not _is_name(item):
-            fields.wrong(f"{key}[{i}]", f"must be a name, got {shown(item)}")
+        if fault := _name_fault(item):
+            fields.wrong(f"{key}[{i}]", fault)
     return tuple(item for item in value if isinstance(item, str))
 
 
-def _travel(fields: Fields) -> dict[str, list[list[int | None]]]:
-    """Read the tables as rows of times; `_travel_tables` checks their sizes."""
-    tables: dict[str, list[list[int | None]]] = {}
-    for kind, rows in fields.data.items():
-        if isinstance(rows, list):
-            tables[str(kind)] = [_row(fields, f"{kind}[{i}]", row) for i, row in enumerate(rows)]
-        else:
-            fields.wrong(str(kind), f"must be a list of rows, got {shown(rows)}")
-    return tables
-
-
-def _row(fields: Fields, key: str, row: object) -> list[int | None]:
-    if not isinstance(row, list):
-        fields.wrong(key, f"must be a list of times, got {shown(row)}")
-        return []
-    for i, ms in enumerate(row):
-        if ms is not None and (not is_whole(ms) or _DURATION.fault(ms)):
-            fields.wrong(f"{key}[{i}]", f"must be whole milliseconds, 0 or more, or null for no path, got {shown(ms)}")
-            return [None] * len(row)
-    return row
-
-
-def situation_of_parts(
-    notes: Notes, travel_ms: Mapping[str, Sequence[Sequence[int | None]]], given_places: object, **parts: Any
-) -> Situation | None:
-    """Return the situation of these parts, each valid by itself; note contradictions between them and return None.
-
-    `travel_ms` has rows of times by robot type, in which None means no path; `given_places`, if given, name the rows
-    and columns. `parts` are all other arguments of `Situation`, which raises a `SituationError`.
-    """
-    starts = [robot.place for robot in parts["robots"] if robot.place is not None]
-    places = [*starts, *(target.name for target in parts["targets"]), *parts["meetings"], *parts["homes"]]
-    if given_places is not None and given_places != places:
-        notes.wrong("places", f"must be {places}: starts in robot order, targets, meetings, homes")
-    tables = _travel_tables(travel_ms, parts["types"], len(places), notes.below("travel_ms"))
-    return None if notes.problems else Situation(**parts, travel_ms=tables)
-
-
-def _travel_tables(
-    travel: Mapping[str, Sequence[Sequence[int | None]]], types: Sequence[PlanningType], size: int, notes: Notes
-) -> dict[str, TravelTable]:
-    """Return the travel tables of `size` places from rows of times, in which None means no path, and note problems."""
-    names = [kind.name for kind in types]
-    for kind in travel:
-        if kind not in names:
-            notes.wrong(kind, f"unknown field{suggestion(kind, names)}")
+def _travel_tables(fields: Fields, types: Sequence[str], size: int) -> dict[str, TravelTable]:
+    """Read the travel tables of `size` places, one for each robot type."""
+    for kind in fields.data:
+        if kind not in types:
+            fields.wrong(str(kind), f"unknown field{suggestion(str(kind), types)}")
     tables = {}
-    for kind in names:
-        rows = travel.get(kind)
-        if rows is None:
-            notes.wrong(kind, "missing")
-        elif len(rows) != size:
-            notes.wrong(kind, f"must be a list of {size} rows, one per place")
-        else:
-            tables[kind] = np.array([_times(row, size, i, kind, notes) for i, row in enumerate(rows)], np.int64)
+    for kind in types:
+        rows = fields.items(kind, f"a list of {size} rows, one per place", least=size)
+        if len(rows) > size:
+            fields.wrong(kind, f"must be a list of {size} rows, one per place")
+        elif len(rows) == size:
+            tables[kind] = np.array([_times(fields, f"{kind}[{i}]", row, size) for i, row in enumerate(rows)], np.int64)
             tables[kind] = tables[kind].reshape(size, size)
     return tables
 
 
-def _times(row: Sequence[int | None], size: int, i: int, kind: str, notes: Notes) -> list[int]:
-    if len(row) != size:
-        notes.wrong(f"{kind}[{i}]", f"must be a list of {size} times, one per place")
+def _times(fields: Fields, key: str, row: object, size: int) -> list[int]:
+    if not isinstance(row, list) or len(row) != size:
+        fields.wrong(key, f"must be a list of {size} times, one per place")
         return [UNREACHABLE] * size
-    return [UNREACHABLE if ms is None else ms for ms in row]
+    given = [ms for ms in row if ms is not None]
+    # without a loop in Python: there may be millions of times
+    if set(map(type, given)) <= {int} and min(given, default=0) >= 0 and max(given, default=0) <= LONGEST_MS:
+        return [UNREACHABLE if ms is None else ms for ms in row]
+    i = next(i for i, ms in enumerate(row) if ms is not None and (not is_whole(ms) or _DURATION.fault(ms)))
+    fields.wrong(f"{key}[{i}]", f"must be whole milliseconds, 0 or more, or null for no path, got {shown(row[i])}")
+    return [UNREACHABLE] * size

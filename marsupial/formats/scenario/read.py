@@ -16,9 +16,10 @@ from marsupial.formats.files import read_text
 from marsupial.formats.scenario.map import read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
 from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml, with_lines
-from marsupial.model import OBSTACLE, SQRT2, EnergyModel, Grid, MapReading, RobotType, Role, Routes, Terrain
+from marsupial.model import OBSTACLE, SQRT2, EnergyModel, MapReading, RobotType, Role, Routes, Terrain
 from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
+from marsupial.model.sizes import MOST as MOST_SIZES
 from marsupial.model.sizes import MOST_TYPES, Extent, ground_faults, radius_fault
 
 FORMAT, VERSION = "marsupial-scenario", 1
@@ -82,7 +83,7 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
     terrains = read_terrains(top)
     found = read_map_field(top, terrains, path.parent)
     grid = None if found is None else found.grid
-    kinds = read_types(top, terrains, grid)
+    kinds = read_types(top, terrains, None if grid is None else Extent(grid.cells.size, grid.resolution_m))
     team = read_team(top, kinds, grid)
     seed = top.integer("start_seed", None, BOUNDS["seed"]) if top.has("start_seed") else None
     goal, limits = read_goal(top), read_limits(top)
@@ -114,9 +115,13 @@ def read_version(top: Fields, form: str, latest: int) -> bool:
     return version <= latest
 
 
-def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) -> dict[str, RobotType | None]:
-    """Read ``robot_types`` by name; None for a type with a problem, such as one too large for the cells of the map."""
-    extent = None if grid is None else Extent(grid.cells.size, grid.resolution_m)
+def read_types(
+    top: Fields, terrains: tuple[Terrain, ...], extent: Extent | None, limits: Mapping[str, float] = MOST_SIZES
+) -> dict[str, RobotType | None]:
+    """Read ``robot_types`` by name; None for a type with a problem, such as one too large for the cells of the map.
+
+    `limits` are those on `marsupial.model.sizes`.
+    """
     kinds: dict[str, RobotType | None] = {}
     parts = top.parts("robot_types")
     if top.data.get("robot_types") == []:
@@ -126,7 +131,7 @@ def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) ->
     for fields in parts[:MOST_TYPES]:  # a long list would cost time and report a problem each
         before = len(top.problems)
         kind = _read_type(fields, terrains)
-        if fault := None if extent is None else radius_fault(kind.radius_m, extent):
+        if fault := None if extent is None else radius_fault(kind.radius_m, extent, limits):
             fields.wrong("radius_m", fault)
         # PDDL ignores case, so names that differ only in case count as equal.
         if kind.name and kind.name.lower() in {name.lower() for name in kinds}:
@@ -134,7 +139,7 @@ def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) ->
         elif kind.name:
             kinds[kind.name] = kind if len(top.problems) == before else None
     if extent is not None:
-        for fault in ground_faults([kind for kind in kinds.values() if kind is not None], extent):
+        for fault in ground_faults([kind for kind in kinds.values() if kind is not None], extent, limits):
             top.wrong("robot_types", fault)
     return kinds
 

@@ -13,12 +13,12 @@ from functools import cached_property
 from pathlib import Path
 
 from marsupial.errors import MapError, ScenarioError
-from marsupial.formats.fields import Notes
+from marsupial.formats.fields import Fields, Notes
 from marsupial.formats.mapfiles.images import GreyImage, grey_of, size_of
 from marsupial.formats.mapfiles.masks import apply_mask
 from marsupial.formats.mapfiles.nav2 import Mode, Nav2Header, header_of, understand_image
 from marsupial.formats.scenario import is_scenario_text
-from marsupial.formats.scenario.map import drawn_cells, mask_codes
+from marsupial.formats.scenario.map import drawn_cells, mask_codes, read_terrains
 from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
 from marsupial.model.grid import Cell, Grid, Terrain
@@ -28,7 +28,7 @@ from marsupial.model.scenario import Goal
 from marsupial.model.situation import Situation, SituationGoal
 from marsupial.model.sizes import Extent
 from marsupial.model.world import RobotReport
-from marsupial_service.analyses.team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
+from marsupial_service.analyses.team import ORIGIN, check_meetings, homes_of, robots_of, types_of
 from marsupial_service.problems import check_count
 from marsupial_service.schemas.mapstates import ImageMapBody, MapBody, MapStateBody, MaskBody, Nav2MapBody, RowsMapBody
 from marsupial_service.settings import ServiceLimits
@@ -79,11 +79,11 @@ def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:
 
     Raises ScenarioError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
-    notes = Notes("map_state")
-    terrains = terrains_of(body.terrains, notes)
+    notes = Fields({"terrains": body.terrains, "robot_types": body.robot_types}, "map_state", [])
+    terrains = read_terrains(notes)
     grid = _grid(body.map, terrains, limits, notes.below("map"))
     extent = None if grid is None else Extent(grid.cells.size, grid.resolution_m)
-    kinds = types_of(body.robot_types, terrains, extent, limits, notes)
+    kinds = types_of(notes, terrains, extent, limits)
     notes.check(ScenarioError)
     assert grid is not None
     goal = body.goal or SituationGoal()

@@ -3,17 +3,15 @@
 The library's errors say what is wrong, with paths into the body; `marsupial_service.app` makes JSON pointers of them.
 """
 
-from marsupial.errors import InputError, PlanTextError, Problem, SituationError
-from marsupial.formats.fields import Notes
+from marsupial.errors import InputError, PlanTextError, Problem
 from marsupial.formats.pddl.plansteps import Reading
 from marsupial.formats.pddl.plantext import read_plan
-from marsupial.formats.situation import situation_of_parts
+from marsupial.formats.situation import situation_in
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial.model.situation import Situation, SituationGoal
+from marsupial.model.situation import Situation
 from marsupial_service.problems import check_count
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
-from marsupial_service.schemas.situations import SituationBody
 from marsupial_service.settings import ServiceLimits
 
 
@@ -22,23 +20,15 @@ def refuse(path: str, text: str) -> InputError:
     return InputError([Problem(path, text)])
 
 
-def situation_of(body: SituationBody, limits: ServiceLimits) -> Situation:
+def situation_of(document: object, limits: ServiceLimits) -> Situation:
     """Return the situation of a request, which stands in its field ``situation``.
 
     Raises InputError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
-    count = len(body.meetings) + len(body.homes) + len(body.targets)
-    # before the tables are made: they grow with the square of the number of places
+    found = situation_in(document, "situation")
+    count = len(found.meetings) + len(found.homes) + len(found.targets)
     check_count("/situation/meetings", count, limits.places, "places")
-    notes, situation = Notes("situation"), None
-    lists = {name: tuple(getattr(body, name)) for name in ("types", "robots", "targets", "meetings", "homes")}
-    try:
-        situation = situation_of_parts(notes, body.travel_ms, body.places, goal=body.goal or SituationGoal(), **lists)
-    except SituationError as error:
-        notes.take(error)
-    notes.check(SituationError)
-    assert situation is not None
-    return situation
+    return found
 
 
 def budget_of(budget: Budget | None, limits: ServiceLimits, default_s: float) -> Budget:

@@ -5,28 +5,17 @@ counts as aboard, undocking it stands on the ground already.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
-from marsupial.formats.fields import Notes, unknown
-from marsupial.formats.scenario.map import add_terrain, free_code
-from marsupial.formats.scenario.read import drivable
+from marsupial.formats.fields import Fields, Notes, unknown
+from marsupial.formats.scenario.read import read_types
 from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names, standing_fault
-from marsupial.model.grid import TERRAINS, Cell, Grid, Terrain
+from marsupial.model.grid import Cell, Grid, Terrain
 from marsupial.model.mission import MapMeeting
-from marsupial.model.robots import EnergyModel, RobotType, Role, Routes, TeamMember
+from marsupial.model.robots import RobotType, Role, TeamMember
 from marsupial.model.situation import SituationGoal
-from marsupial.model.sizes import Extent, ground_faults, radius_fault
+from marsupial.model.sizes import Extent
 from marsupial.model.world import RobotReport
-from marsupial_service.schemas.mapstates import (
-    CarrierTypeBody,
-    DockBody,
-    DriveBody,
-    PlacedBody,
-    RobotBody,
-    RobotTypeBody,
-    TerrainBody,
-    UndockBody,
-)
+from marsupial_service.schemas.mapstates import DockBody, DriveBody, PlacedBody, RobotBody, UndockBody
 from marsupial_service.schemas.missions import RobotNoteBody
 from marsupial_service.settings import ServiceLimits
 
@@ -37,59 +26,12 @@ Types = Mapping[str, RobotType]
 Posed = PlacedBody | RobotNoteBody
 
 
-def terrains_of(bodies: Sequence[TerrainBody], notes: Notes) -> tuple[Terrain, ...]:
-    """Return the classes in ``terrains`` after those that every map has."""
-    terrains = list(TERRAINS)
-    for i, body in enumerate(bodies):
-        code = free_code(terrains) if body.code is None else body.code
-        terrain = Terrain(code=code, name=body.name, blocks_sight=body.blocks_sight)
-        add_terrain(terrains, terrain, notes.below(f"terrains[{i}]"))
-    return tuple(terrains)
-
-
 def types_of(
-    bodies: Sequence[RobotTypeBody],
-    terrains: tuple[Terrain, ...],
-    extent: Extent | None,
-    limits: ServiceLimits,
-    notes: Notes,
+    fields: Fields, terrains: tuple[Terrain, ...], extent: Extent | None, limits: ServiceLimits
 ) -> dict[str, RobotType]:
-    """Return ``robot_types`` by name; they may not be too large for the cells of the map, where that is known."""
-    types: dict[str, RobotType] = {}
-    for i, body in enumerate(bodies):
-        part = notes.below(f"robot_types[{i}]")
-        if body.name.lower() in {name.lower() for name in types}:
-            part.wrong("name", f"{body.name!r} is used twice")
-        fault = None if extent is None else radius_fault(body.radius_m, extent, limits.sizes)
-        if fault is not None:
-            part.wrong("radius_m", fault)
-        types[body.name] = _type(body, terrains, part)
-    if extent is not None:
-        for fault in ground_faults(list(types.values()), extent, limits.sizes):
-            notes.wrong("robot_types", fault)
-    return types
-
-
-def _type(body: RobotTypeBody, terrains: tuple[Terrain, ...], notes: Notes) -> RobotType:
-    if isinstance(body, CarrierTypeBody):
-        own: dict[str, Any] = {"capacity": body.capacity}
-    else:
-        own = {"dock_ms": round(1000 * body.dock_s), "undock_ms": round(1000 * body.undock_s)}
-    kind = RobotType(
-        name=body.name,
-        role=Role(body.role),
-        speed_mps=body.speed_mps,
-        sensor_range_m=body.sensor_range_m,
-        radius_m=body.radius_m,
-        terrains=drivable(body.terrains, terrains, notes),
-        energy=body.energy or EnergyModel(),
-        diagonal=body.diagonal,
-        routes=Routes(body.routes),
-        **own,
-    )
-    if kind.routes_fault is not None:
-        notes.wrong("routes", kind.routes_fault)
-    return kind
+    """Return ``robot_types`` by name, without those that have problems, which are noted."""
+    kinds = read_types(fields, terrains, extent, limits.sizes)
+    return {name: kind for name, kind in kinds.items() if kind is not None}
 
 
 def entries_of(

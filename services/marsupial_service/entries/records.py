@@ -87,6 +87,11 @@ class UnknownEntry(Exception):
         super().__init__(f"there is no such {noun}, or no longer")
 
 
-def digest_of(document: object) -> bytes:
-    """Return the digest of a document: equal for documents with equal content."""
-    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).digest()
+def canonical_text(document: object) -> bytes:
+    """Return a document as JSON text: equal for documents with equal content."""
+    return json.dumps(document, sort_keys=True).encode()
+
+
+def digest_of(text: bytes) -> bytes:
+    """Return the digest of a document, given its canonical text."""
+    return hashlib.sha256(text).digest()

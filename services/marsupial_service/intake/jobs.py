@@ -12,7 +12,7 @@ from marsupial_service.entries.documents import line
 from marsupial_service.examples.demos import DEMOS
 from marsupial_service.intake import counts
 from marsupial_service.intake.missions import known_map_text
-from marsupial_service.intake.reading import BodyReader, Digested
+from marsupial_service.intake.reading import BodyReader, ParsedBody
 from marsupial_service.jobs.records import PackedRequest
 from marsupial_service.planners import planner_info, planner_names
 from marsupial_service.schemas import answers
@@ -23,7 +23,7 @@ from marsupial_service.settings import ServiceLimits
 DEFAULT_BUDGET_S = 5.0
 
 
-def job_of(body: JobBody, sent: Digested, limits: ServiceLimits, planners: Mapping[str, str]) -> PackedRequest:
+def job_of(body: JobBody, sent: ParsedBody, limits: ServiceLimits, planners: Mapping[str, str]) -> PackedRequest:
     """Return the job of a request; `planners` are the operator's. Raises InputError naming all that is wrong."""
     job: SituationJobBody | MapStateJobBody = body.root
     info = _planner(job.planner, planners)
@@ -34,7 +34,7 @@ def job_of(body: JobBody, sent: Digested, limits: ServiceLimits, planners: Mappi
         situation_of(job.situation, limits)
     else:
         map_state_of(job.map_state, limits)
-    return PackedRequest.of(planner=job.planner, budget=budget, digest=sent.digest, source=sent.document)
+    return PackedRequest.of(planner=job.planner, budget=budget, digest=sent.digest, text=sent.text)
 
 
 def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:
@@ -70,12 +70,12 @@ def tell_situation(source: str) -> Iterator[bytes | None]:
     yield situation_text(source)
 
 
-def analysis_of(body: AnalysisBody, _: Digested, limits: ServiceLimits) -> tuple[MapState, frozenset[str]]:
+def analysis_of(body: AnalysisBody, _: ParsedBody, limits: ServiceLimits) -> tuple[MapState, frozenset[str]]:
     """Return the map state, and the parts of the analysis that are asked for. Raises InputError with all faults."""
     return map_state_of(body.map_state, limits), INCLUDE if body.include is None else frozenset(body.include)
 
 
-def verdict_of(body: ValidationBody, _: Digested, limits: ServiceLimits) -> answers.VerdictAnswer:
+def verdict_of(body: ValidationBody, _: ParsedBody, limits: ServiceLimits) -> answers.VerdictAnswer:
     """Return the verdict on a plan. Raises InputError if it, or its situation, can't be read."""
     situation = situation_of(body.situation, limits)
     reading = reading_of(body.plan, situation)

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from marsupial.errors import EngineUnavailable, InputError, ScenarioError, UsageError
-from marsupial.formats.fields import Notes
+from marsupial.formats.fields import Fields, Notes
+from marsupial.formats.scenario.map import read_terrains
 from marsupial.formats.scenario.team import MemberEntry, standing_fault
 from marsupial.maps.footprint import fits
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask
@@ -16,11 +17,11 @@ from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.sizes import Extent
 from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
 from marsupial_service.analyses.situations import budget_of, refuse
-from marsupial_service.analyses.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
+from marsupial_service.analyses.team import ORIGIN, Types, cell_of, entries_of, types_of
 from marsupial_service.entries.documents import text_of
-from marsupial_service.entries.records import digest_of
+from marsupial_service.entries.records import canonical_text, digest_of
 from marsupial_service.intake import counts
-from marsupial_service.intake.reading import BodyReader, Digested
+from marsupial_service.intake.reading import BodyReader, ParsedBody
 from marsupial_service.missions.frames import MissionFrame, frame_at
 from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate, StoredReport
 from marsupial_service.problems import check_count
@@ -92,10 +93,11 @@ def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
 
 def _field(body: MissionBody, limits: ServiceLimits) -> tuple[Grid, Types]:
     """Return the known map, and the robot types for it."""
-    notes, frame = Notes(), body.frame
+    frame = body.frame
+    notes = Fields({"terrains": body.terrains, "robot_types": body.robot_types}, "", [])
     size = frame.width * frame.height
-    terrains = terrains_of(body.terrains, notes)
-    types = types_of(body.robot_types, terrains, Extent(size, frame.resolution_m), limits, notes)
+    terrains = read_terrains(notes)
+    types = types_of(notes, terrains, Extent(size, frame.resolution_m), limits)
     _check_runs(frame.known, size, {terrain.code for terrain in terrains}, "frame.known", notes)
     _check_runs(body.area or (), size, range(256), "area", notes)
     notes.check(ScenarioError)
@@ -165,7 +167,7 @@ def report_of(
 
 
 def reports_of(
-    body: ReportsBody, sent: Digested, limits: ServiceLimits, brief: MissionBrief, frame: MissionFrame
+    body: ReportsBody, sent: ParsedBody, limits: ServiceLimits, brief: MissionBrief, frame: MissionFrame
 ) -> tuple[list[StoredReport], bool]:
     """Return the reports of a request with their digests, and whether it is a batch; see `report_of`.
 
@@ -180,6 +182,7 @@ def reports_of(
     frames = [one.frame for one in body.root.reports if one.map is not None]
     cells = sum(frame.size if told is None else told.width * told.height for told in frames)
     check_count("/reports", cells if len(frames) > 1 else 0, limits.cells, "cells in their maps")
+    digests = [digest_of(canonical_text(one)) for one in sent.document["reports"]]
     reports: list[MissionReport] = []
     for i, one in enumerate(body.root.reports):
         try:
@@ -189,7 +192,7 @@ def reports_of(
             notes.take(error)
             raise ScenarioError(notes.problems) from error
         frame = frame.grown(reports[-1].frame or frame)
-    return list(zip(reports, map(digest_of, sent.document["reports"]), strict=True)), True
+    return list(zip(reports, digests, strict=True)), True
 
 
 def _frame(body: ReportFrameBody, grid: Grid, notes: Notes, most_cells: int) -> MissionFrame | None:
@@ -234,7 +237,7 @@ def _check_map(body: ReportBody, grid: Grid, notes: Notes) -> None:
 
 
 def _mission_of(
-    body: MissionBody, sent: Digested, limits: ServiceLimits, commands: Mapping[str, str]
+    body: MissionBody, sent: ParsedBody, limits: ServiceLimits, commands: Mapping[str, str]
 ) -> tuple[MissionBrief, bytes]:
     return brief_of(body, limits, commands), sent.digest
 

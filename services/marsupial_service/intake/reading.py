@@ -11,11 +11,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
 
-from pydantic import BaseModel, GetPydanticSchema, ValidationError
-from pydantic_core import core_schema
+from pydantic import BaseModel, ValidationError
 
 from marsupial.errors import MarsupialError
-from marsupial_service.entries.records import digest_of
+from marsupial_service.entries.records import canonical_text, digest_of
 from marsupial_service.intake.counts import Count, check_counts
 from marsupial_service.intake.supervised import RequestProcesses
 from marsupial_service.problems import HttpProblem, problem_of, problem_of_shape
@@ -39,13 +38,6 @@ class Sent(NamedTuple):
     owner: str
 
 
-def shaped(model: type[BaseModel]) -> GetPydanticSchema:
-    """Give a parameter the schema of `model` without validating it: `read` does."""
-    return GetPydanticSchema(
-        lambda _, handler: core_schema.no_info_wrap_validator_function(lambda value, _: value, handler(model))
-    )
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BodyReader(Generic[B, T]):
     """How bodies of one kind are read. It is sent to other processes: all functions are of a module's top level.
@@ -61,11 +53,16 @@ class BodyReader(Generic[B, T]):
     is_quick: Callable[[B], bool] | None = None  # whether making it takes as little as its bytes are few
 
 
-class Digested(NamedTuple):
-    """What was sent, and what tells it apart from other bodies: the same for bodies that say the same."""
+class ParsedBody(NamedTuple):
+    """A parsed body, and its canonical text."""
 
     document: Any
-    digest: bytes
+    text: bytes
+
+    @property
+    def digest(self) -> bytes:
+        """The digest of the body; requests with one idempotency key must have the same."""
+        return digest_of(self.text)
 
 
 async def read(readers: RequestProcesses, limits: ServiceLimits, sent: Sent, reader: BodyReader[B, T], *more: Any) -> T:
@@ -103,7 +100,7 @@ def _validated(document: Any, reader: BodyReader[B, T], limits: ServiceLimits) -
 
 def _made(document: Any, body: B, reader: BodyReader[B, T], limits: ServiceLimits, more: tuple[Any, ...]) -> T:
     try:
-        return reader.make(body, Digested(document, digest_of(document)), limits, *more)
+        return reader.make(body, ParsedBody(document, canonical_text(document)), limits, *more)
     except MarsupialError as error:
         raise problem_of(error, document) from None
 

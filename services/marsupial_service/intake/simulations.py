@@ -22,7 +22,7 @@ from marsupial.model.scenario import Scenario
 from marsupial_service.analyses.maps import decoded_image, yaml_header
 from marsupial_service.analyses.situations import budget_of, refuse
 from marsupial_service.intake.missions import DEFAULT_BUDGET_S, brief_of
-from marsupial_service.intake.reading import INLINE_CELLS, BodyReader, Digested
+from marsupial_service.intake.reading import INLINE_CELLS, BodyReader, ParsedBody
 from marsupial_service.missions.simulated import mission_document
 from marsupial_service.missions.values import MissionBrief, RobotSimulation
 from marsupial_service.problems import check_count
@@ -39,7 +39,7 @@ Asked = ScenarioSimulationBody | MapSimulationBody
 
 
 def simulation_of(
-    body: SimulationBody, sent: Digested, limits: ServiceLimits, commands: Mapping[str, str]
+    body: SimulationBody, sent: ParsedBody, limits: ServiceLimits, commands: Mapping[str, str]
 ) -> tuple[MissionBrief, bytes]:
     """Return the brief of a request and the digest of what was sent; `commands` as in `brief_of`.
 

@@ -5,7 +5,6 @@ Times are integer milliseconds since 1970 (UTC).
 
 from __future__ import annotations
 
-import json
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -48,10 +47,9 @@ class PackedRequest:
     source: bytes
 
     @classmethod
-    def of(cls, *, planner: str, budget: Budget, digest: bytes, source: Mapping[str, object]) -> PackedRequest:
-        """Pack a job."""
-        packed = zlib.compress(json.dumps(source).encode(), 1)
-        return cls(planner=planner, budget=budget, digest=digest, source=packed)
+    def of(cls, *, planner: str, budget: Budget, digest: bytes, text: bytes) -> PackedRequest:
+        """Pack a job that was sent as `text`."""
+        return cls(planner=planner, budget=budget, digest=digest, source=zlib.compress(text, 1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,17 +9,18 @@ from marsupial_service.http.answers import json_answer, text_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import PlanRoute
 from marsupial_service.intake.jobs import ANALYSIS_READER, VALIDATION_READER
-from marsupial_service.intake.reading import Sent, read, shaped
+from marsupial_service.intake.reading import Sent, read
 from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Owner, Service
 from marsupial_service.schemas import answers
+from marsupial_service.schemas.base import described_by
 from marsupial_service.schemas.requests import AnalysisBody, ValidationBody
 
 router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["analysis"])
 
 
 @router.post("/analysis", response_model=answers.AnalysisAnswer, responses=errors("too-many", body=True))
-async def analyse(state: Service, owner: Owner, sent: Annotated[Sent, Body(), shaped(AnalysisBody)]) -> Response:
+async def analyse(state: Service, owner: Owner, sent: Annotated[Sent, Body(), described_by(AnalysisBody)]) -> Response:
     """Find targets, meeting points, reach and costs on a map, as GeoJSON in metres of the map frame."""
     limits = state.settings.limits
     await state.jobs.check_quota(owner)
@@ -34,7 +35,7 @@ async def analyse(state: Service, owner: Owner, sent: Annotated[Sent, Body(), sh
 
 
 @router.post("/validations", response_model=answers.VerdictAnswer, responses=errors(body=True))
-async def validate(state: Service, sent: Annotated[Sent, Body(), shaped(ValidationBody)]) -> Response:
+async def validate(state: Service, sent: Annotated[Sent, Body(), described_by(ValidationBody)]) -> Response:
     """Say whether a plan can be carried out and reaches the goal, or what is wrong with it first."""
     verdict = await read(state.readers, state.settings.limits, sent, VALIDATION_READER)
     return json_answer(verdict)

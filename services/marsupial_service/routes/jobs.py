@@ -13,7 +13,7 @@ from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import PlanRoute
 from marsupial_service.intake.jobs import JOB_READER, situation_text, tell_map, tell_situation
-from marsupial_service.intake.reading import INLINE_BYTES, Sent, read, shaped
+from marsupial_service.intake.reading import INLINE_BYTES, Sent, read
 from marsupial_service.jobs import lookup
 from marsupial_service.jobs.records import JobRecord
 from marsupial_service.jobs.service import Jobs
@@ -35,6 +35,7 @@ from marsupial_service.routes.parameters import (
     wait_seconds,
 )
 from marsupial_service.schemas import answers
+from marsupial_service.schemas.base import described_by
 from marsupial_service.schemas.requests import JobBody
 from marsupial_service.schemas.words import JobState
 
@@ -52,7 +53,7 @@ router = APIRouter(prefix="/v1/jobs", route_class=PlanRoute, tags=["jobs"])
 async def submit_job(
     state: Service,
     owner: Owner,
-    sent: Annotated[Sent, Body(), shaped(JobBody)],
+    sent: Annotated[Sent, Body(), described_by(JobBody)],
     prefer: Prefer = None,
     idempotency_key: IdempotencyKey = None,
 ) -> Response:

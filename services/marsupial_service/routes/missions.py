@@ -12,7 +12,7 @@ from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import Route
 from marsupial_service.intake.missions import MISSION_READER, REPORT_READER, changes_in, known_map_text, tell_known_map
-from marsupial_service.intake.reading import Sent, read, shaped
+from marsupial_service.intake.reading import Sent, read
 from marsupial_service.keys import Scope
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import MissionRecord
@@ -32,6 +32,7 @@ from marsupial_service.routes.parameters import (
     streamed,
 )
 from marsupial_service.schemas import answers
+from marsupial_service.schemas.base import described_by
 from marsupial_service.schemas.missions import MissionBody, ReportsBody
 
 # changes from cell to cell of a map that is encoded in the server's process: 10 ms at most
@@ -67,7 +68,7 @@ router = APIRouter(prefix="/v1/missions", route_class=MissionRoute, tags=["missi
 async def create_mission(
     state: Service,
     owner: Owner,
-    sent: Annotated[Sent, Body(), shaped(MissionBody)],
+    sent: Annotated[Sent, Body(), described_by(MissionBody)],
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Store a mission and begin it: its first commands ask for the first report."""
@@ -99,7 +100,7 @@ async def get_mission(mission: MissionOfPath) -> Response:
     responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full", body=True),
 )
 async def report(
-    state: Service, mission: MissionOfPath, sent: Annotated[Sent, Body(), shaped(ReportsBody)]
+    state: Service, mission: MissionOfPath, sent: Annotated[Sent, Body(), described_by(ReportsBody)]
 ) -> Response:
     """Store a report of what has happened, or several. Sending it again changes nothing.
 

@@ -13,12 +13,13 @@ from marsupial.strategies.registry import asks_planner, check_suits, strategy, s
 from marsupial_service.http.answers import json_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.intake.missions import DEFAULT_BUDGET_S
-from marsupial_service.intake.reading import Sent, read, shaped
+from marsupial_service.intake.reading import Sent, read
 from marsupial_service.intake.simulations import SIMULATION_READER
 from marsupial_service.planners import planner_infos
 from marsupial_service.routes.missions import MISSION_STORED, MissionRoute, created
 from marsupial_service.routes.parameters import IdempotencyKey, Owner, Service
 from marsupial_service.schemas import answers
+from marsupial_service.schemas.base import described_by
 from marsupial_service.schemas.simulations import DEFAULT_PLANNER, DEFAULT_SEED, DEFAULT_STRATEGY, SimulationBody
 
 router = APIRouter(prefix="/v1", route_class=MissionRoute, tags=["missions"])
@@ -54,7 +55,7 @@ async def list_scenarios(state: Service) -> Response:
 async def create_simulation(
     state: Service,
     owner: Owner,
-    sent: Annotated[Sent, Body(), shaped(SimulationBody)],
+    sent: Annotated[Sent, Body(), described_by(SimulationBody)],
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Store a mission whose robots the service simulates, and begin it. It takes no reports, and ends by itself."""

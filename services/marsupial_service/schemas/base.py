@@ -90,6 +90,13 @@ def one_word_of(words: type[StrEnum]) -> GetPydanticSchema:
     return GetPydanticSchema(lambda *_: core_schema.literal_schema([word.value for word in words]))
 
 
+def described_by(shape: Any) -> GetPydanticSchema:
+    """Describe a field by `shape` in the OpenAPI document, but don't validate it: another reader does."""
+    return GetPydanticSchema(
+        lambda _, handler: core_schema.no_info_wrap_validator_function(lambda value, _: value, handler(shape))
+    )
+
+
 def made_of(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
     """Return the schema of a field that is sent in a shape (a model, or a type of JSON) and becomes a value.
 

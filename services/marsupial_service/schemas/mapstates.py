@@ -9,7 +9,7 @@ from pydantic import ConfigDict, Field, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError
 
 from marsupial.model.mission import MapMeeting
-from marsupial.model.robots import SQRT2, EnergyModel
+from marsupial.model.robots import SQRT2
 from marsupial_service.schemas.base import (
     CellXY,
     Maybe,
@@ -18,6 +18,7 @@ from marsupial_service.schemas.base import (
     RequestBody,
     RobotName,
     by_key,
+    described_by,
     made_of,
     one_of,
     variant,
@@ -35,9 +36,7 @@ Grey = Annotated[int, within("grey")]
 Seconds = Annotated[float, within("remaining_s")]
 Power = Annotated[float, within("power_w")]
 Joules = Annotated[float, within("energy_j")]
-TurnsJ = Annotated[
-    tuple[float, float, float, float], made_of(Annotated[list[Joules], Field(min_length=4, max_length=4)], tuple)
-]
+TurnsJ = Annotated[list[Joules], Field(min_length=4, max_length=4)]
 Docking = Annotated[float, within("dock_s")]
 
 
@@ -112,7 +111,7 @@ class EnergyBody(RequestBody):
     drive_w: Power = 0
     metre_j: Joules = 0.0
     stop_j: Joules = 0.0
-    turn_j: TurnsJ = (0.0, 0.0, 0.0, 0.0)
+    turn_j: TurnsJ = Field(default=[0.0, 0.0, 0.0, 0.0])
 
 
 class _RobotTypeFields(RequestBody):
@@ -121,7 +120,7 @@ class _RobotTypeFields(RequestBody):
     sensor_range_m: Annotated[float, within("sensor_range_m")]
     radius_m: Annotated[float, within("radius_m")]
     terrains: Annotated[list[RobotName], Field(min_length=1)]
-    energy: Maybe[Annotated[EnergyModel, made_of(EnergyBody, EnergyModel)]] = None
+    energy: Maybe[EnergyBody] = None
     diagonal: Annotated[float, within("diagonal")] = SQRT2
     routes: Literal["shortest", "energy"] = "shortest"
 
@@ -142,6 +141,10 @@ class RoverTypeBody(_RobotTypeFields):
 
 
 RobotTypeBody = Annotated[CarrierTypeBody | RoverTypeBody, Field(discriminator="role")]
+
+# `marsupial.formats.scenario` reads both: they are those of scenario files
+Terrains = Annotated[object, described_by(list[TerrainBody])]
+RobotTypes = Annotated[object, described_by(Annotated[list[RobotTypeBody], Field(min_length=1)])]
 
 
 class DockBody(RequestBody):
@@ -211,8 +214,8 @@ class MapStateBody(RequestBody):
     """The map known so far, and the robots on it."""
 
     map: MapBody
-    terrains: list[TerrainBody] = Field(default_factory=list)
-    robot_types: Annotated[list[RobotTypeBody], Field(min_length=1)]
+    terrains: Terrains = Field(default=[])
+    robot_types: RobotTypes
     robots: Annotated[list[RobotBody], Field(min_length=1)]
     meetings: list[Annotated[MapMeeting, made_of(MeetingBody, MapMeeting)]] = Field(default_factory=list)
     goal: Maybe[Goal] = None

@@ -19,7 +19,7 @@ from marsupial_service.schemas.base import (
     variant,
     within,
 )
-from marsupial_service.schemas.mapstates import Origin, PlacedBody, Resolution, RobotTypeBody, TerrainBody
+from marsupial_service.schemas.mapstates import Origin, PlacedBody, Resolution, RobotTypes, Terrains
 from marsupial_service.schemas.requests import BudgetBody
 from marsupial_service.schemas.situations import GoalBody
 
@@ -53,8 +53,8 @@ class MissionBody(RequestBody):
 
     name: Name = "mission"
     frame: FrameBody
-    terrains: list[TerrainBody] = Field(default=[])
-    robot_types: Annotated[list[RobotTypeBody], Field(min_length=1)]
+    terrains: Terrains = Field(default=[])
+    robot_types: RobotTypes
     team: Annotated[list[MemberBody], Field(min_length=1)]
     goal: Maybe[Annotated[Goal, made_of(GoalBody, Goal)]] = None
     strategy: Name = "temporal"

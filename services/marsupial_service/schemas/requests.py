@@ -6,7 +6,17 @@ from pydantic import RootModel, StringConstraints
 
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.planning import Budget
-from marsupial_service.schemas.base import Maybe, Milliseconds, Name, RequestBody, by_key, made_of, variant, within
+from marsupial_service.schemas.base import (
+    Maybe,
+    Milliseconds,
+    Name,
+    RequestBody,
+    by_key,
+    described_by,
+    made_of,
+    variant,
+    within,
+)
 from marsupial_service.schemas.mapstates import MapStateBody
 from marsupial_service.schemas.situations import SituationBody
 
@@ -43,7 +53,7 @@ class _JobFields(RequestBody):
 class SituationJobBody(_JobFields):
     """A job that plans for a ready situation."""
 
-    situation: SituationBody
+    situation: Annotated[object, described_by(SituationBody)]
 
 
 class MapStateJobBody(_JobFields):
@@ -97,7 +107,7 @@ class TextPlan(RequestBody):
 class ValidationBody(RequestBody):
     """A situation, and a plan to be checked for it."""
 
-    situation: SituationBody
+    situation: Annotated[object, described_by(SituationBody)]
     plan: Annotated[
         Annotated[ActionsPlan, variant("actions")] | Annotated[TextPlan, variant("ipc")], by_key("actions", "ipc")
     ]

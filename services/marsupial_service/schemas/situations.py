@@ -1,11 +1,13 @@
-"""A ready situation, as `marsupial export` writes it (`marsupial.formats.situation`)."""
+"""A ready situation, as `marsupial export` writes it: its shape for the OpenAPI document.
+
+`marsupial.formats.situation` reads and checks it; these models validate nothing.
+"""
 
 from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
-from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, RobotState, SituationGoal, TargetInfo
+from marsupial.model.situation import SituationGoal
 from marsupial_service.schemas.base import Maybe, Milliseconds, Name, RequestBody, made_of, one_of, within
 
 
@@ -13,7 +15,7 @@ class PlanningTypeBody(RequestBody):
     """What planning knows of a robot type."""
 
     name: Name
-    role: Annotated[Role, made_of(Literal["carrier", "rover"], Role)]
+    role: Literal["carrier", "rover"]
     capacity: Annotated[int, within("capacity")] = 0
     dock_ms: Milliseconds = 0
     undock_ms: Milliseconds = 0
@@ -36,7 +38,7 @@ class TargetBody(RequestBody):
     """A target and the robot types that can explore it."""
 
     name: Name
-    explorers: Annotated[frozenset[str], made_of(list[Name], frozenset)]
+    explorers: list[Name]
     reveal_m2: Annotated[float, within("reveal_m2")] = 0
 
 
@@ -55,11 +57,11 @@ class SituationBody(RequestBody):
 
     format: Literal["marsupial situation"] = "marsupial situation"
     version: Annotated[int, Field(ge=1, le=1)] = 1
-    types: list[Annotated[PlanningType, made_of(PlanningTypeBody, PlanningType)]]
-    robots: list[Annotated[RobotState, made_of(RobotStateBody, RobotState)]]
-    targets: list[Annotated[TargetInfo, made_of(TargetBody, TargetInfo)]]
+    types: list[PlanningTypeBody]
+    robots: list[RobotStateBody]
+    targets: list[TargetBody]
     meetings: list[Name]
     homes: list[Name] = Field(default_factory=list)
-    goal: Maybe[Goal] = None
+    goal: Maybe[GoalBody] = None
     places: Maybe[list[Name]] = None
     travel_ms: dict[str, list[list[Milliseconds | None]]]

@@ -15,6 +15,7 @@ from undisturbed import undisturbed
 from marsupial.model.planning import Budget
 from marsupial.processes.runner import LOCAL, Reservation
 from marsupial_service.entries.background import LOG_S, BackgroundTasks
+from marsupial_service.entries.records import canonical_text
 from marsupial_service.jobs.records import JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 
@@ -68,7 +69,9 @@ def test_a_task_that_fails_starts_again_and_is_logged_once_in_a_while(caplog: py
 
 async def test_a_slot_that_meets_something_unforeseen_goes_on(tmp_path: Path) -> None:
     failed: list[str] = []
-    wanted = PackedRequest.of(planner="greedy", budget=Budget(steps=1), digest=b"", source=job_source(one_room()))
+    wanted = PackedRequest.of(
+        planner="greedy", budget=Budget(steps=1), digest=b"", text=canonical_text(job_source(one_room()))
+    )
     settings = settings_of(JobSettings, slots=1, failed=failed.append)
     async with opened(tmp_path, lambda store: Jobs(store, settings, runner=FailingRunner(2))) as jobs:  # type: ignore[arg-type]
         job = (await jobs.submit(wanted, owner="me")).record.id

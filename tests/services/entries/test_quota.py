@@ -14,7 +14,7 @@ from undisturbed import undisturbed
 
 from marsupial.model.planning import Budget
 from marsupial_service.entries.quota import NO_QUOTA, Quota
-from marsupial_service.entries.records import TooMany
+from marsupial_service.entries.records import TooMany, canonical_text
 from marsupial_service.jobs import table
 from marsupial_service.jobs.records import Closed, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
@@ -144,7 +144,7 @@ def test_a_small_budget_reserves_what_preparing_for_it_takes(house: QuotaHouse) 
 
 def wanted(seconds: float) -> PackedRequest:
     budget = Budget(seconds=seconds)
-    return PackedRequest.of(planner="greedy", budget=budget, digest=b"", source=job_source(one_room()))
+    return PackedRequest.of(planner="greedy", budget=budget, digest=b"", text=canonical_text(job_source(one_room())))
 
 
 async def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) -> None:

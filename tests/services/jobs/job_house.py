@@ -16,7 +16,7 @@ from strange_tasks import Ordinary, Waits, do_strange_tasks, pid_in, source_of
 from marsupial.model import Budget, Plan, Situation
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.entries.documents import plan_of
-from marsupial_service.entries.records import EventRecord
+from marsupial_service.entries.records import EventRecord, canonical_text
 from marsupial_service.jobs import lookup
 from marsupial_service.jobs.records import JobRecord, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
@@ -43,7 +43,9 @@ def request(
     digest: bytes = b"same",
 ) -> PackedRequest:
     budget = Budget(seconds=seconds) if steps is None else Budget(steps=steps)
-    return PackedRequest.of(planner=planner, budget=budget, digest=digest, source=source_of(task or one_room()))
+    return PackedRequest.of(
+        planner=planner, budget=budget, digest=digest, text=canonical_text(source_of(task or one_room()))
+    )
 
 
 async def submit(jobs: Jobs, wanted: PackedRequest | None = None) -> str:

@@ -13,7 +13,7 @@ from mission_house import open_missions
 from undisturbed import STEPS, undisturbed
 
 from marsupial_service.entries.records import TooMany
-from marsupial_service.intake.reading import Digested
+from marsupial_service.intake.reading import ParsedBody
 from marsupial_service.intake.simulations import simulation_of
 from marsupial_service.missions.driver import CATCH_UP_S, MissionClock
 from marsupial_service.missions.records import MissionRecord
@@ -30,7 +30,7 @@ SLOW = {**LOBBY, "speed": 0.5}
 
 def brief(document: dict[str, Any]) -> MissionBrief:
     body = SimulationBody.model_validate(document)
-    found, _ = simulation_of(body, Digested(document, b"same"), ServiceLimits(), {})
+    found, _ = simulation_of(body, ParsedBody(document, b"same"), ServiceLimits(), {})
     return found
 
 

@@ -13,6 +13,7 @@ from marsupial.model.planning import Budget
 from marsupial.processes.jobs import Job
 from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import LocalRunner
+from marsupial_service.entries.records import canonical_text
 from marsupial_service.entries.slots import Slots
 from marsupial_service.jobs.records import JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
@@ -21,8 +22,8 @@ from marsupial_service.missions.service import Missions
 from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import open_store
 
-SOURCE = job_source(many_rooms(2, 1, 6, 3))
-WANTED = PackedRequest.of(planner="anytime", budget=Budget(seconds=3.0), digest=b"", source=SOURCE)
+TEXT = canonical_text(job_source(many_rooms(2, 1, 6, 3)))
+WANTED = PackedRequest.of(planner="anytime", budget=Budget(seconds=3.0), digest=b"", text=TEXT)
 
 
 class NoRoom:
