@@ -136,7 +136,7 @@ class Gateway:
         nodes = [node for node in await asyncio.wait_for(self.call(self.ray.nodes), _SILENCE_S) if node["Alive"]]
         self._seen_s = time.monotonic()
         if all(node["NodeID"] != self._node for node in nodes):
-            raise ConnectionError("the Ray node that the server was connected to is dead")
+            raise ConnectionError("the Ray node of this connection is dead")
         alive = {node["NodeID"] for node in nodes if node["Resources"].get("CPU", 0) > 0}
         for gone in self.links.keys() - alive:
             self.links.pop(gone).lose("the node is gone")
@@ -155,7 +155,7 @@ class Gateway:
         if self.ready():
             return None
         faults = sorted({link.fault for link in self.links.values() if link.fault})
-        return "no node of the cluster is ready to work", "; ".join(faults)
+        return "no cluster node is ready", "; ".join(faults)
 
 
 class RelayedRun:

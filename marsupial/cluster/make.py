@@ -42,12 +42,12 @@ def demand(terms: Terms) -> None:
     """Raise `WorkerRefused` if this process does not meet `terms`."""
     here = platform.node()
     if terms.token and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
-        raise WorkerRefused(f"the node {here} serves anybody without a token: start it with RAY_AUTH_MODE=token")
+        raise WorkerRefused(f"node {here} accepts clients without a token; start it with RAY_AUTH_MODE=token")
     ours = make(terms.packages)
     differences = [f"{name} {ours[name]} instead of {wanted}" for name, wanted in terms.make.items()
                    if ours[name] != wanted]  # fmt: skip
     if differences:
-        raise WorkerRefused(f"the node {here} has {', '.join(differences)}: install the same everywhere")
+        raise WorkerRefused(f"node {here} has {', '.join(differences)}; install the same versions on all nodes")
 
 
 @cache

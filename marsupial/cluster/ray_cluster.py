@@ -36,7 +36,7 @@ JOIN_S = 30.0
 OLDEST = (2, 52)
 """The first version of Ray with tokens."""
 
-_TO_GET_IT = "to get it: pip install 'marsupial[ray]', in a checkout pip install '.[ray]'"
+_TO_GET_IT = "install it with: pip install 'marsupial[ray]' (in a checkout: pip install '.[ray]')"
 _CLIENT_PORT = 10001
 _STORE_BYTES = 200_000_000
 _HEAD_S = 10
@@ -98,9 +98,9 @@ def usable(cluster: Cluster) -> Cluster:
     _settle(cluster)
     if not cluster.here and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
         raise refusal(
-            f"{cluster.address} may be another machine, and without tokens anybody there can run code on a cluster: "
-            "needs token authentication, RAY_AUTH_MODE=token on all machines and here, and the cluster's token in "
-            "RAY_AUTH_TOKEN or ~/.ray/auth_token (`ray get-auth-token --generate` makes one)"
+            f"{cluster.address} may be another machine, where anybody can run code on a cluster without tokens; set "
+            "RAY_AUTH_MODE=token on all machines and here, and put the cluster's token into RAY_AUTH_TOKEN or "
+            "~/.ray/auth_token (`ray get-auth-token --generate` creates one)"
         )
     if cluster.address != LOCAL:
         _try_out(cluster)
@@ -142,7 +142,7 @@ def _demand_ray() -> None:
         raise refusal(f"Ray is not installed; {_TO_GET_IT}") from None
     if tuple(int(part) for part in found.split(".")[:2]) < OLDEST:
         oldest = ".".join(map(str, OLDEST))
-        raise refusal(f"Ray {found} is too old, it must be {oldest} or newer; {_TO_GET_IT}")
+        raise refusal(f"Ray must be version {oldest} or newer, got {found}; {_TO_GET_IT}")
 
 
 def reach(cluster: Cluster) -> None:
@@ -199,8 +199,8 @@ def _meaning(stderr: bytes) -> str | None:
         return said[said.index("Version mismatch") :]
     if any(word in said for word in _UNAUTHENTICATED):
         return (
-            "the cluster demands its token, which this is not, or none was given: it belongs into RAY_AUTH_TOKEN or "
-            "~/.ray/auth_token, with RAY_AUTH_MODE=token"
+            "the token of the cluster is missing or wrong; put it into RAY_AUTH_TOKEN or ~/.ray/auth_token, and set "
+            "RAY_AUTH_MODE=token"
         )
     return None
 

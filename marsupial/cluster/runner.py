@@ -170,7 +170,7 @@ class _NodeReservation:
         with self._lock:
             channel, self._channel = self._channel, None
         if channel is None:
-            raise InternalError("the room for it was given up")
+            raise InternalError("its reservation was released")
         channel.send_frame(frames.START, pickle.dumps(order_of(job)))
         channel.receive_frame()
         return JobRun(channel, job.limits, kill=lambda: None)

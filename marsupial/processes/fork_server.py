@@ -77,7 +77,7 @@ def _preload(asker: Channel, loaded: set[bytes]) -> None:
             try:
                 pickle.loads(call)()
             except Exception as error:
-                print(f"what jobs need can't be loaded ahead: {error}", flush=True)
+                print(f"preloading failed: {error}", flush=True)
     gc.collect()
     # the garbage collector never scans loaded objects again, so their pages stay shared with workers
     gc.freeze()

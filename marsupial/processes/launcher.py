@@ -115,11 +115,11 @@ class Launcher:
             self._process.wait(_LEAVE_S)
         with self._lock:
             if self._stderr.closed:
-                return "it has been ended"
+                return "it was shut down"
             self._stderr.seek(0)
             text = self._stderr.read().decode(errors="replace")[-2000:]
         code = self._process.returncode
-        return text or ("what it starts is killed" if code is None else f"it {death(code)}")
+        return text or ("the processes that it starts are killed" if code is None else f"it {death(code)}")
 
     def close(self) -> None:
         """End it and all its descendants, and wait for their end; callers that wait for a reply get an error."""
@@ -210,7 +210,7 @@ class JobRun:
             raise StopIteration
         frame = self._frame()
         if frame is None:
-            detail = "the process that watched it was killed or does not answer"
+            detail = "its supervisor was killed or does not respond"
             event = Ended(ending=Ending.KILLED, detail=detail, wall_s=time.monotonic() - self._started)
         elif frame[0] == frames.MESSAGE:
             return Message(value=pickle.loads(frame[1]), elapsed_s=time.monotonic() - self._started)

@@ -94,7 +94,7 @@ class _Supervisor:
         self._relay()  # data received together with the order
 
     def _on_term(self, *_: object) -> None:
-        self.stop = (Ending.KILLED, "the process that starts jobs has ended")
+        self.stop = (Ending.KILLED, "the fork server has ended")
 
     def _end(self, ending: Ending, detail: str) -> None:
         """Request the end of the job, unless it was requested before."""
@@ -138,7 +138,7 @@ class _Supervisor:
         if self.worker.unsent:
             self.worker.flush()
         if self.asker.unsent and not self.asker.flush():
-            self._end(Ending.CANCELLED, "the one who asked for it is gone")
+            self._end(Ending.CANCELLED, "the client has disconnected")
 
     def _rests(self) -> bool:
         """Return whether the worker has no descendants and was idle since the last poll; if so, poll less often."""
@@ -154,7 +154,9 @@ class _Supervisor:
         self.alone, self.measured_s = below == [self.pid], time.monotonic()
         self.peak = max(self.peak, used)
         if allowed is not None and used > allowed:
-            self._end(Ending.MEMORY, f"stopped with {used >> 20} MiB in use, {allowed >> 20} MiB are allowed")
+            self._end(
+                Ending.MEMORY, f"stopped with {used >> 20} MiB in use, more than the limit of {allowed >> 20} MiB"
+            )
 
     def _read_output(self) -> bool:
         chunk = os.read(self.output, _CHUNK)
@@ -166,7 +168,7 @@ class _Supervisor:
         is_open = self.asker.fill()
         self._relay()
         if not is_open:
-            self._end(Ending.CANCELLED, "cancelled by the one who asked for it")
+            self._end(Ending.CANCELLED, "cancelled by the client")
         return is_open
 
     def _relay(self) -> None:
@@ -255,7 +257,7 @@ def _failure(error: BaseException) -> tuple[Ending, str]:
     if isinstance(error, ToolDied):
         return ending_of(error.returncode), str(error)
     if isinstance(error, MemoryError):
-        return Ending.MEMORY, "ran out of the memory it was allowed"
+        return Ending.MEMORY, "exceeded its memory limit"
     return Ending.CRASHED, f"{type(error).__name__}: {error}"
 
 

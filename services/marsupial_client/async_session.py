@@ -93,7 +93,7 @@ class AsyncSession:
                                 return
                 finally:
                     await response.aclose()
-                raise MalformedAnswer("the stream ended before its time")
+                raise MalformedAnswer("the stream ended early")
             except TRANSIENT as error:
                 if monotonic() - opened >= STABLE_STREAM_S:
                     pauses = self.service.pauses()

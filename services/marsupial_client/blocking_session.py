@@ -94,7 +94,7 @@ class Session:
                                 return
                 finally:
                     response.close()
-                raise MalformedAnswer("the stream ended before its time")
+                raise MalformedAnswer("the stream ended early")
             except TRANSIENT as error:
                 if monotonic() - opened >= STABLE_STREAM_S:
                     pauses = self.service.pauses()

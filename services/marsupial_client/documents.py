@@ -9,7 +9,7 @@ JobOutcome = Literal["optimal", "satisficing", "unsolvable", "no_plan", "timeout
 
 
 class ProblemDetail(TypedDict):
-    """One thing wrong: where (a JSON pointer into the body, or the name of a parameter) and what."""
+    """One error in a request: its detail, and its place (a JSON pointer into the body, or the name of a parameter)."""
 
     detail: str
     header: NotRequired[str]
@@ -19,7 +19,7 @@ class ProblemDetail(TypedDict):
 
 
 class Problem(TypedDict):
-    """An error, as RFC 9457 describes it."""
+    """An error in the format of RFC 9457."""
 
     type: str
     title: str
@@ -30,11 +30,11 @@ class Problem(TypedDict):
 
 
 class Budget(TypedDict):
-    """What the planner was given: seconds, or steps.
+    """The budget of the planner, in seconds or in steps.
 
-    Wall-clock seconds a planner may think.
+    A budget in wall-clock seconds.
 
-    Steps a planner may take: the same plan each time.
+    A budget in steps, which gives the same plan each time.
     """
 
     seconds: NotRequired[float]
@@ -42,9 +42,9 @@ class Budget(TypedDict):
 
 
 class JobRequest(TypedDict):
-    """A job that plans for a ready situation.
+    """A job that plans for a given situation.
 
-    A job that analyses a map state and plans for what it finds.
+    A job that analyses a map state and plans for the resulting situation.
     """
 
     situation: NotRequired[Mapping[str, Any]]
@@ -54,7 +54,7 @@ class JobRequest(TypedDict):
 
 
 class JobLinks(TypedDict):
-    """Where there is more about a job."""
+    """Links to the resources of a job."""
 
     self: str
     plans: str
@@ -64,7 +64,7 @@ class JobLinks(TypedDict):
 
 
 class Action(TypedDict):
-    """An action of a plan; times are ms from the moment of the situation.
+    """An action of a plan; times are in ms, relative to the time of the situation.
 
     An action of a plan.
     """
@@ -79,7 +79,7 @@ class Action(TypedDict):
 
 
 class Plan(TypedDict):
-    """A revision of a job's plan; each is valid and better than the one before."""
+    """A revision of a job's plan; every revision is valid and better than the previous one."""
 
     revision: int
     makespan_ms: int
@@ -113,36 +113,36 @@ class JobDocument(TypedDict):
 
 
 class JobStateChanged(TypedDict):
-    """The job has begun or goes on waiting: its state, and how often it was begun."""
+    """The new state of the job, and how often it was started."""
 
     state: JobState
-    attempts: int  # How often a worker has begun it.
+    attempts: int  # How often it was started.
     at: str  # RFC 3339, UTC.
 
 
 class PlanFound(TypedDict):
     """A better plan was found."""
 
-    revision: int  # Counts the plans of a job.
-    makespan_ms: int  # How long the plan takes.
-    found_after_ms: int  # Milliseconds by the clock on the wall since the job was begun.
+    revision: int  # Number of the plan in its job.
+    makespan_ms: int  # Duration of the plan.
+    found_after_ms: int  # Wall-clock milliseconds since the job was started.
     at: str  # RFC 3339, UTC.
-    actions: list[Action]  # Times are ms from the moment of the situation.
+    actions: list[Action]  # Times are in ms, relative to the time of the situation.
 
 
 class JobEnded(TypedDict):
-    """The job is over."""
+    """The job has ended."""
 
     state: JobState
     outcome: JobOutcome
     detail: str
-    plans: int  # How many were found.
-    lower_bound_ms: int | None  # No plan is shorter, in ms; null where nothing is known.
+    plans: int  # Number of plans found.
+    lower_bound_ms: int | None  # Lower bound on the makespan in ms; null if unknown.
     at: str  # RFC 3339, UTC.
 
 
 class Geometry(TypedDict):
-    """A GeoJSON geometry in metres of the map frame, not in degrees."""
+    """A GeoJSON geometry; coordinates are metres in the map frame, not degrees."""
 
     type: Literal["Point", "MultiPoint", "LineString", "MultiPolygon"]
     coordinates: list[Any]
@@ -158,7 +158,7 @@ class Feature(TypedDict):
 
 
 class Analysis(TypedDict):
-    """What was found on a map, as a GeoJSON feature collection with the situation a planner is asked."""
+    """The analysis of a map: a GeoJSON feature collection, and the situation for the planner."""
 
     type: Literal["FeatureCollection"]
     features: list[Feature]
@@ -172,13 +172,13 @@ class ActionsPlan(TypedDict):
 
 
 class TextPlan(TypedDict):
-    """A plan in the format of the planning competitions."""
+    """A plan in the text format of the planning competitions."""
 
     ipc: str
 
 
 class Violation(TypedDict):
-    """The first thing wrong with a plan; `action` is null where the goal is not reached at the end."""
+    """The first violation of a plan; `action` is null if the plan ends without reaching the goal."""
 
     kind: str
     time_ms: int
@@ -187,7 +187,7 @@ class Violation(TypedDict):
 
 
 class Verdict(TypedDict):
-    """Whether a plan is valid; `retimed` counts the actions whose times its text had rounded to hundredths."""
+    """Whether a plan is valid; `retimed` is the number of actions whose times, rounded in its text, were corrected."""
 
     valid: bool
     violation: Violation | None
@@ -197,7 +197,7 @@ class Verdict(TypedDict):
 
 
 class Ready(TypedDict):
-    """That the service can plan and store."""
+    """The service can plan and store jobs."""
 
     planned_in_ms: float
     sqlite: str

@@ -48,7 +48,7 @@ class Refused(ClientError):
         for error in self.errors:
             place = error.get("pointer") or error.get("query") or error.get("header") or error.get("path")
             words.append(f"{place}: {error['detail']}" if place else error["detail"])
-        super().__init__(f"the service refuses ({self.status}): {'; '.join(words) or self.detail}")
+        super().__init__(f"the service refused the request ({self.status}): {'; '.join(words) or self.detail}")
 
 
 class Invalid(Refused):
@@ -108,9 +108,9 @@ def refusal(status: int, text: str, path: str, retry_after: str | None) -> Refus
 def _problem(status: int, text: str, path: str) -> Problem:
     unknown: Problem = {
         "type": "about:blank",
-        "title": "The answer is no problem document",
+        "title": "The answer is not a problem document",
         "status": status,
-        "detail": text[:200] or "nothing is said",
+        "detail": text[:200] or "no details",
         "instance": path,
     }
     try:

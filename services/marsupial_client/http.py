@@ -133,7 +133,7 @@ def document_in(response: httpx2.Response, path: str) -> Any:
     try:
         return response.json()
     except (ValueError, RecursionError):
-        raise MalformedAnswer(f"{path} is answered by what is no JSON") from None
+        raise MalformedAnswer(f"the answer to {path} is not JSON") from None
 
 
 def whole(response: httpx2.Response, parts: list[bytes]) -> httpx2.Response:

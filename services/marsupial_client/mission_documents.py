@@ -10,7 +10,7 @@ MissionPhase = Literal["running", "paused", "cancelling", "ended"]
 
 
 class Frame(TypedDict):
-    """The frame of the map, and what is known in it at first."""
+    """The frame of the map, and its initially known cells."""
 
     width: int
     height: int
@@ -20,7 +20,7 @@ class Frame(TypedDict):
 
 
 class Energy(TypedDict):
-    """Power drawn always and on top of it while driving; energy per metre, stop, and turn of 45 to 180 degrees."""
+    """Idle power, additional power while driving, and energy per metre, stop, and turn of 45 to 180 degrees."""
 
     drive_w: NotRequired[float]
     idle_w: NotRequired[float]
@@ -30,7 +30,7 @@ class Energy(TypedDict):
 
 
 class CarrierType(TypedDict):
-    """A type of carrier."""
+    """A carrier type."""
 
     name: str
     speed_mps: float
@@ -45,7 +45,7 @@ class CarrierType(TypedDict):
 
 
 class RoverType(TypedDict):
-    """A type of rover."""
+    """A rover type."""
 
     name: str
     speed_mps: float
@@ -61,7 +61,7 @@ class RoverType(TypedDict):
 
 
 class Member(TypedDict):
-    """A robot at the start: its pose in metres or its cell, or the carrier it is on."""
+    """A robot and where it starts: a point in metres, a cell, or the carrier it is aboard."""
 
     name: str
     type: str
@@ -71,14 +71,14 @@ class Member(TypedDict):
 
 
 class Goal(TypedDict):
-    """What is asked besides exploring every target."""
+    """The goal besides exploring all targets."""
 
     recover_rovers: NotRequired[bool]
     return_home: NotRequired[bool]
 
 
 class Terrain(TypedDict):
-    """A terrain class besides obstacle, floor and rough."""
+    """A terrain class in addition to obstacle, floor and rough."""
 
     name: str
     blocks_sight: NotRequired[bool]
@@ -86,7 +86,7 @@ class Terrain(TypedDict):
 
 
 class Brief(TypedDict):
-    """A mission: the map frame, the team, what is asked, and who decides how."""
+    """A mission: the map frame, the team, the goal, the strategy and the planner."""
 
     frame: Frame
     robot_types: Sequence[CarrierType | RoverType]
@@ -104,7 +104,7 @@ class Brief(TypedDict):
 
 
 class MissionLinks(TypedDict):
-    """Where there is more about a mission."""
+    """Links to the resources of a mission."""
 
     self: str
     reports: str
@@ -117,17 +117,20 @@ class MissionLinks(TypedDict):
 
 
 class SimulationDocument(TypedDict):
-    """How the robots of a mission are simulated: `speed` seconds of mission time a second, or as fast as may be."""
+    """The simulation of a mission's robots.
+
+    `speed` is seconds of mission time per second; without it, the simulation runs as fast as planning allows.
+    """
 
     seed: int
     carriers: int
     rovers: int
-    warnings: list[str]  # What is odd about the map.
+    warnings: list[str]  # Warnings about the map.
     speed: NotRequired[float]
 
 
 class MissionDocument(TypedDict):
-    """A mission: `status` and `reason` say how it ended, `n` and `t_ms` which report was the last."""
+    """A mission. `status` and `reason` say how it ended; `n` and `t_ms` are those of the last report."""
 
     id: str
     name: str
@@ -146,17 +149,17 @@ class MissionDocument(TypedDict):
 
 
 class Failed(TypedDict):
-    """A command that could not be carried out."""
+    """A command that failed."""
 
     id: int
     reason: NotRequired[str]
 
 
 class ReportFrame(TypedDict):
-    """The frame that the cells of a report are of. The mission's frame grows to hold it; it never shrinks.
+    """The frame of the cells in a report. The mission's frame grows to contain it, and never shrinks.
 
-    `origin_m` is the pose of the lower left corner: any, but not turned against the mission's frame. `resolution_m` is
-    the mission's, given or not.
+    `origin_m` is the pose of the lower left corner, with the yaw of the mission's frame. `resolution_m`, if given, is
+    that of the mission.
     """
 
     width: int
@@ -166,27 +169,27 @@ class ReportFrame(TypedDict):
 
 
 class Lost(TypedDict):
-    """A robot that has failed for good."""
+    """A robot that has failed permanently."""
 
     robot: str
     reason: NotRequired[str]
 
 
 class MapRuns(TypedDict):
-    """All known cells of a map; the others are unknown, also those that were known."""
+    """All known cells of a map; all other cells become unknown."""
 
     runs: Sequence[int]
 
 
 class Revealed(TypedDict):
-    """Cells that a robot has seen, new or changed; code 255 for those that are not known any more."""
+    """New or changed cells that a robot has seen; code 255 is for cells that are no longer known."""
 
     robot: str
     runs: Sequence[int]
 
 
 class RobotNote(TypedDict):
-    """Where a robot is; for a driving robot, where and when it would stop if told to."""
+    """The position of a robot; for a driving robot, where and when it would stop if commanded now."""
 
     name: str
     cell: NotRequired[Sequence[int]]
@@ -197,10 +200,10 @@ class RobotNote(TypedDict):
 
 
 class News(TypedDict):
-    """What happened up to a moment of mission time.
+    """What has happened up to a mission time.
 
-    `n` counts a mission's reports from 1 or, where `robot` is given, that robot's own. Cells are of `frame`, or else of
-    the mission's frame as it is when the report comes.
+    `n` numbers the reports of the mission from 1; with `robot`, those of that robot. Cells refer to `frame`; without
+    it, to the mission's frame when the report arrives.
     """
 
     t_ms: int
@@ -221,13 +224,13 @@ class Report(News):
 
 
 class Batch(TypedDict):
-    """Reports in their order: all are taken, or none. Those that were taken before change nothing."""
+    """Several reports, in order: all are accepted, or none. Repeated reports change nothing."""
 
     reports: Sequence[Report]
 
 
 class LastReports(TypedDict):
-    """The last report of the team (0: none yet), the latest time of all, the last of each robot by its own count."""
+    """The last report of the team (0: none), the latest time, and the last report of each robot that numbers them."""
 
     n: int
     t_ms: int
@@ -235,9 +238,9 @@ class LastReports(TypedDict):
 
 
 class Taken(TypedDict):
-    """A report has been stored: its number, its time, and the revision of the plan that was made last.
+    """A stored report: its number and time, and the revision of the latest plan.
 
-    `robot` is whose count `n` belongs to, if it is a robot's own.
+    `robot` is given if that robot numbers its own reports.
     """
 
     n: int
@@ -247,7 +250,7 @@ class Taken(TypedDict):
 
 
 class KnownMap(TypedDict):
-    """What is known of the map: (start, length, terrain code) three by three."""
+    """The known map; `runs` are triples of start, length and terrain code."""
 
     width: int
     height: int
@@ -257,55 +260,55 @@ class KnownMap(TypedDict):
 
 
 class Command(TypedDict):
-    """The robot drives along a route that begins at the cell where it is.
+    """Drive along a route that begins at the robot's cell.
 
-    The robot stops at the next cell of its route. `id` is that of its drive, which then ends as any other.
+    Stop at the next cell of the route. `id` is that of the drive, which then ends like any other drive.
 
-    The rover gets aboard a carrier, which stands beside it.
+    The rover boards the carrier next to it.
 
-    The carrier sets the rover down.
+    The carrier sets the rover down at a cell.
     """
 
-    id: int  # Of the command; reports name it when it has ended.
+    id: int  # Id of the command; reports refer to it when it has ended.
     robot: str  # Name of the robot.
     name: Literal["drive"] | Literal["stop"] | Literal["dock"] | Literal["undock"]
-    revision: int  # Of the plan that it belongs to; 0 before the first.
-    place: NotRequired[str]  # Name of a place of the plan: target, meeting point or home.
-    route: NotRequired[list[list[int]]]  # The cells to pass, in their order, in the mission's frame.
-    route_m: NotRequired[list[list[float]]]  # Their centres.
+    revision: int  # Revision of the plan; 0 before the first plan.
+    place: NotRequired[str]  # Name of a place in the plan: a target, meeting point or home.
+    route: NotRequired[list[list[int]]]  # Cells to pass, in order, in the mission's frame.
+    route_m: NotRequired[list[list[float]]]  # Centres of these cells.
     carrier: NotRequired[str]  # Name of the robot.
     cell: NotRequired[list[int]]  # Column and row of a cell.
     point_m: NotRequired[list[float]]  # x and y in metres of the map frame.
 
 
 class Commands(TypedDict):
-    """What robots are to do after the reports so far."""
+    """New commands for the robots, based on the reports so far."""
 
-    batch: int  # Counts the events of this type.
-    revision: int  # Of the plan that it belongs to; 0 before the first.
-    n: int  # The last report of the team that is taken into account.
+    batch: int  # Number of this event among those of its type.
+    revision: int  # Revision of the plan; 0 before the first plan.
+    n: int  # The last report of the team that was considered.
     t_ms: int  # Milliseconds of mission time.
-    until_ms: int | None  # Mission time in ms by which to report even if nothing has happened; null: no more reports. During a pause it lies ahead.
+    until_ms: int | None  # Mission time in ms by which the next report is due, even if nothing happens; null: no more reports. During a pause it is always in the future.
     commands: list[Command]
-    robots: NotRequired[dict[str, int]]  # Where robots report by their own counts: the last report of each.
+    robots: NotRequired[dict[str, int]]  # The last report of each robot that numbers its own.
 
 
 class Decision(TypedDict):
-    """How a plan was found, and its actions; their times are ms from the moment of the decision."""
+    """How a plan was found, and its actions; their times are in ms, relative to the decision."""
 
     planner: str
     outcome: str
-    wall_s: float  # Seconds that planning took by the clock on the wall.
-    first_plan_s: float | None  # Seconds to the first plan, or null.
-    refused: int  # Invalid plans of the planner, which were not followed.
+    wall_s: float  # Wall-clock seconds of planning.
+    first_plan_s: float | None  # Seconds until the first plan; null if there is none.
+    refused: int  # Number of invalid plans, which were discarded.
     detail: str
     actions: list[Action]
 
 
 class MissionStateChanged(TypedDict):
-    """Whether the mission goes on.
+    """The state of the mission.
 
-    `waiting`: for a map on which its robots can stand where they are; `reason` says which can't.
+    `waiting`: the mission waits for a map on which all robots can stand; `reason` says which ones can't.
     """
 
     state: Literal["paused", "running", "waiting"]
@@ -314,22 +317,22 @@ class MissionStateChanged(TypedDict):
 
 
 class QuotaChanged(TypedDict):
-    """Whether the mission waits because the planning time of its key is used up."""
+    """Whether the mission waits because its key has used up its planning time."""
 
     state: Literal["waiting", "running"]
     t_ms: int  # Milliseconds of mission time.
     reason: NotRequired[str]
-    room_at: NotRequired[str]  # When it may go on, if no job of the key ends before.
+    room_at: NotRequired[str]  # When it may continue, if no job of the key ends before.
 
 
 class FrameGrown(TypedDict):
-    """The frame of the mission's map has grown: all cells are of this one from now on."""
+    """The frame of the mission's map has grown; from now on all cells refer to this frame."""
 
-    width: int  # Columns of cells.
-    height: int  # Rows of cells.
-    resolution_m: float  # Edge of a cell in metres.
+    width: int  # Number of columns.
+    height: int  # Number of rows.
+    resolution_m: float  # Size of a cell in metres.
     origin_m: list[float]  # Pose of the lower left corner: x and y in metres, yaw in radians.
-    shift: list[int]  # What was cell [x, y] is cell [x, y] plus this.
+    shift: list[int]  # Offset to add to a cell of the old frame.
     t_ms: int  # Milliseconds of mission time.
 
 

@@ -81,7 +81,7 @@ class Bridge:
         if kept is not None:
             if others := sorted(kept.robots - self._fleet.robots.keys()):
                 raise InputError(
-                    f"is of a mission with other robots: {', '.join(others)}", source=str(self._journal.path)
+                    f"belongs to a mission with other robots: {', '.join(others)}", source=str(self._journal.path)
                 )
             self._chart.expect(kept.frame)
         line = asyncio.ensure_future(self._ros.run())
@@ -109,7 +109,7 @@ class Bridge:
                 again_s = loop.time() + CANCEL_S
         for errand in self._fleet.errands:
             command = errand.command
-            self._say(f"{command['robot']}: {command['name']} was cancelled, but is not known to have ended")
+            self._say(f"{command['robot']}: {command['name']} was cancelled, but its end was not confirmed")
         with suppress(TimeoutError):
             await asyncio.wait_for(self._ros.flush(), FLUSH_S)
 
@@ -158,7 +158,7 @@ class Bridge:
         self._record = Record(mission=mission.id, frame=frame_of(grid))
         self._fleet.mission = mission.id
         self._keep()
-        self._say(f"mission {mission.id} began")
+        self._say(f"mission {mission.id} started")
         return mission
 
     async def _take_up(self, kept: Record) -> AsyncMission:
@@ -177,7 +177,7 @@ class Bridge:
         for command in kept.errands:
             self._fleet.obey(command, self._clock.now_s)
         self._keep()
-        self._say(f"mission {mission.id} goes on after report {mission.n}")
+        self._say(f"mission {mission.id} resumed after report {mission.n}")
         return mission
 
     async def _events(self, mission: AsyncMission) -> None:

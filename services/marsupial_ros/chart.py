@@ -176,7 +176,7 @@ class Chart:
         frame = frame_at(first, width, height, occupancy.origin_m)
         if frame is None:
             was = f"{first.origin_m[2]:g} rad, now {occupancy.origin_m[2]:g} rad"
-            raise MapError(f"the map has been turned: its origin's yaw was {was}")
+            raise MapError(f"the map has been rotated: the yaw of its origin was {was}")
         if (size := self._frame.grown(frame).size) > MAX_CELLS:
             at = f"its origin ({occupancy.origin_m[0]:g}, {occupancy.origin_m[1]:g}) m"
             raise MapError(f"with {at} the mission's map would have {size} cells, more than the limit of {MAX_CELLS}")

@@ -309,7 +309,7 @@ class RobotFleet:
         """Give up a command that makes no progress; cancel again the goal of a robot that has not stopped."""
         if not errand.drives:
             if now_s - errand.since_s > self._waits.handover_s:
-                self._give_up(errand, f"not over after {self._waits.handover_s:g} s")
+                self._give_up(errand, f"not finished after {self._waits.handover_s:g} s")
             return
         at = self.robots[errand.command["robot"]].point(self._frame)
         if at is not None:
@@ -328,7 +328,7 @@ class RobotFleet:
         where = f"no new {self._link(robot)}"
         if silent_s <= self._waits.silent_s:
             if robot.silent:
-                self._say(f"{robot.name}: heard of again")
+                self._say(f"{robot.name}: transforms arrive again")
             robot.silent = False
             return
         if not robot.silent:

@@ -114,7 +114,7 @@ class Hearing:
         try:
             self._readers[topic](message)
         except UNREADABLE as error:
-            self._once(topic, f"{topic}: a message was passed over: {error}")
+            self._once(topic, f"{topic}: message ignored: {error}")
 
     def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
         if self.fleet is not None:

@@ -52,7 +52,7 @@ class Record:
         width, height, (_, _, _) = self.frame["width"], self.frame["height"], self.frame["origin_m"]
         texts, numbers = [self.mission, *self.robots], [self.after, self.answered, self.starts, width, height]
         if not all(isinstance(one, str) for one in texts) or not all(isinstance(one, int) for one in numbers):
-            raise TypeError("a name or a number is none")
+            raise TypeError("a name or number is invalid")
         if min(width, height) < 1 or width * height > MAX_CELLS:
             raise ValueError(f"a frame of {width} x {height} cells")
 
@@ -69,19 +69,19 @@ class Journal:
             return None
         # check now, before a mission begins that could not be saved
         if not os.access(self.path.parent, os.W_OK | os.X_OK):
-            raise UsageError(f"--state: {self.path} can't be written (no folder to write to)")
+            raise UsageError(f"--state: {self.path} can't be written (its folder is missing or read-only)")
         if not self.path.exists():
             return None
         text = read_text(self.path, InputError, MOST_BYTES)
         try:
             document = parse_json(text)
             if document.pop("version") != VERSION:
-                raise ValueError("of another version")
+                raise ValueError("unsupported version")
             record = Record(**document)
             record.check()
             return record
         except (ValueError, TypeError, KeyError, AttributeError) as error:
-            raise InputError(f"is no state of `marsupial ros` ({error})", source=str(self.path)) from error
+            raise InputError(f"is not a state file of `marsupial ros` ({error})", source=str(self.path)) from error
 
     def write(self, record: Record) -> None:
         """Replace the stored record. Raises UsageError if the file can't be written."""

@@ -58,7 +58,7 @@ def check_frame(message: Mapping[str, Any], frame: str) -> None:
     """Check that a message is in a frame, or names none. Raises MapError if it is in another frame."""
     found = _frame(message.get("header", {}).get("frame_id", ""))
     if found not in ("", frame):
-        raise MapError(f"is in the frame {found!r}, not in {frame!r}")
+        raise MapError(f"must be in the frame {frame!r}, got {found!r}")
 
 
 def link_in(stamped: Mapping[str, Any]) -> tuple[str, str, Transform, float]:
@@ -82,7 +82,7 @@ def transform_of(translation: Mapping[str, float], rotation: Mapping[str, float]
     x, y, z, w = (float(rotation[key]) for key in "xyzw")
     length = math.hypot(x, y, z, w)
     if not 0 < length < math.inf:
-        raise ValueError(f"rotation {x, y, z, w} is none")
+        raise ValueError(f"{x, y, z, w} is not a rotation")
     vector = tuple(float(translation[key]) for key in "xyz")
     if not all(map(math.isfinite, vector)):
         raise ValueError(f"translation {vector} is not finite")
@@ -133,5 +133,5 @@ def _values(data: Any, width: int, height: int) -> OccupancyArray:
         data = data.value
     values = np.frombuffer(data, np.int8) if isinstance(data, bytes) else np.asarray(data, dtype=np.int8)
     if values.ndim != 1 or len(values) != width * height:
-        raise ValueError(f"data has {values.size} cells, but is {width} x {height}")
+        raise ValueError(f"data must have {width} x {height} cells, got {values.size}")
     return values.reshape(height, width)

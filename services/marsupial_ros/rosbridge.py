@@ -1,7 +1,7 @@
 """A reconnecting client of rosbridge: subscriptions and action goals over one websocket.
 
-What is sent while there is no connection is dropped: whoever wants it sent again hears of each new one. Messages come
-as JSON, in fragments if they are large, or as CBOR where a subscription asks for that; PNG is not asked for.
+Messages sent without a connection are dropped; the listener learns of each new connection and may resend them. Messages
+arrive as JSON, in fragments if they are large, or as CBOR if the subscription requests it.
 
 References: rosbridge v2.0 protocol specification for ROS 2 (RobotWebTools/rosbridge_suite, `ROSBRIDGE_PROTOCOL.md`).
 """
@@ -54,7 +54,7 @@ class ActionResult:
 
 @dataclass(frozen=True, slots=True)
 class Subscription:
-    """A topic, its type, and how its messages are to come (`compression`)."""
+    """A topic, its type, and the encoding of its messages (`compression`)."""
 
     topic: str
     type: str
@@ -65,7 +65,7 @@ class Listener(Protocol):
     """Receives messages and events of the connection."""
 
     def connected(self) -> None:
-        """A connection has been opened: nothing that was sent over an earlier one can be relied on."""
+        """A connection has been opened; messages sent over an earlier one may be lost."""
 
     def disconnected(self, reason: str) -> None:
         """The connection broke, or can't be opened."""
@@ -80,7 +80,7 @@ class Listener(Protocol):
         """A goal has ended."""
 
     def complaint(self, text: str) -> None:
-        """Rosbridge or this end can't make sense of something."""
+        """Rosbridge or this client received something invalid."""
 
 
 class Rosbridge:
@@ -131,7 +131,8 @@ class Rosbridge:
                     try:
                         await self._talk(line)
                     finally:
-                        await line.close()  # as normal: leaving the block by an error would close it as one
+                        # with code 1000: an exception that leaves the block would close it as an error
+                        await line.close()
                 reason = "closed by rosbridge"
             except InvalidURI as error:
                 raise UsageError(f"rosbridge: {error}") from error
@@ -148,7 +149,7 @@ class Rosbridge:
             await self._outbox.join()
 
     async def _talk(self, line: ClientConnection) -> None:
-        # the rest of a message that broke off never comes
+        # the rest of an interrupted message never arrives
         self._fragments.clear()
         self._outbox = asyncio.Queue()
         try:
@@ -181,7 +182,7 @@ class Rosbridge:
             if reader is not None:
                 reader(document)
         except (*UNREADABLE, RecursionError, cbor2.CBORDecodeError) as error:
-            self._listener.complaint(f"rosbridge sent what is no message of its protocol ({error!r})")
+            self._listener.complaint(f"rosbridge sent an invalid message ({error!r})")
 
     def _action_ended(self, document: Mapping[str, Any]) -> None:
         status = int(document.get("status", GoalStatus.SUCCEEDED if document.get("result") else GoalStatus.UNKNOWN))
@@ -203,7 +204,7 @@ class Rosbridge:
 
 
 async def first_of(*work: Awaitable[None]) -> None:
-    """Run all until the first one is over, then cancel the others; raise what the first one raised."""
+    """Run all until the first one ends, then cancel the others; raise the exception of the first one."""
     tasks = [asyncio.ensure_future(part) for part in work]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -34,10 +34,10 @@ class DriveAction(StrEnum):
     """Which action of nav2 carries a drive out."""
 
     FOLLOW_PATH = "follow_path"
-    """The controller alone, along the planned route."""
+    """Run the controller alone, along the planned route."""
 
     NAVIGATE_TO_POSE = "navigate_to_pose"
-    """To the end of the route, on a way of nav2's own."""
+    """Drive to the end of the route, on a path planned by nav2."""
 
 
 class Compression(StrEnum):
@@ -65,7 +65,7 @@ class RobotSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MapSettings:
-    """Where the map comes from, and what is read beside it."""
+    """The source of the map, and the masks applied to it."""
 
     topic: str
     updates: str
@@ -96,7 +96,7 @@ class Waits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Controller:
-    """The plugins of nav2's controller server that follow paths, empty where it has one of each only."""
+    """The plugins of nav2's controller server that follow paths; empty if it has only one of each."""
 
     controller_id: str = ""
     goal_checker_id: str = ""
@@ -104,7 +104,7 @@ class Controller:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Planning:
-    """Who plans; None: the service decides."""
+    """The strategy, planner and budget; None: the service's default."""
 
     strategy: str | None = None
     planner: str | None = None
@@ -264,4 +264,4 @@ def _check_apart(robots: list[tuple[Fields, RobotSettings]], key: str) -> None:
         other = seen.setdefault(place, robot.name)
         if other != robot.name:
             where = f" of {place[0]}" if place[0] else ""
-            notes.wrong(key, f"{place[1] or '/'}{where} is that of {other} too")
+            notes.wrong(key, f"{place[1] or '/'!r}{where} is also that of {other}")

@@ -40,8 +40,8 @@ from marsupial_service.state import State, state_of
 from marsupial_service.store import Store, StoreError, open_store
 
 DESCRIPTION = (
-    "Plans for teams of carriers and rovers that explore unknown maps. Times are milliseconds where a name ends in "
-    "`_ms`; places on the map are metres of the map frame."
+    "Plans for teams of carriers and rovers that explore unknown maps. Fields whose names end in `_ms` are "
+    "milliseconds; positions are metres in the map frame."
 )
 
 READERS = (load_analysis, mission_bodies, job_bodies, simulation_bodies)
@@ -171,6 +171,6 @@ _PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
     UnknownEntry: lambda _, error: HttpProblem("not-found", str(error)),
     StoreFull: lambda _, error: _later("store-full", str(error), RETRY_AFTER_S),
     TooMany: lambda _, error: _later("too-many", str(error), error.retry_after_s),
-    KeyReused: lambda _, error: HttpProblem("key-reused", "send another key, or the same request"),
+    KeyReused: lambda _, error: HttpProblem("key-reused", "the key was used for a different request; use a new key"),
     StoreError: lambda _, error: _later("not-ready", error.told, _STORE_RETRY_S),
 }

@@ -1,4 +1,4 @@
-"""API keys: who may do what, until when. Only their hashes are stored, in one document that servers reread.
+"""API keys, with their scopes and expiry. Only their hashes are stored, in one document that servers reread.
 
 A key is shown once, when it is created. The document is a file in the data folder, or a row of a database that servers
 share; it is replaced atomically, so that a reader sees all of a change or nothing.
@@ -93,16 +93,16 @@ class Keys(ABC):
         if wrong or not scopes:
             raise UsageError(f"--scope: must be some of {', '.join(Scope)}, got {', '.join(wrong) or 'none'}")
         if not 0 < days <= 36_500:
-            raise UsageError(f"--days: must be from 0 to 36500, got {days:g}")
+            raise UsageError(f"--days: must be positive and at most 36500, got {days:g}")
         if not name or not name.isprintable() or len(name) > 100:
-            raise UsageError("a key's name has 1 to 100 printable characters")
+            raise UsageError(f"NAME: must have 1 to 100 printable characters, got {name!r}")
         secret = _PREFIX + secrets.token_urlsafe(32)
         key = Key(name=name, sha256=_digest(secret), scopes=scopes, created_s=now_s, expires_s=now_s + 86400 * days)
 
         def added(keys: tuple[Key, ...]) -> tuple[Key, ...]:
             good = [other.id for other in keys if other.name == name and other.holds(now_s)]
             if len(good) >= MOST_OF_A_NAME:
-                raise UsageError(f"{name!r} has {len(good)} keys already, {' and '.join(good)}; revoke one first")
+                raise UsageError(f"{name!r} already has {len(good)} valid keys, {' and '.join(good)}; revoke one first")
             return (*keys, key)
 
         self._change(added)
@@ -114,7 +114,7 @@ class Keys(ABC):
         def revoked(keys: tuple[Key, ...]) -> tuple[Key, ...]:
             ends = [which in (key.name, key.id) and key.revoked_s is None for key in keys]
             if not any(ends):
-                raise UsageError(f"there is no key {which!r}")
+                raise UsageError(f"unknown key {which!r}; 'marsupial serve keys list' lists all")
             return tuple(replace(key, revoked_s=now_s) if end else key for key, end in zip(keys, ends, strict=True))
 
         self._change(revoked)

@@ -26,5 +26,5 @@ def planner_infos(commands: Mapping[str, str]) -> tuple[EngineInfo, ...]:
     """Describe every planner, in the order of `planner_names`. Raises UsageError if a command can't be offered."""
     taken = sorted(commands.keys() & set(engine_names()))
     if taken:
-        raise UsageError(f"--planner: {taken[0]} is a planner already, give the command another name")
+        raise UsageError(f"--planner: {taken[0]!r} is the name of another planner; choose a different name")
     return tuple(planner_info(name, commands) for name in planner_names(commands))

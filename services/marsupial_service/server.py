@@ -102,7 +102,7 @@ def _runner(settings: ServiceSettings) -> Runner:
 
     cluster = usable(cluster_at(settings.ray))
     return ClusterRunner(
-        cluster, _PACKAGES, lambda why: log.warning("the cluster can't be used", extra={"reason": why})
+        cluster, _PACKAGES, lambda why: log.warning("the cluster is not available", extra={"reason": why})
     )
 
 
@@ -115,7 +115,7 @@ def _check_keys(settings: ServiceSettings) -> None:
         raise UsageError(str(error)) from error
     where = f"--data {settings.data}" if settings.store is None else "--store ..."
     raise UsageError(
-        f"API keys are needed to listen at {settings.host}: make one with 'marsupial serve keys add NAME {where}'"
+        f"listening at {settings.host} requires API keys; create one with 'marsupial serve keys add NAME {where}'"
     )
 
 

@@ -98,6 +98,6 @@ def _drive(
             if report is not None and not over:
                 over = mission.report(cast(News, report)) is None  # another client has ended it
         elif event.type == "end" and ended is None:
-            raise UsageError(f"the service gave the mission up: {event.data['reason']}")
+            raise UsageError(f"the service ended the mission: {event.data['reason']}")
     assert ended is not None
     return ended, reports

@@ -23,7 +23,7 @@ from marsupial_service.store import Store
 class Readiness:
     """The last check whether the service can plan: its result or its error."""
 
-    found: ReadyAnswer | str = "it has not been checked yet"
+    found: ReadyAnswer | str = "not checked yet"
     checked_s: float = -math.inf
     lock: asyncio.Lock = field(default_factory=asyncio.Lock)
 

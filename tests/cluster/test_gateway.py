@@ -41,9 +41,9 @@ async def test_a_gateway_goes_on_while_its_node_lives_and_ends_when_that_is_dead
     gateway = looking(ray)
     ray.alive["other"] = False
     await gateway.look()
-    assert json.loads(gateway.answer(STATE, b""))[0] == "no node of the cluster is ready to work"
+    assert json.loads(gateway.answer(STATE, b""))[0] == "no cluster node is ready"
     ray.alive = {"own": False, "other": True}
-    with pytest.raises(ConnectionError, match="the Ray node that the server was connected to is dead"):
+    with pytest.raises(ConnectionError, match="the Ray node of this connection is dead"):
         await gateway.look()
     del ray.alive["own"]
     with pytest.raises(ConnectionError):

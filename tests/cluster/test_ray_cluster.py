@@ -93,7 +93,7 @@ def test_without_ray_the_message_says_what_to_install(plain: pytest.MonkeyPatch)
     with pytest.raises(UsageError, match=r"--ray: Ray is not installed; to get it: pip install 'marsupial\[ray\]'"):
         usable(cluster_at("local"))
     plain.setattr(ray_cluster, "version", lambda name: "2.51.2")
-    with pytest.raises(UsageError, match=r"--ray: Ray 2.51.2 is too old, it must be 2.52 or newer"):
+    with pytest.raises(UsageError, match=r"--ray: Ray must be version 2.52 or newer, got 2.51.2"):
         usable(cluster_at("local"))
 
 
@@ -122,7 +122,7 @@ def test_ray_is_not_imported_without_need() -> None:
 def test_a_worker_of_another_make_or_one_that_serves_anybody_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
     terms = Terms(make=make(), token=False)
     demand(terms)
-    with pytest.raises(WorkerRefused, match=r"has numpy .* instead of 0\.1: install the same everywhere"):
+    with pytest.raises(WorkerRefused, match=r"has numpy .* instead of 0\.1; install the same versions"):
         demand(replace(terms, make=dict(make()) | {"numpy": "0.1"}))
     monkeypatch.delenv("RAY_AUTH_MODE", raising=False)
     with pytest.raises(WorkerRefused, match="serves anybody without a token"):

@@ -210,8 +210,8 @@ def test_two_missions_of_the_list_are_shown_side_by_side(browser: Browser, house
 def test_of_a_mission_that_there_is_not_nothing_is_waited_for(browser: Browser, house: Server) -> None:
     mission = begun(house, speed=100)
     browser.open(f"{house.url}/#/missions/nothing")
-    browser.wait("document.querySelector('.said').textContent.includes('no such mission')")
-    assert browser.text("#content") == "there is no such mission, or no longer"
+    browser.wait("document.querySelector('.said').textContent.includes('mission not found')")
+    assert browser.text("#content") == "mission not found; it may have been removed"
     browser.open(f"{house.url}/#/missions/nothing,{mission}")
     browser.find(".view.one")
 

@@ -48,9 +48,9 @@ def test_a_service_whose_database_is_read_only_is_not_ready_and_says_so_without_
     with Server(tmp_path, "--store", url) as server, client(server) as http:
         until(lambda: http.get("/readyz").status_code == 200, server.log)
         allow_writes("on")
-        assert refused(http) == "nothing was stored; the log says why"
+        assert refused(http) == "nothing was stored; see the server log"
         answer = problem(http.post("/v1/jobs", json=http.get("/v1/demo-data/office-2x2").json()), 503, "not-ready")
-        assert answer["detail"] == "nothing was stored; the log says why"
+        assert answer["detail"] == "nothing was stored; see the server log"
         assert "read-only transaction" in server.log
         allow_writes("off")
         until(lambda: http.get("/readyz").status_code == 200, server.log)

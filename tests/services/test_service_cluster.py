@@ -57,7 +57,7 @@ def test_what_is_planned_waits_for_a_cluster_that_is_lost_and_goes_on_when_it_is
         head.kill()
         while (answer := http.get("/readyz")).status_code == 200:
             time.sleep(0.2)
-        assert "planning has to wait" in problem(answer, 503, "not-ready")["detail"]
+        assert "planning is not available" in problem(answer, 503, "not-ready")["detail"]
         waiting = http.post("/v1/jobs", json={**job, "budget": {"seconds": 1}}).json()["links"]["self"]
         time.sleep(3)
         assert [http.get(one).json()["state"] for one in (running, waiting)] == ["queued", "queued"]

@@ -36,4 +36,4 @@ def test_the_service_ends_with_50_open_streams_and_leaves_the_job_for_later(tmp_
             thread.join(HANG_S)
     assert upkeep.info(tmp_path).open == {"jobs": 1, "missions": 0}
     assert len(ends) == STREAMS
-    assert all(end.startswith(": the service is ending") for end in ends)
+    assert all(end.startswith(": the service is shutting down") for end in ends)

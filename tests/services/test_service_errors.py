@@ -178,5 +178,5 @@ def test_too_many_robots_are_pointed_at(http: httpx.Client) -> None:
 def test_limits_are_shown_with_what_they_mean(http: httpx.Client) -> None:
     limits = http.get("/v1/limits").json()["limits"]
     assert isinstance(limits["slots"]["value"], int)
-    assert limits["body_bytes"] == {"value": 200_000, "meaning": "bytes of a request's body"}
+    assert limits["body_bytes"] == {"value": 200_000, "meaning": "bytes of a request body"}
     assert set(limits) == set(ServiceLimits.__dataclass_fields__)

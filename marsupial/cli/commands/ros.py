@@ -59,7 +59,11 @@ def ros(
         return
     outcome = _carry_out(read, server, Journal(state), log)
     ended = outcome.ended
-    status, reason = ("cancelled", "left before the end") if ended is None else (ended["status"], ended["reason"])
+    status, reason = (
+        ("cancelled", "the bridge left before the end of the mission")
+        if ended is None
+        else (ended["status"], ended["reason"])
+    )
     if json:
         print_json({"mission": outcome.mission, "status": status, "reason": reason})
     else:

@@ -154,7 +154,7 @@ def list_keys(data: Data = DEFAULT_DATA, store: Shared = None) -> None:
         for key in kept.all():
             day = time.strftime("%Y-%m-%d", time.gmtime(key.expires_s))
             rows.append((key.name, key.id, ", ".join(key.scopes), day, "yes" if key.holds(now_s) else "no"))
-    print_table(("name", "id", "scopes", "expires", "good"), rows)
+    print_table(("name", "id", "scopes", "expires", "valid"), rows)
 
 
 @keys.command()
@@ -229,9 +229,9 @@ def info(
         print_json({**asdict(found), **({} if live_bytes is None else {"live_bytes": live_bytes})})
         return
     facts = [("store", found.place), ("version", str(found.version)), ("on disk", _size(found.disk_bytes))]
-    facts.append(("free in it", _size(found.free_bytes)))
+    facts.append(("free", _size(found.free_bytes)))
     if live_bytes is not None:
-        facts.append(("live", f"{_size(live_bytes)}: {found.disk_bytes / live_bytes:.2f} times that is on the disk"))
+        facts.append(("live", f"{_size(live_bytes)} (on disk: {found.disk_bytes / live_bytes:.2f} times as much)"))
     facts.append(("jobs and missions", _size(found.stored_bytes)))
     facts += [(name, f"{count} rows") for name, count in found.rows.items()]
     facts += [(f"open {name}", str(count)) for name, count in found.open.items()]
@@ -268,7 +268,7 @@ def restore(
     """
     with _upkeep() as upkeep:
         version = upkeep.restore(file, data)
-    say(f"{data} holds the store of {file}, of version {version}")
+    say(f"restored {file} (version {version}) to {data}")
 
 
 @store.command()

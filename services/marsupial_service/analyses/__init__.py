@@ -1,1 +1,1 @@
-"""Situations and map states: made of what was sent, and what can be read off them in a worker."""
+"""Situations and map states: converted from requests, and analysed in a worker."""

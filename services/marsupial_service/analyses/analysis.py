@@ -39,7 +39,9 @@ def analyse(argument: tuple[MapState, frozenset[str], int]) -> Iterator[bytes | 
         yield problem_of(InputError(below.problems), None)
         return
     if len(text) > most_bytes:
-        yield HttpProblem("too-large", f"the answer has {len(text)} bytes, more than {most_bytes}: include less")
+        yield HttpProblem(
+            "too-large", f"the answer has {len(text)} bytes, more than the limit of {most_bytes}; include less"
+        )
     else:
         yield text
 

@@ -1,6 +1,6 @@
-"""Map states: what a planner is asked about before the map is analysed, and how they are made of bodies.
+"""Map states: planning requests before the analysis of their map, converted from bodies of validated shape.
 
-The shape of a body is known to be right. Maps mean what they mean in scenario files.
+Maps are interpreted as in scenario files.
 """
 
 import base64

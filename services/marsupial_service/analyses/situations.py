@@ -1,6 +1,6 @@
-"""From the bodies of requests, whose shape is known to be right, to situations, budgets and plans.
+"""Convert the bodies of requests to situations, budgets and plans.
 
-The library's errors say what is wrong, with paths into the body; `marsupial_service.app` makes JSON pointers of them.
+The library's errors name fields by their paths; `marsupial_service.problems` converts these to JSON pointers.
 """
 
 from marsupial.errors import InputError, PlanTextError, Problem

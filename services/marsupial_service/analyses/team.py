@@ -1,7 +1,7 @@
-"""From the bodies of robots to a team: terrains, robot types, where robots are free next and when, their homes.
+"""Convert the bodies of robots to a team: robot types, where and when robots will be free, their homes.
 
-A running docking or undocking keeps both of its robots busy. The rover is where it will be at the end: docking it
-counts as aboard, undocking it stands on the ground already.
+A docking or undocking in progress keeps both robots busy. The rover counts as being where it will be at the end: aboard
+when docking, on the ground when undocking.
 """
 
 from collections.abc import Mapping, Sequence
@@ -98,15 +98,15 @@ def _read_action(body: RobotBody, roles: Mapping[str, Role], free_at_ms: dict[st
         return
     busy = [body.name]
     if not isinstance(action, DriveBody) and roles.get(body.name) is not Role.ROVER:
-        notes.wrong("name", f"{body.name!r} is no rover: only rovers {action.name}")
+        notes.wrong("name", f"{body.name!r} is not a rover; only rovers can {action.name}")
     elif not isinstance(action, DockBody) and body.carrier is not None:
-        notes.wrong("name", f"a robot aboard a carrier can't {action.name}; a rover that is undocking has a pose")
+        notes.wrong("name", f"a robot aboard a carrier can't {action.name}; an undocking rover needs a pose")
     elif isinstance(action, DockBody) and body.carrier is None:
-        notes.wrong("name", "a rover that is docking has the carrier it docks on in place of a pose")
+        notes.wrong("name", "a docking rover needs a carrier instead of a pose")
     elif isinstance(action, DockBody) and body.carrier is not None:
         busy.append(body.carrier)
     elif isinstance(action, UndockBody) and roles.get(action.carrier) is not Role.CARRIER:
-        notes.wrong("carrier", f"there is no carrier {action.carrier!r}")
+        notes.wrong("carrier", f"unknown carrier {action.carrier!r}")
     elif isinstance(action, UndockBody):
         busy.append(action.carrier)
     for robot in busy:
@@ -130,7 +130,7 @@ def homes_of(
             cell = _on_map(given[0], getattr(body, given[0]), grid, part, kind)
             homes |= {} if cell is None else {body.name: cell}
         elif goal.return_home:
-            part.wrong("home_m", "missing: the goal asks for carriers to return home")
+            part.wrong("home_m", "missing; the goal return_home needs it")
     return homes
 
 
@@ -144,4 +144,4 @@ def check_meetings(meetings: Sequence[MapMeeting], types: Types, grid: Grid, not
             if name not in types:
                 part.wrong(f"{role}_type", unknown("robot type", name, types))
             elif types[name].role is not role:
-                part.wrong(f"{role}_type", f"{name!r} is no {role}")
+                part.wrong(f"{role}_type", f"{name!r} is not a {role}")

@@ -59,8 +59,8 @@ class Quota:
     def told(self, asked_s: float, wait_s: float) -> str:
         """Return why an owner has to wait."""
         return (
-            f"your planning time is used up or reserved by your jobs: {self.seconds:g} s an hour (key_planning_s);"
-            f" there may be room for {asked_s:g} s in {math.ceil(wait_s)} s"
+            f"your planning quota of {self.seconds:g} s per hour (key_planning_s) is used up or reserved by your jobs;"
+            f" {asked_s:g} s may be available in {math.ceil(wait_s)} s"
         )
 
     def wait_s(self, reader: StoreReader, owner: str, asked_s: float, now_ms: int) -> float:

@@ -84,7 +84,7 @@ class UnknownEntry(Exception):
     """The entry doesn't exist, was removed, or belongs to another owner."""
 
     def __init__(self, noun: str) -> None:
-        super().__init__(f"there is no such {noun}, or no longer")
+        super().__init__(f"{noun} not found; it may have been removed")
 
 
 def canonical_text(document: object) -> bytes:

@@ -99,7 +99,7 @@ class GuardedProtocol(H11Protocol):
         if self._census.enter(self, self.client[0] if self.client else ""):
             self._look()
         else:
-            self._refuse(HttpProblem("too-many", "too many connections", headers={"Retry-After": "1"}))
+            self._refuse(HttpProblem("too-many", "too many open connections", headers={"Retry-After": "1"}))
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._census.leave(self)
@@ -204,4 +204,4 @@ def allow_files(limits: ServiceLimits) -> None:
     if soft != resource.RLIM_INFINITY and soft < most:
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
     if most < needed:
-        log.warning("fewer connections than the limit", extra={"connections": most - OTHER_FILES})
+        log.warning("the limit of open files allows fewer connections", extra={"connections": most - OTHER_FILES})

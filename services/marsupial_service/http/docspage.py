@@ -73,7 +73,7 @@ def _operation(path: str, method: str, operation: Mapping[str, Any]) -> Iterator
     if body is not None:
         yield _row(f"body{_must(body.get('required', False))}", _kinds_of(body), "")
     for status, response in operation["responses"].items():
-        yield _row(f"answers <code>{escape(status)}</code>", _kinds_of(response), response["description"])
+        yield _row(f"response <code>{escape(status)}</code>", _kinds_of(response), response["description"])
     yield "</table>"
     example = next((c["example"] for c in (body or {}).get("content", {}).values() if "example" in c), None)
     if example is not None:

@@ -50,7 +50,7 @@ class Edge:
             log.exception("request failed", extra={"request": passage.id, "path": scope["path"]})
             # once an answer has begun, nothing can be sent in its place
             if passage.status is None:
-                problem = HttpProblem("internal", f"the log says more under {passage.id}")
+                problem = HttpProblem("internal", f"see request {passage.id} in the server log")
                 await answer(problem, scope["path"])(scope, receive, passage.send)
         finally:
             self._note(scope, passage, time.perf_counter() - begun)
@@ -58,17 +58,21 @@ class Edge:
     def _refusal(self, method: str, headers: Headers) -> HttpProblem | None:
         """Return the problem if a request must not reach any route, else None."""
         if "transfer-encoding" in headers and "content-length" in headers:
-            return HttpProblem("bad-request", "two lengths contradict each other", headers={"Connection": "close"})
+            return HttpProblem(
+                "bad-request",
+                "Content-Length and Transfer-Encoding must not both be given",
+                headers={"Connection": "close"},
+            )
         if self._state.settings.needs_keys:
             return None
         host = headers.get("host", "")
         name = host[1:].partition("]")[0] if host.startswith("[") else host.rpartition(":")[0] or host
         if name.lower() not in LOOPBACK:
-            return HttpProblem("misdirected", "without keys the service answers to localhost only")
+            return HttpProblem("misdirected", "without API keys, only requests for localhost are accepted")
         # browsers write host and port into both headers alike; the origin "null" has none
         elsewhere = any(origin.partition("://")[2].lower() != host.lower() for origin in headers.getlist("origin"))
         if method not in _READING and (elsewhere or headers.get("sec-fetch-site", "none") not in _OUR_SITE):
-            said = "without keys, pages of another origin than the service's own can't change anything"
+            said = "without API keys, only the service's own pages may send this request"
             return HttpProblem("cross-origin", said)
         return None
 

@@ -24,8 +24,8 @@ KEY_S = 2.0
 _PIECE_BYTES = 16_384
 
 NO_KEY = b": the key has expired or was revoked\n\n"
-BYE = b": the service is ending; take this stream up again later\n\n"
-NO_STORE = b": the store can't be read; take this stream up again later\n\n"
+BYE = b": the service is shutting down; resume this stream later\n\n"
+NO_STORE = b": the store can't be read; resume this stream later\n\n"
 
 
 class EventStream(StreamingResponse):
@@ -61,7 +61,7 @@ async def stream(
     if last_event_id is not None and await entries.is_told(entry, after):
         return Response(status_code=204, headers={"Cache-Control": "no-store"})
     if state.streams[owner] >= state.settings.limits.streams:
-        raise TooMany(f"at most {state.settings.limits.streams} streams at a time", retry_after_s=5)
+        raise TooMany(f"the limit of {state.settings.limits.streams} open event streams is reached", retry_after_s=5)
     state.streams[owner] += 1
     frames = _frames(entries, entry, after, holds)
     return _Counted(frames, partial(state.streams.subtract, (owner,)))
@@ -85,7 +85,7 @@ async def _frames(entries: Entries[E], entry: str, after: int, holds: Callable[[
             if not coming.done():
                 if now_s - told_s >= KEEP_ALIVE_S:
                     told_s = now_s
-                    yield b": still there\n\n"
+                    yield b": keep-alive\n\n"
                 continue
             told_s = now_s
             done, coming = coming, None

@@ -59,10 +59,14 @@ class Route(APIRoute):
         scheme, _, secret = request.headers.get("authorization", "").partition(" ")
         key = state.keys.find(secret.strip(), time.time()) if scheme.lower() == "bearer" else None
         if key is None:
-            said = "the key is unknown, expired or revoked" if scheme else "Authorization: Bearer <key> is missing"
+            said = (
+                "the key is unknown, expired or revoked"
+                if scheme
+                else "the header Authorization: Bearer <key> is missing"
+            )
             raise HttpProblem("no-key", said, headers={"WWW-Authenticate": "Bearer"})
         if self.scope not in key.scopes:
-            raise HttpProblem("no-scope", f"the key's scopes are {', '.join(key.scopes)}; this needs {self.scope}")
+            raise HttpProblem("no-scope", f"requires scope {self.scope}; the key has {', '.join(key.scopes)}")
         request.state.key = key
         return key.name
 
@@ -74,7 +78,7 @@ class Route(APIRoute):
             raise HttpProblem("invalid", errors=details)
         for name in known:
             if len(request.query_params.getlist(name)) > 1:
-                raise HttpProblem("invalid", errors=[ProblemDetailAnswer(query=name, detail="is given twice")])
+                raise HttpProblem("invalid", errors=[ProblemDetailAnswer(query=name, detail="is given more than once")])
 
 
 class PlanRoute(Route):
@@ -118,7 +122,7 @@ class _ReadRequest(Request):
         except TimeoutError:
             raise HttpProblem("too-slow", headers={"Connection": "close"}) from None
         except ClientDisconnect:  # nobody reads the answer; its status is for the log and the metrics
-            raise HttpProblem("bad-request", "the body ended too early") from None
+            raise HttpProblem("bad-request", "the body is incomplete") from None
         self._sent = Sent(bytes(body), self.state.owner)
 
     def _hold(self, count: int) -> None:
@@ -130,7 +134,7 @@ class _ReadRequest(Request):
         if self._held > limits.body_bytes:
             raise _too_large(limits.body_bytes)
         if state.held_bytes > limits.bodies_bytes:
-            text = "the service is reading as much as it can"
+            text = "too many request bodies in progress"
             raise HttpProblem("too-many", text, headers={"Connection": "close", "Retry-After": "1"})
 
     def release(self) -> None:
@@ -158,4 +162,4 @@ def _check_accept(request: Request, media_type: str) -> None:
         kind, *parameters = (word.strip().lower() for word in part.split(";"))
         if kind in ranges and not any(p.replace(" ", "") in ("q=0", "q=0.0", "q=0.00", "q=0.000") for p in parameters):
             return
-    raise HttpProblem("not-acceptable", f"the answer is {media_type}")
+    raise HttpProblem("not-acceptable", f"Accept must allow {media_type}")

@@ -1,1 +1,1 @@
-"""From the bodies of requests to values of the library."""
+"""Convert the bodies of requests to values of the library."""

@@ -29,7 +29,7 @@ def job_of(body: JobBody, sent: ParsedBody, limits: ServiceLimits, planners: Map
     info = _planner(job.planner, planners)
     budget = budget_of(job.budget, limits, DEFAULT_BUDGET_S)
     if budget.steps is not None and not info.deterministic_steps:
-        raise refuse("budget.steps", f"planner {job.planner} can't count steps: give it a budget in seconds")
+        raise refuse("budget.steps", f"planner {job.planner!r} does not support steps; give a budget in seconds")
     if isinstance(job, SituationJobBody):  # only to check that it can be read: the worker reads it again
         situation_of(job.situation, limits)
     else:
@@ -40,10 +40,10 @@ def job_of(body: JobBody, sent: ParsedBody, limits: ServiceLimits, planners: Map
 def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:
     names = planner_names(planners)
     if name not in names:
-        raise refuse("planner", f"unknown planner {name!r}; there are {', '.join(sorted(names))}")
+        raise refuse("planner", f"unknown planner {name!r}; available: {', '.join(sorted(names))}")
     info = planner_info(name, planners)
     if info.missing is not None:
-        raise refuse("planner", f"{name} can't be used here: {info.missing}")
+        raise refuse("planner", f"planner {name!r} is not available here: {info.missing}")
     return info
 
 

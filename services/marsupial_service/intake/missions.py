@@ -1,4 +1,4 @@
-"""From the bodies of requests, whose shape is known to be right, to briefs and reports."""
+"""Convert the bodies of requests, whose shape is validated already, to briefs and reports."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -85,9 +85,9 @@ def _check_starts(entries: Sequence[MemberEntry], body: MissionBody, types: Type
 
 def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
     if not is_strategy(body.strategy):
-        raise refuse("strategy", f"unknown strategy {body.strategy!r}; there are {', '.join(strategy_names())}")
+        raise refuse("strategy", f"unknown strategy {body.strategy!r}; available: {', '.join(strategy_names())}")
     if ":" in body.planner and body.planner not in commands:
-        raise refuse("planner", "command lines are not taken from clients")
+        raise refuse("planner", "must be the name of a planner, not a command line")
     return commands.get(body.planner, body.planner)
 
 
@@ -141,7 +141,7 @@ def report_of(
     for i, note in enumerate(body.robots):
         here = notes.below(f"robots[{i}]")
         if note.cell is not None and note.pose_m is not None:
-            here.wrong("pose_m", "give the cell or the pose, not both")
+            here.wrong("pose_m", "give cell or pose_m, not both")
         robots.append(
             RobotUpdate(
                 name=note.name,
@@ -215,7 +215,7 @@ def _check_names(body: ReportBody, known: set[str], notes: Notes) -> None:
     seers = [(f"revealed[{i}].robot", seen.robot) for i, seen in enumerate(body.revealed)]
     for path, name in (*teller, *names, *lost, *seers):
         if name not in known:
-            notes.wrong(path, f"there is no robot {name!r}")
+            notes.wrong(path, f"unknown robot {name!r}")
     ids = [(f"finished[{i}]", number) for i, number in enumerate(body.finished)]
     ids += [(f"failed[{i}].id", failed.id) for i, failed in enumerate(body.failed)]
     for pairs in (names, lost, ids):
@@ -228,7 +228,7 @@ def _check_names(body: ReportBody, known: set[str], notes: Notes) -> None:
 
 def _check_map(body: ReportBody, grid: Grid, notes: Notes) -> None:
     if body.map is not None and body.revealed:
-        notes.wrong("map", "a report has either a map or what was revealed")
+        notes.wrong("map", "a report must not have both map and revealed")
     codes = {terrain.code for terrain in grid.terrains}
     for i, seen in enumerate(body.revealed):
         _check_runs(seen.runs, grid.cells.size, codes | {UNKNOWN}, f"revealed[{i}].runs", notes)

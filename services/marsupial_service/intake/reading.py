@@ -108,8 +108,8 @@ def _made(document: Any, body: B, reader: BodyReader[B, T], limits: ServiceLimit
 # the first that fits: the errors of UTF-8 are ValueErrors too
 _REASONS = {
     UnicodeDecodeError: "is not UTF-8 text",
-    UnicodeEncodeError: "a text has half of a surrogate pair in it",
-    RecursionError: "is nested too deep",
+    UnicodeEncodeError: "a string contains half of a surrogate pair",
+    RecursionError: "is nested too deeply",
     ValueError: "a number has too many digits",
 }
 _LONGEST_SHOWN = 100  # characters of a field's name
@@ -151,4 +151,4 @@ def _number(text: str) -> float:
 
 
 def _no_constant(word: str) -> NoReturn:
-    raise HttpProblem("bad-json", f"{word} is no number of JSON")
+    raise HttpProblem("bad-json", f"{word} is not a JSON number")

@@ -1,7 +1,7 @@
-"""From the body of a simulation to the brief of the mission that it is.
+"""Convert the body of a simulation to the brief of a mission.
 
-The mission is asked for by the same document as one that `marsupial run --server` drives; so what holds there holds
-here, and the log is the same.
+The brief is made from the same document that `marsupial run --server` sends, so the same rules apply and the log is the
+same.
 """
 
 from collections.abc import Mapping, Sequence
@@ -80,7 +80,7 @@ def simulation_of(
 def _built_in(asked: ScenarioSimulationBody, limits: ServiceLimits) -> Scenario:
     if asked.scenario not in SCENARIOS:
         said = unknown("scenario", asked.scenario, SCENARIOS)
-        raise refuse("scenario", f"{said}; there are {', '.join(SCENARIOS)}")
+        raise refuse("scenario", f"{said}; available: {', '.join(SCENARIOS)}")
     scenario = builtin_scenario(asked.scenario, asked.carriers, asked.rovers)
     check_count("/scenario", scenario.grid.cells.size, limits.cells, "cells")
     return scenario
@@ -95,7 +95,7 @@ def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
     assert image is not None
     meant = PureWindowsPath(header.image)  # whose separators are those of all systems
     if body.image_name is not None and PureWindowsPath(body.image_name).stem != meant.stem:
-        raise refuse("map.image_base64", f"the yaml names {meant.name}, you chose {body.image_name}")
+        raise refuse("map.image_base64", f"must be the image that the yaml names, {meant.name}, got {body.image_name}")
     return understand_image(header, image)
 
 

@@ -63,7 +63,7 @@ class Supervised:
 
     def _event(self, job: Job) -> Message | Ended:
         if self._leaving:
-            raise _not_now("the service is ending")
+            raise _not_now("the service is shutting down")
         run = _begun(processes.run, job)
         with self._lock:
             self._runs.add(run)
@@ -87,7 +87,7 @@ async def value_on(
             async with asyncio.timeout(_ROOM_S):
                 await asyncio.to_thread(reservation.wait)
         except TimeoutError:
-            raise _not_now("no node of the cluster is ready to work") from None
+            raise _not_now("no cluster node is ready") from None
         return _value_in(await asyncio.to_thread(_event_in, reservation, job))
 
 
@@ -101,18 +101,18 @@ def _begun(run: Callable[[Job], processes.JobRun], job: Job) -> processes.JobRun
         return run(job)
     except InternalError as error:
         log.error("a process can't be started", extra={"reason": str(error)})
-        raise _not_now("no process can be started; the log says why") from error
+        raise _not_now("no process can be started; see the server log") from error
 
 
 def _value_in(event: Message | Ended) -> object:
     if isinstance(event, Message):
         return event.value
     if event.ending in (Ending.TIMEOUT, Ending.MEMORY):
-        raise HttpProblem("too-large", f"it takes more than the service allows: {event.detail}")
+        raise HttpProblem("too-large", f"the request takes more time or memory than allowed: {event.detail}")
     if event.ending is Ending.CRASHED:
         log.error("a process crashed", extra={"reason": event.detail, "output": event.output})
-        raise HttpProblem("internal", "the process for it crashed; the log says why")
-    raise _not_now("the process for it was ended")
+        raise HttpProblem("internal", "the process for this request crashed; see the server log")
+    raise _not_now("the process for this request was killed")
 
 
 def _not_now(said: str) -> HttpProblem:
@@ -138,7 +138,7 @@ class RequestProcesses:
         already; HttpProblem if there is no value within the limits.
         """
         slots = self.slots
-        said = f"at most {slots.count} at a time, and as many of one key that wait"
+        said = f"at most {slots.count} such requests run at a time, and as many of one key wait"
         if wait_s is not None and slots.waiting(owner) >= slots.count:
             raise TooMany(said)
         try:

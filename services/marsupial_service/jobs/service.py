@@ -150,7 +150,7 @@ class Jobs(Entries[JobRecord]):
                     lambda tx: table.make_way(tx, self._settings, self.now_ms(), self._anew, self.quota)
                 )
                 if job is not None:
-                    log.info("job makes way for another key's", extra={"job": job})
+                    log.info("job preempted for another key", extra={"job": job})
 
     async def _slot(self) -> None:
         """Run jobs one after another, once the fork server is ready: waiting for it must not cost an attempt."""
@@ -219,7 +219,7 @@ class Jobs(Entries[JobRecord]):
         try:
             await self._settle(attempt, end)
         except Exception as error:
-            log.exception("the end of a job can't be stored", extra={"job": claim.id})
+            log.exception("the end of a job could not be stored", extra={"job": claim.id})
             await self._settle(attempt, _failed(error))
         finally:
             self._ours.discard((claim.number, claim.term))
@@ -270,7 +270,7 @@ class Jobs(Entries[JobRecord]):
                 lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms(), self.quota, took_ms)
             )
             if in_time:
-                why = end.reason or "the server stops, or a mission is planned"
+                why = end.reason or "the server is shutting down, or a mission needs the slot"
                 log.warning("job interrupted", extra={"job": claim.id, "reason": why})
         if not in_time and self.quota.is_bounded:
             await self._charge(claim.owner, round(1000 * attempt.tail_s))

@@ -120,7 +120,7 @@ def broken_off(job: str) -> str:
 def queue_full(retry_after_s: int, *, yours: bool = False) -> TooMany:
     """Return the error for a refused job: too many wait, in all or (`yours`) of this owner."""
     whose = "your part of the queue" if yours else "the queue"
-    return TooMany(f"{whose} is full, try again in {retry_after_s} s", retry_after_s)
+    return TooMany(f"{whose} is full; try again in {retry_after_s} s", retry_after_s)
 
 
 def is_queued(reader: StoreReader) -> bool:
@@ -281,7 +281,7 @@ def recover(
     sql = "SELECT number, term FROM jobs WHERE state = ? AND finished_ms IS NULL AND "
     orphaned = f"{sql}(holder IS NULL OR holder NOT IN ({tx.live})){tx.skip_locked}"
     for row in tx.execute(orphaned, (JobState.RUNNING,)).fetchall():
-        _try_again(tx, row["number"], "the server ended while it ran", settings, now_ms, quota)
+        _try_again(tx, row["number"], "the server ended during the attempt", settings, now_ms, quota)
     if ours is not None:
         for row in tx.execute(f"{sql}holder = ?{tx.skip_locked}", (JobState.RUNNING, tx.server)).fetchall():
             if (row["number"], row["term"]) not in ours:

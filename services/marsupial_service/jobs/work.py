@@ -104,9 +104,9 @@ def _closed(end: Finished, incumbent: Incumbent) -> Closed:
     has_plan = incumbent.plan is not None
     if incumbent.refused:
         outcome = JobOutcome.SATISFICING if has_plan else JobOutcome.ENGINE_FAILED
-        detail, bound_ms = f"the planner gave a plan that is not valid: {incumbent.refused[-1]}", None
+        detail, bound_ms = f"the planner returned an invalid plan: {incumbent.refused[-1]}", None
     elif not has_plan and outcome in (JobOutcome.OPTIMAL, JobOutcome.SATISFICING):
-        outcome, detail = JobOutcome.ENGINE_FAILED, f"the planner says it has a plan and gave none: {detail}"
+        outcome, detail = JobOutcome.ENGINE_FAILED, f"the planner reported a plan but returned none: {detail}"
     elif has_plan and (outcome in GAVE_UP or outcome is JobOutcome.UNSOLVABLE):
         outcome = JobOutcome.SATISFICING
     return Closed(outcome=outcome, detail=detail, lower_bound_ms=bound_ms)

@@ -96,7 +96,7 @@ class Missions(Entries[MissionRecord]):
         over), TooMany, StoreFull, StoreError.
         """
         if record.simulation is not None:
-            said = "the robots of this mission are simulated by the service: it takes no reports"
+            said = "the service simulates the robots of this mission, so it accepts no reports"
             raise ReportConflict(Problem("", said))
         states, limits, capacity = self._states, self._limits, self._capacity
         return await asyncio.shield(
@@ -163,9 +163,9 @@ class Missions(Entries[MissionRecord]):
         idle_s, now_ms = self._limits.idle_s, self.now_ms()
         for mission, owner, is_idle in await self.read(lambda r: table.abandoned(r, idle_s, now_ms)):
             if not self._settings.may_go_on(owner):
-                reason = "its key has expired or was revoked"
+                reason = "the key of the mission has expired or was revoked"
             elif is_idle:
-                reason = f"no report came for {idle_s:g} s"
+                reason = f"no report for {idle_s:g} s"
             else:
                 continue
             await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))

@@ -85,10 +85,10 @@ class MissionState:
             return False
         if n > len(digests):
             whose = "" if robot is None else f" of {robot}"
-            said = f"must be {len(digests) + 1}, the number after the last report{whose}, got {n}"
+            said = f"must be {len(digests) + 1}, one more than the last report{whose}, got {n}"
             raise ReportConflict(Problem("n", said))
         if digests[n - 1] != digest:
-            raise ReportConflict(Problem("n", f"report {n} was another one"))
+            raise ReportConflict(Problem("n", f"report {n} was sent before with other content"))
         return True
 
     def check(self, report: MissionReport, most_cells: float = math.inf) -> None:
@@ -134,20 +134,20 @@ class MissionState:
     def _faults(self, report: MissionReport) -> Iterator[Problem]:
         last_ms = self.t_ms if report.robot is None else self._told_ms.get(report.robot, 0)
         if report.t_ms < last_ms:
-            yield Problem("t_ms", f"must not go back, got {report.t_ms} after {last_ms}")
+            yield Problem("t_ms", f"must be at least {last_ms}, the time of the last report, got {report.t_ms}")
         if report.robot is not None and self._is_lost(report.robot):
             yield Problem("robot", f"{report.robot} is lost")
         ended = [(f"finished[{i}]", number) for i, number in enumerate(report.finished)]
         ended += [(f"failed[{i}].id", number) for i, (number, _) in enumerate(report.failed)]
         for path, number in ended:
             if number not in self._team.commands:
-                yield Problem(path, f"command {number} was never given, or has ended")
+                yield Problem(path, f"command {number} is unknown or has ended")
         for i, number in enumerate(report.finished):
             command = self._team.commands.get(number)
             named = () if command is None else (command.robot, command.carrier)
             lost = [name for name in named if name is not None and self._is_lost(name)]
             if lost:
-                yield Problem(f"finished[{i}]", f"{lost[0]} is lost and finishes nothing")
+                yield Problem(f"finished[{i}]", f"{lost[0]} is lost and can't finish a command")
         for i, note in enumerate(report.robots):
             if self._is_lost(note.name):
                 yield Problem(f"robots[{i}].name", f"{note.name} is lost")
@@ -155,13 +155,13 @@ class MissionState:
                 yield Problem(f"robots[{i}]", f"{note.name} is aboard {carrier}")
         for i, (name, _) in enumerate(report.revealed):
             if self._is_lost(name):
-                yield Problem(f"revealed[{i}].robot", f"{name} is lost and sees nothing")
+                yield Problem(f"revealed[{i}].robot", f"{name} is lost and can't reveal cells")
         if report.revealed:
             indices, codes = cells_in(tuple(chain.from_iterable(runs for _, runs in report.revealed)))
             order = np.argsort(indices, kind="stable")
             indices, codes = indices[order], codes[order]
             if np.any((indices[1:] == indices[:-1]) & (codes[1:] != codes[:-1])):
-                yield Problem("revealed", "two robots see one cell differently")
+                yield Problem("revealed", "two robots report different codes for one cell")
 
 
 def new_reports(state: MissionState, sent: Sequence[StoredReport], most_cells: float) -> list[StoredReport]:

@@ -126,14 +126,14 @@ class MissionSupervisor:
             except InternalError as error:  # nothing can be started at the moment
                 ended = Ended(ending=Ending.KILLED, detail=str(error))
             except (ReportConflict, Diverged) as error:
-                log.exception("a mission failed", extra={"mission": self.record.id})
+                log.exception("mission failed", extra={"mission": self.record.id})
                 return str(error)
             except Exception as error:
                 self.missions.background.report("mission process", error)
                 ended = Ended(ending=Ending.CRASHED, detail=f"internal error ({type(error).__name__})")
             if ended is None:
                 return None
-            log.warning("the process of a mission ended", extra={"mission": self.record.id, "reason": ended.detail})
+            log.warning("mission process ended", extra={"mission": self.record.id, "reason": ended.detail})
             if self._batches > before:
                 crashes = losses = 0
             # only its own crashes end a mission: kills and failed starts are not its fault
@@ -289,7 +289,7 @@ class MissionSupervisor:
     async def _take(self, number: int, batches: Sequence[MissionBatch]) -> None:
         for batch in batches[: self._batches - number]:
             if await self._stored(number) != batch.events:
-                raise Diverged(f"what happened after report {number} can't be repeated: it comes out different")
+                raise Diverged(f"replaying the mission after input {number} gave a different result")
             number, batches = number + 1, batches[1:]
         if not batches:
             return

@@ -103,17 +103,17 @@ def insert(
         sql = "SELECT count(*) FROM missions WHERE finished_ms IS NULL"
         (count,) = tx.execute(sql).fetchone()
         if count >= limits.missions:
-            raise TooMany(f"there are {count} open missions, more are not allowed at a time")
+            raise TooMany(f"the limit of {limits.missions} open missions is reached")
         (count,) = tx.execute(f"{sql} AND owner = ?", (new.owner,)).fetchone()
         if count >= limits.key_missions:
-            raise TooMany(f"you have {count} open missions, more are not allowed at a time")
+            raise TooMany(f"your limit of {limits.key_missions} open missions is reached")
         brief = new.brief
         if brief.simulation is not None:
             simulated = f"{sql} AND simulation IS NOT NULL"
             (count,) = tx.execute(simulated).fetchone()
             (own,) = tx.execute(f"{simulated} AND owner = ?", (new.owner,)).fetchone()
             if own and count >= limits.simulations:  # an owner's first is exempt: others' may run for hours
-                raise TooMany(f"{count} missions are simulated, more are not allowed at a time", _SIMULATED_S)
+                raise TooMany(f"the limit of {limits.simulations} simulated missions is reached", _SIMULATED_S)
         quota.check(tx, new.owner, asked_s(brief), now_ms)
         number = MISSIONS.add(
             tx,
@@ -177,7 +177,7 @@ def add_reports(
     if record.state is MissionPhase.ENDED:
         raise ReportConflict(over(record))
     if record.inputs - record.batches >= limits.backlog:
-        raise TooMany(f"{limits.backlog} reports wait for the planner")
+        raise TooMany(f"the limit of {limits.backlog} waiting reports is reached")
     capacity.check(tx, record.owner, of_reports=True)
     for seq, (report, digest) in enumerate(new, start=record.inputs + 1):
         packed.add_input(tx, record.number, seq, report, digest, now_ms)

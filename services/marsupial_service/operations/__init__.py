@@ -1,1 +1,1 @@
-"""What operators see and do: metrics, and the upkeep of a store."""
+"""For operators: metrics, and the maintenance of a store."""

@@ -18,24 +18,26 @@ class HttpMetrics:
         self._requests = Counter("marsupial_requests", "Requests.", ("method", "route", "status"), registry=own)
         seconds = "Seconds to the end of the answer."
         self._seconds = Histogram("marsupial_request_seconds", seconds, ("route",), registry=own)
-        self._jobs = Gauge("marsupial_jobs", "Jobs kept, by state.", ("state",), registry=own)
-        self._outcomes = Gauge("marsupial_job_outcomes", "Ended jobs kept.", ("outcome",), registry=own)
-        self._missions = Gauge("marsupial_missions", "Missions kept, by state.", ("state",), registry=own)
-        self._waiting = Gauge("marsupial_jobs_waiting", "Jobs that wait, by owner.", ("owner",), registry=own)
-        self._open = Gauge("marsupial_missions_open", "Missions that are open, by owner.", ("owner",), registry=own)
-        self._backlog = Gauge("marsupial_backlog", "Reports and controls that wait to be answered.", registry=own)
-        seconds = "Seconds from a report's being stored to its commands' being stored, of this server's missions."
+        self._jobs = Gauge("marsupial_jobs", "Stored jobs, by state.", ("state",), registry=own)
+        self._outcomes = Gauge(
+            "marsupial_job_outcomes", "Stored jobs that have ended, by outcome.", ("outcome",), registry=own
+        )
+        self._missions = Gauge("marsupial_missions", "Stored missions, by state.", ("state",), registry=own)
+        self._waiting = Gauge("marsupial_jobs_waiting", "Waiting jobs, by owner.", ("owner",), registry=own)
+        self._open = Gauge("marsupial_missions_open", "Open missions, by owner.", ("owner",), registry=own)
+        self._backlog = Gauge("marsupial_backlog", "Reports and controls that wait for an answer.", registry=own)
+        seconds = "Seconds from storing a report to storing its commands, for missions of this server."
         self._lag = Histogram("marsupial_command_lag_seconds", seconds, registry=own)
-        seconds = "Seconds that planning and what belongs to it have taken in this server, by owner."
+        seconds = "Seconds of planning and related work in this server, by owner."
         self._planned = Counter("marsupial_planning_seconds", seconds, ("owner",), registry=own)
-        failures = "Failures of background tasks, which start again."
+        failures = "Failures of background tasks, which are restarted."
         self._failures = Counter("marsupial_background_failures", failures, ("task",), registry=own)
-        seconds = "Seconds of planning that are left of the quota of those who use some of it, by owner."
+        seconds = "Seconds left of the planning quota, by owner who has used some."
         self._left = Gauge("marsupial_planning_seconds_left", seconds, ("owner",), registry=own)
-        self._slots = Gauge("marsupial_slots", "Plannings that can go on at a time.", registry=own)
-        self._slots_used = Gauge("marsupial_slots_in_use", "Plannings that go on.", registry=own)
+        self._slots = Gauge("marsupial_slots", "Slots for planning.", registry=own)
+        self._slots_used = Gauge("marsupial_slots_in_use", "Slots in use.", registry=own)
         self._stored = Gauge("marsupial_store_bytes", "Bytes of jobs and missions.", registry=own)
-        self._disk = Gauge("marsupial_store_disk_bytes", "Bytes that the store takes on the disk.", registry=own)
+        self._disk = Gauge("marsupial_store_disk_bytes", "Bytes of the store on disk.", registry=own)
         self._streams = Gauge("marsupial_event_streams", "Open event streams.", registry=own)
 
     def request(self, method: str, route: str, status: int, seconds: float) -> None:

@@ -37,10 +37,10 @@ _JOURNAL_AT, _WAL = 18, 2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoreInfo:
-    """What a store holds: bytes on the disk (`free_bytes` of them are given back in time), rows by table.
+    """The contents of a store: bytes on disk (`free_bytes` of them are unused), rows by table.
 
     `stored_bytes` are those of jobs and missions, as ``store_bytes`` counts them; `open` counts those that have not
-    ended; `oldest_ms` is when the oldest entry was made, in ms since 1970.
+    ended; `oldest_ms` is when the oldest entry was created, in ms since 1970.
     """
 
     place: str
@@ -93,7 +93,7 @@ def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: i
     Returns how many jobs and missions were removed. Servers may run meanwhile: they can write between any two steps.
     """
     if days is None and kept is None:
-        raise UsageError("say what is to be kept: --days, --kept or both")
+        raise UsageError("--days, --kept or both are required")
     retention_s = _OLDEST_S if days is None else 86400 * days
     most = _ANY_NUMBER if kept is None else kept
     removed: dict[str, int] = {}
@@ -115,7 +115,7 @@ def backup(place: str | Path, target: Path) -> None:
     """Write a snapshot of a folder's store and keys to one file; a server may run meanwhile. Raises StoreError."""
     _refuse_shared(place, "pg_dump --format=custom")
     if target.exists():
-        raise UsageError(f"{target} is there already")
+        raise UsageError(f"{target} already exists")
     folder = Path(place)
     with maintained(folder) as store, _draft(target) as draft:
         assert isinstance(store.connection, sqlite3.Connection)
@@ -135,13 +135,15 @@ def restore(source: Path, folder: Path) -> int:
     Raises UsageError if the folder has a store or keys, StoreError if the file is no sound backup.
     """
     if not source.is_file():
-        raise UsageError(f"{source}: there is no such file")
+        raise UsageError(f"{source}: no such file")
     if any((folder / name).exists() for name in (FILE, keys.FILE)):
-        raise UsageError(f"{folder} has a store or keys already: a backup is restored into a folder of its own")
+        raise UsageError(f"{folder} already has a store or keys; restore into a new folder")
     # a file that still has a write-ahead log is not a backup of ours, and may lack the data in the log
     with open(source, "rb") as file:
         if file.read(_JOURNAL_AT + 1)[_JOURNAL_AT:] == bytes((_WAL,)):
-            raise StoreError(f"{source} is no backup but a store's own file, of which a part may be in another file")
+            raise StoreError(
+                f"{source} is the file of a store in use, not a backup; create one with 'marsupial serve store backup'"
+            )
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     held = lock_folder(folder / "lock")
     try:
@@ -181,7 +183,7 @@ def _check(connection: sqlite3.Connection, path: Path) -> None:
 
 def _refuse_shared(place: str | Path, instead: str) -> None:
     if is_shared(place):
-        raise UsageError(f"a PostgreSQL database has tools of its own for that: {instead}")
+        raise UsageError(f"not available for PostgreSQL; use {instead}")
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What needs no job: analyses of maps, and verdicts on plans."""
+"""Requests that need no job: analyses of maps, and validations of plans."""
 
 from typing import Annotated
 
@@ -21,7 +21,7 @@ router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["analysis"])
 
 @router.post("/analysis", response_model=answers.AnalysisAnswer, responses=errors("too-many", body=True))
 async def analyse(state: Service, owner: Owner, sent: Annotated[Sent, Body(), described_by(AnalysisBody)]) -> Response:
-    """Find targets, meeting points, reach and costs on a map, as GeoJSON in metres of the map frame."""
+    """Analyse a map: targets, meeting points, reach and travel times as GeoJSON in metres of the map frame."""
     limits = state.settings.limits
     await state.jobs.check_quota(owner)
     task, include = await read(state.readers, limits, sent, ANALYSIS_READER)
@@ -36,6 +36,6 @@ async def analyse(state: Service, owner: Owner, sent: Annotated[Sent, Body(), de
 
 @router.post("/validations", response_model=answers.VerdictAnswer, responses=errors(body=True))
 async def validate(state: Service, sent: Annotated[Sent, Body(), described_by(ValidationBody)]) -> Response:
-    """Say whether a plan can be carried out and reaches the goal, or what is wrong with it first."""
+    """Check whether a plan is executable and reaches the goal, and return its first violation if not."""
     verdict = await read(state.readers, state.settings.limits, sent, VALIDATION_READER)
     return json_answer(verdict)

@@ -1,4 +1,4 @@
-"""What the service has: planners, demo data, limits."""
+"""The planners, demo data and limits of the service."""
 
 from dataclasses import fields
 from typing import Annotated
@@ -19,7 +19,7 @@ router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["catalogue"])
 
 @router.get("/planners", response_model=answers.PlannersAnswer, responses=errors())
 async def list_planners(state: Service) -> Response:
-    """List the planners, and why some can't be used here."""
+    """List the planners, and why some are not available here."""
     infos = planner_infos(state.settings.planners)
     found = [answers.PlannerAnswer.of(info, available=info.missing is None) for info in infos]
     return json_answer(answers.PlannersAnswer(planners=found))
@@ -27,7 +27,7 @@ async def list_planners(state: Service) -> Response:
 
 @router.get("/demo-data", response_model=answers.DemoListAnswer, responses=errors())
 async def list_demo_data() -> Response:
-    """List ready requests for /v1/jobs."""
+    """List ready-made requests for /v1/jobs."""
     items = [
         answers.DemoItemAnswer(name=name, kind=demo.kind, summary=demo.summary, href=f"/v1/demo-data/{name}")
         for name, demo in DEMOS.items()
@@ -37,15 +37,15 @@ async def list_demo_data() -> Response:
 
 @router.get("/demo-data/{name}", response_model=answers.DemoJobAnswer, responses=errors("not-found"))
 async def get_demo(name: Annotated[str, Path(description="Name of a demo.")]) -> Response:
-    """Return a ready request for /v1/jobs."""
+    """Return a ready-made request for /v1/jobs."""
     if name not in DEMOS:
-        raise HttpProblem("not-found", f"there is no demo {name!r}; there are {', '.join(DEMOS)}")
+        raise HttpProblem("not-found", f"unknown demo {name!r}; available: {', '.join(DEMOS)}")
     return json_answer(answers.DemoJobAnswer.model_validate(DEMOS[name].request()))
 
 
 @router.get("/limits", response_model=answers.LimitListAnswer, responses=errors())
 async def get_limits(state: Service) -> Response:
-    """Return every limit and what it limits."""
+    """Return all limits and their meanings."""
     held = state.settings.limits
     shown = {
         one.name: answers.LimitAnswer(value=getattr(held, one.name), meaning=one.metadata["meaning"])

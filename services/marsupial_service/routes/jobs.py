@@ -1,4 +1,4 @@
-"""Planning jobs: sent, looked at, followed, cancelled."""
+"""Planning jobs: submit, read, follow, cancel."""
 
 import logging
 from collections.abc import AsyncIterator, Mapping
@@ -48,7 +48,7 @@ router = APIRouter(prefix="/v1/jobs", route_class=PlanRoute, tags=["jobs"])
     "",
     status_code=202,
     response_model=answers.JobAnswer,
-    responses=stored(answers.JobAnswer, "job", 202, at_once="The job is over."),
+    responses=stored(answers.JobAnswer, "job", 202, at_once="The job has ended."),
 )
 async def submit_job(
     state: Service,
@@ -57,12 +57,12 @@ async def submit_job(
     prefer: Prefer = None,
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
-    """Store a planning job. With `Prefer: wait` the answer may be the finished job."""
+    """Submit a planning job. With `Prefer: wait`, the answer may be the finished job."""
     settings = state.settings
     request = await read(state.readers, settings.limits, sent, JOB_READER, settings.planners)
     created = await state.jobs.submit(request, owner=owner, idempotency_key=idempotency_key)
     job, headers = created.record, headers_of(created, f"{router.prefix}/{created.record.id}")
-    log.info("job taken", extra={"job": job.id, "owner": owner, "planner": job.planner})
+    log.info("job accepted", extra={"job": job.id, "owner": owner, "planner": job.planner})
     seconds = wait_seconds(prefer, settings.limits.wait_s)
     if seconds is not None:
         job = await state.jobs.wait(job.id, seconds)
@@ -78,7 +78,7 @@ async def list_jobs(
     limit: PageLimit = 50,
     before: Annotated[str | None, older_than("job")] = None,
 ) -> Response:
-    """List one's jobs, the newest first."""
+    """List your jobs, newest first."""
     wanted = None if job_state is None else JobState(job_state)
     found = await state.jobs.list(owner, state=wanted, limit=limit + 1, before=before)
     jobs, following = page(found, limit, router.prefix, state=job_state)
@@ -93,7 +93,7 @@ async def get_job(state: Service, job: JobOfPath) -> Response:
 
 @router.post("/{job}/cancel", response_model=answers.JobAnswer, responses=errors("not-found", "not-ready"))
 async def cancel_job(state: Service, job: JobOfPath) -> Response:
-    """End a job early; it keeps its best plan. A job that has ended does not change."""
+    """Cancel a job, which keeps its best plan. A job that has ended does not change."""
     return await _answer(state.jobs, await state.jobs.cancel(job.id))
 
 
@@ -104,7 +104,7 @@ async def _answer(jobs: Jobs, job: JobRecord, status: int = 200, headers: Mappin
 
 @router.get("/{job}/plans", response_model=answers.PlansAnswer, responses=errors("not-found"))
 async def list_plans(state: Service, job: JobOfPath) -> Response:
-    """Return every plan found so far, each better than the one before."""
+    """Return all plans found so far, each better than the previous one."""
     return StreamingResponse(_plans(state.jobs, job), headers=UNKEPT, media_type="application/json")
 
 
@@ -125,13 +125,13 @@ async def _plans(jobs: Jobs, job: JobRecord) -> AsyncIterator[bytes]:
 async def follow_job(
     state: Service, owner: Owner, holds: KeyHolds, job: JobOfPath, last_event_id: LastEventId = None
 ) -> Response:
-    """Stream the events of a job as they come, the stored ones first."""
+    """Stream the events of a job: first the stored ones, then new ones."""
     return await stream(state, owner, holds, state.jobs, job.id, last_event_id)
 
 
 @router.get("/{job}/situation", response_model=answers.JobSituationAnswer, responses=errors("not-found"))
 async def get_situation(state: Service, owner: Owner, job: JobOfPath) -> Response:
-    """Return what the planner is asked; for a map state once that has been analysed."""
+    """Return the situation for the planner; for a map state, once it has been analysed."""
     analysis = await state.jobs.read(lambda reader: lookup.analysis(reader, job.id))
     if analysis is not None:
         return text_answer(f'{{"situation":{analysis.situation},"places":{analysis.places}}}'.encode())
@@ -148,10 +148,10 @@ async def get_situation(state: Service, owner: Owner, job: JobOfPath) -> Respons
 
 @router.get("/{job}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
 async def get_map(state: Service, owner: Owner, job: JobOfPath) -> Response:
-    """Return the map that a job was sent with, its cells as runs; a job for a situation has none."""
+    """Return the map that a job was submitted with, as runs; a job for a situation has none."""
     source = await state.jobs.read(lambda reader: lookup.source_text(reader, job.id)) or "{}"
     found = await state.readers.value_of(owner, tell_map, (source, state.settings.limits))
     if found is None:
-        raise HttpProblem("not-found", "the job was sent with a situation, not with a map")
+        raise HttpProblem("not-found", "the job was submitted with a situation, which has no map")
     assert isinstance(found, bytes)
     return text_answer(found)

@@ -1,4 +1,4 @@
-"""Missions with the clients' own robots: created, reported to, followed, paused, resumed, cancelled."""
+"""Missions with the clients' own robots: create, report, follow, pause, resume, cancel."""
 
 import asyncio
 from typing import Annotated, Any
@@ -40,12 +40,12 @@ _INLINE_CHANGES = 10_000
 
 
 MISSION_STORED = stored(
-    answers.MissionAnswer, "mission", 201, at_once="An earlier request with that key has made the mission."
+    answers.MissionAnswer, "mission", 201, at_once="An earlier request with that key created the mission."
 )
 
 
 class MissionRoute(Route):
-    """A route for keys that may steer missions."""
+    """A route for keys that may control missions."""
 
     scope = Scope.MISSION
 
@@ -71,7 +71,7 @@ async def create_mission(
     sent: Annotated[Sent, Body(), described_by(MissionBody)],
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
-    """Store a mission and begin it: its first commands ask for the first report."""
+    """Create and start a mission; its first `commands` event requests the first report."""
     settings = state.settings
     brief, digest = await read(state.readers, settings.limits, sent, MISSION_READER, settings.planners)
     return created(await state.missions.create(brief, digest, owner=owner, idempotency_key=idempotency_key))
@@ -81,7 +81,7 @@ async def create_mission(
 async def list_missions(
     state: Service, owner: Owner, limit: PageLimit = 50, before: Annotated[str | None, older_than("mission")] = None
 ) -> Response:
-    """List one's missions, the newest first."""
+    """List your missions, newest first."""
     found = await state.missions.list(owner, limit=limit + 1, before=before)
     missions, following = page(found, limit, router.prefix)
     shown = [mission_answer(record) for record in missions]
@@ -102,9 +102,9 @@ async def get_mission(mission: MissionOfPath) -> Response:
 async def report(
     state: Service, mission: MissionOfPath, sent: Annotated[Sent, Body(), described_by(ReportsBody)]
 ) -> Response:
-    """Store a report of what has happened, or several. Sending it again changes nothing.
+    """Store a report or a batch of reports; repeating the request changes nothing.
 
-    Nor does a report that is refused; of several, all are refused then. A batch is answered by a batch.
+    If one report of a batch is refused, none is stored. The answer to a batch is a batch.
     """
     missions = state.missions
     brief = await missions.brief(mission)
@@ -117,7 +117,7 @@ async def report(
 
 @router.get("/{mission}/reports", response_model=answers.LastReportsAnswer, responses=errors("not-found"))
 async def get_last_reports(state: Service, mission: MissionOfPath) -> Response:
-    """Return which reports were the last: where to go on counting."""
+    """Return the numbers of the last reports, from which to continue."""
     return json_answer(await state.missions.last_reports(mission))
 
 
@@ -129,7 +129,7 @@ _CONTROLLED: dict[str, Any] = {
 
 @router.post("/{mission}/pause", **_CONTROLLED)
 async def pause_mission(state: Service, mission: MissionOfPath) -> Response:
-    """Stop all driving robots and give no commands until the mission is resumed."""
+    """Stop all driving robots, and send no commands until the mission is resumed."""
     return await _control(state, mission, Control.PAUSE)
 
 
@@ -141,7 +141,7 @@ async def resume_mission(state: Service, mission: MissionOfPath) -> Response:
 
 @router.post("/{mission}/cancel", **_CONTROLLED)
 async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
-    """End a mission with its final report. A mission that has ended does not change."""
+    """Cancel a mission, which ends with its stop report. A mission that has ended does not change."""
     return await _control(state, mission, Control.CANCEL)
 
 
@@ -153,7 +153,7 @@ async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
 async def follow_mission(
     state: Service, owner: Owner, holds: KeyHolds, mission: MissionOfPath, last_event_id: LastEventId = None
 ) -> Response:
-    """Stream the commands and decisions of a mission as they come, stored ones first, up to the event `end`."""
+    """Stream the events of a mission, first the stored ones, then new ones, up to the event `end`."""
     return await stream(state, owner, holds, state.missions, mission.id, last_event_id)
 
 
@@ -165,7 +165,7 @@ async def get_log(state: Service, mission: MissionOfPath) -> Response:
 
 @router.get("/{mission}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
 async def get_known_map(state: Service, owner: Owner, mission: MissionOfPath) -> Response:
-    """Return what is known of the map after the last report."""
+    """Return the map as known after the last report."""
     known = await state.missions.known(mission)
     if await asyncio.to_thread(changes_in, known.cells) <= _INLINE_CHANGES:
         return text_answer(known_map_text(known))
@@ -175,7 +175,7 @@ async def get_known_map(state: Service, owner: Owner, mission: MissionOfPath) ->
 
 
 def created(made: Created[MissionRecord]) -> Response:
-    """Return the answer that a mission is stored."""
+    """Return the answer for a stored mission."""
     answer = mission_answer(made.record)
     return json_answer(answer, 200 if made.replayed else 201, headers_of(made, answer.links.self))
 

@@ -1,4 +1,4 @@
-"""For those who run the service: is it alive, can it plan, how much does it do."""
+"""Health, readiness and metrics, for operators."""
 
 import asyncio
 import logging
@@ -37,13 +37,13 @@ log = logging.getLogger("marsupial.service")
 
 @router.get("/healthz", response_model=answers.HealthAnswer, responses=errors(key=False))
 async def healthz() -> Response:
-    """Say that the service answers."""
+    """Confirm that the service is running."""
     return json_answer(answers.HealthAnswer(version=version("marsupial")))
 
 
 @router.get("/readyz", response_model=answers.ReadyAnswer, responses=errors("not-ready", key=False))
 async def readyz(state: Service) -> Response:
-    """Plan for a tiny situation in a process of its own, write to the store and read it."""
+    """Check that the service can plan for a tiny situation in a separate process, and write and read the store."""
     # of many concurrent requests, the first one checks and the others get its result
     async with state.readiness.lock:
         if time.monotonic() - state.readiness.checked_s > FRESH_S:
@@ -57,7 +57,7 @@ async def readyz(state: Service) -> Response:
 
 @admin.get("/metrics", response_class=PlainTextResponse, responses=errors())
 async def metrics(state: Service) -> Response:
-    """Return counts for Prometheus."""
+    """Return the metrics in Prometheus' text format."""
     jobs, missions = state.jobs, state.missions
     streams = sum(state.streams.values())
     counts = await jobs.metrics(), await missions.counts(), await jobs.left_s()
@@ -70,16 +70,16 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     limits = state.settings.limits
     try:
         if (trouble := state.runner.trouble()) is not None:
-            return f"planning has to wait: {trouble}"
+            return f"planning is not available: {trouble}"
         value_of = state.supervised.value_of if state.runner is LOCAL else partial(value_on, state.runner)
         planned = await value_of(try_planning, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
     except HttpProblem as error:
-        return f"planning {'has to wait' if error.kind == 'not-ready' else 'fails'}: {error}"
+        return f"planning {'is not available' if error.kind == 'not-ready' else 'fails'}: {error}"
     except Exception:
-        log.exception("the check of readiness fails")
-        return "planning fails; the log says why"
+        log.exception("readiness check failed")
+        return "planning fails; see the server log"
     if planned is not True:
-        return "planning gives no valid plan"
+        return "planning returns no valid plan"
     took_ms = round(1000 * (time.monotonic() - begun), 1)
     try:
         async with asyncio.timeout(_STORE_S):
@@ -92,6 +92,6 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     except StoreError as error:
         return error.told
     except Exception:
-        log.exception("the check of readiness fails")
-        return "the store can't be used; the log says why"
+        log.exception("readiness check failed")
+        return "the store is not available; see the server log"
     return answers.ReadyAnswer(planned_in_ms=took_ms, sqlite=sqlite3.sqlite_version, version=version("marsupial"))

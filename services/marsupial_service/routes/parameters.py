@@ -1,4 +1,4 @@
-"""What several routes take (who asks, headers, the entry of the path) and answer (an entry, a page of a list)."""
+"""Parameters (owner, headers, the entry in the path) and responses (an entry, a page of a list) of several routes."""
 
 import re
 import time
@@ -40,11 +40,15 @@ KeyHolds = Annotated[Callable[[], bool], Depends(_key_holds)]
 
 Prefer = Annotated[str | None, Header(description="`wait=5` waits up to 5 s for the job to end.", max_length=200)]
 IdempotencyKey = Annotated[
-    str | None, Header(description="The same key and body give the same job.", pattern=r"^[\x21-\x7e]{1,200}$")
+    str | None, Header(description="Repeating a key and body gives the same entry.", pattern=r"^[\x21-\x7e]{1,200}$")
 ]
 LastEventId = Annotated[
     str | None,
-    Header(alias="Last-Event-ID", description="The last event seen: later ones are sent.", pattern=r"^[0-9]{1,15}$"),
+    Header(
+        alias="Last-Event-ID",
+        description="Id of the last event received; later events are sent.",
+        pattern=r"^[0-9]{1,15}$",
+    ),
 ]
 
 
@@ -53,7 +57,7 @@ PageLimit = Annotated[int, Query(ge=1, le=200)]
 
 def older_than(noun: str) -> Any:
     """Return the parameter of a list that begins after one of its entries."""
-    return Query(description=f"Id of a {noun}: older ones only.", max_length=100)
+    return Query(description=f"Id of a {noun}; only older ones are listed.", max_length=100)
 
 
 _JobId = Annotated[str, Path(description="Id of a job.", max_length=100)]
@@ -87,7 +91,7 @@ def stored(model: type[Answer], noun: str, status: int, at_once: str) -> dict[in
     return {
         **errors("key-reused", "too-many", "not-ready", "store-full", body=True),
         200: {**answer, "description": at_once},
-        status: {**answer, "description": f"The {noun} is stored; it is at Location."},
+        status: {**answer, "description": f"The {noun} is stored; its URL is in Location."},
     }
 
 
@@ -95,7 +99,7 @@ def streamed(events: str) -> dict[int | str, dict[str, Any]]:
     """Return the responses of a route that streams these events."""
     return {
         **errors("not-found", "too-many"),
-        204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
+        204: {"description": "No more events follow the one of `Last-Event-ID`."},
         200: {"description": events},
     }
 

@@ -1,4 +1,4 @@
-"""Missions in the service's simulator: what there is to choose from, and how one is begun."""
+"""Simulated missions: list the options, create a mission."""
 
 from functools import cache
 from typing import Annotated
@@ -30,7 +30,7 @@ _TRIED = "greedy"
 
 @router.get("/scenarios", response_model=answers.ScenariosAnswer, responses=errors())
 async def list_scenarios(state: Service) -> Response:
-    """List what can be simulated, and how."""
+    """List the scenarios, strategies, planners and defaults for simulations."""
     settings = state.settings
     usable = [info.name for info in planner_infos(settings.planners) if info.missing is None]
     scenarios = [answers.ScenarioAnswer.of(one, name=name) for name, one in SCENARIOS.items()]
@@ -58,7 +58,7 @@ async def create_simulation(
     sent: Annotated[Sent, Body(), described_by(SimulationBody)],
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
-    """Store a mission whose robots the service simulates, and begin it. It takes no reports, and ends by itself."""
+    """Create and start a mission with simulated robots. It accepts no reports, and ends by itself."""
     settings = state.settings
     brief, digest = await read(state.readers, settings.limits, sent, SIMULATION_READER, settings.planners)
     return created(await state.missions.create(brief, digest, owner=owner, idempotency_key=idempotency_key))
@@ -66,7 +66,7 @@ async def create_simulation(
 
 @cache
 def _strategies() -> list[answers.StrategyAnswer]:
-    """Return what each strategy that can be used here is for."""
+    """Return the available strategies, with the teams that they support."""
     found = []
     for name in strategy_names():
         try:

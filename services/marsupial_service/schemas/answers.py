@@ -1,4 +1,4 @@
-"""The bodies of answers. Moments are RFC 3339 in UTC, places on the map are metres of the map frame."""
+"""The bodies of answers. Timestamps are RFC 3339 in UTC; positions are metres in the map frame."""
 
 from typing import Annotated, Any, Literal
 
@@ -10,12 +10,12 @@ from marsupial_service.schemas.words import JobOutcome, JobState, MissionPhase
 StateWord = Annotated[str, one_word_of(JobState)]
 OutcomeWord = Annotated[str, one_word_of(JobOutcome)]
 Number = Annotated[int | float, WithJsonSchema({"type": "number"})]
-"""A number as it is: whole numbers stay whole."""
+"""A number; integers stay integers."""
 Geometry = Literal["Point", "MultiPoint", "LineString", "MultiPolygon"]
 
 
 class ProblemDetailAnswer(Answer):
-    """One thing wrong: where (a JSON pointer into the body, or the name of a parameter) and what."""
+    """One error in a request: its detail, and its place (a JSON pointer into the body, or the name of a parameter)."""
 
     pointer: Absent[str] = None
     query: Absent[str] = None
@@ -25,7 +25,7 @@ class ProblemDetailAnswer(Answer):
 
 
 class ProblemAnswer(Answer):
-    """An error, as RFC 9457 describes it."""
+    """An error in the format of RFC 9457."""
 
     type: str
     title: str
@@ -36,7 +36,7 @@ class ProblemAnswer(Answer):
 
 
 class ActionAnswer(Answer):
-    """An action of a plan; times are ms from the moment of the situation."""
+    """An action of a plan; times are in ms, relative to the time of the situation."""
 
     name: Literal["move", "explore", "dock", "undock"]
     robot: str
@@ -48,7 +48,7 @@ class ActionAnswer(Answer):
 
 
 class PlanAnswer(Answer):
-    """A revision of a job's plan; each is valid and better than the one before."""
+    """A revision of a job's plan; every revision is valid and better than the previous one."""
 
     revision: int
     makespan_ms: int
@@ -59,20 +59,20 @@ class PlanAnswer(Answer):
 
 
 class PlansAnswer(Answer):
-    """Every revision of a job's plan, the first one first."""
+    """All revisions of a job's plan, oldest first."""
 
     plans: list[PlanAnswer]
 
 
 class BudgetAnswer(Answer):
-    """What the planner was given: seconds, or steps."""
+    """The budget of the planner, in seconds or in steps."""
 
     seconds: Absent[float] = None
     steps: Absent[int] = None
 
 
 class JobLinksAnswer(Answer):
-    """Where there is more about a job."""
+    """Links to the resources of a job."""
 
     self: str
     plans: str
@@ -110,21 +110,21 @@ class JobAnswer(JobSummaryAnswer):
 
 
 class JobListAnswer(Answer):
-    """Jobs, the newest first; `next` is where the older ones are."""
+    """Jobs, newest first; `next` is the link to the next page."""
 
     jobs: list[JobSummaryAnswer]
     next: str | None
 
 
 class JobSituationAnswer(Answer):
-    """What the planner was asked; for a map state also the cell of every place per robot type, and its centre."""
+    """The situation for the planner; for a map state also the cell and centre of every place, per robot type."""
 
     situation: dict[str, Any]
     places: dict[str, Any] | None
 
 
 class ViolationAnswer(Answer):
-    """The first thing wrong with a plan; `action` is null where the goal is not reached at the end."""
+    """The first violation of a plan; `action` is null if the plan ends without reaching the goal."""
 
     kind: str
     time_ms: int
@@ -133,7 +133,7 @@ class ViolationAnswer(Answer):
 
 
 class VerdictAnswer(Answer):
-    """Whether a plan is valid; `retimed` counts the actions whose times its text had rounded to hundredths."""
+    """Whether a plan is valid; `retimed` is the number of actions whose times, rounded in its text, were corrected."""
 
     valid: bool
     violation: ViolationAnswer | None
@@ -143,7 +143,7 @@ class VerdictAnswer(Answer):
 
 
 class PlannerAnswer(Answer):
-    """A planner: whether it can be used here, and what it can do."""
+    """A planner, its capabilities, and whether it is available on this server."""
 
     name: str
     summary: str
@@ -156,13 +156,13 @@ class PlannerAnswer(Answer):
 
 
 class PlannersAnswer(Answer):
-    """Every planner."""
+    """All planners."""
 
     planners: list[PlannerAnswer]
 
 
 class GeometryAnswer(Answer):
-    """A GeoJSON geometry in metres of the map frame, not in degrees."""
+    """A GeoJSON geometry; coordinates are metres in the map frame, not degrees."""
 
     type: Geometry
     coordinates: list[Any]
@@ -178,7 +178,7 @@ class FeatureAnswer(Answer):
 
 
 class AnalysisAnswer(Answer):
-    """What was found on a map, as a GeoJSON feature collection with the situation a planner is asked."""
+    """The analysis of a map: a GeoJSON feature collection, and the situation for the planner."""
 
     type: Literal["FeatureCollection"]
     features: list[FeatureAnswer]
@@ -186,7 +186,7 @@ class AnalysisAnswer(Answer):
 
 
 class ScenarioAnswer(Answer):
-    """A built-in scenario: its size in metres, and what it is."""
+    """A built-in scenario: its size in metres, and a summary."""
 
     name: str
     width_m: float
@@ -195,7 +195,7 @@ class ScenarioAnswer(Answer):
 
 
 class StrategyAnswer(Answer):
-    """A strategy: whether it asks a planner, and whether it leads teams with rovers, and without."""
+    """A strategy: whether it uses a planner, and whether it supports teams with rovers and teams without."""
 
     name: str
     asks_planner: bool
@@ -204,7 +204,7 @@ class StrategyAnswer(Answer):
 
 
 class SimulationDefaultsAnswer(Answer):
-    """What holds where a simulation says nothing: the team, who decides, and the budget of each planning."""
+    """The default values of a request for a simulation."""
 
     carriers: int
     rovers: int
@@ -215,7 +215,7 @@ class SimulationDefaultsAnswer(Answer):
 
 
 class ScenariosAnswer(Answer):
-    """What may be simulated and how; `planners` are those that can be used here."""
+    """The options for simulations; `planners` are those available on this server."""
 
     scenarios: list[ScenarioAnswer]
     strategies: list[StrategyAnswer]
@@ -224,7 +224,7 @@ class ScenariosAnswer(Answer):
 
 
 class DemoItemAnswer(Answer):
-    """A ready request for /v1/jobs."""
+    """A ready-made request for /v1/jobs."""
 
     name: str
     kind: Literal["situation", "map_state"]
@@ -233,33 +233,33 @@ class DemoItemAnswer(Answer):
 
 
 class DemoListAnswer(Answer):
-    """What there is to try the service with."""
+    """Ready-made requests to try the service with."""
 
     demo_data: list[DemoItemAnswer]
 
 
 class LimitAnswer(Answer):
-    """A limit, and what it limits."""
+    """A limit and its meaning."""
 
     value: Number
     meaning: str
 
 
 class LimitListAnswer(Answer):
-    """Every limit of the service."""
+    """All limits of the service."""
 
     limits: dict[str, LimitAnswer]
 
 
 class HealthAnswer(Answer):
-    """That the service answers."""
+    """The service is running."""
 
     status: Literal["ok"] = "ok"
     version: str
 
 
 class ReadyAnswer(Answer):
-    """That the service can plan and store."""
+    """The service can plan and store jobs."""
 
     status: Literal["ready"] = "ready"
     planned_in_ms: float
@@ -268,7 +268,7 @@ class ReadyAnswer(Answer):
 
 
 class DemoJobAnswer(Answer):
-    """A request for /v1/jobs."""
+    """A request body for /v1/jobs."""
 
     planner: str
     budget: dict[str, Any] = Field(default_factory=dict)
@@ -277,7 +277,7 @@ class DemoJobAnswer(Answer):
 
 
 class MissionLinksAnswer(Answer):
-    """Where there is more about a mission."""
+    """Links to the resources of a mission."""
 
     self: str
     reports: str
@@ -290,17 +290,20 @@ class MissionLinksAnswer(Answer):
 
 
 class SimulationAnswer(Answer):
-    """How the robots of a mission are simulated: `speed` seconds of mission time a second, or as fast as may be."""
+    """The simulation of a mission's robots.
+
+    `speed` is seconds of mission time per second; without it, the simulation runs as fast as planning allows.
+    """
 
     speed: Absent[float] = None
     seed: int
     carriers: int
     rovers: int
-    warnings: Annotated[list[str], Field(description="What is odd about the map.")]
+    warnings: Annotated[list[str], Field(description="Warnings about the map.")]
 
 
 class MissionAnswer(Answer):
-    """A mission: `status` and `reason` say how it ended, `n` and `t_ms` which report was the last."""
+    """A mission. `status` and `reason` say how it ended; `n` and `t_ms` are those of the last report."""
 
     id: str
     name: str
@@ -319,16 +322,16 @@ class MissionAnswer(Answer):
 
 
 class MissionListAnswer(Answer):
-    """Missions, the newest first; `next` is where the older ones are."""
+    """Missions, newest first; `next` is the link to the next page."""
 
     missions: list[MissionAnswer]
     next: str | None
 
 
 class TakenAnswer(Answer):
-    """A report has been stored: its number, its time, and the revision of the plan that was made last.
+    """A stored report: its number and time, and the revision of the latest plan.
 
-    `robot` is whose count `n` belongs to, if it is a robot's own.
+    `robot` is given if that robot numbers its own reports.
     """
 
     n: int
@@ -338,13 +341,13 @@ class TakenAnswer(Answer):
 
 
 class AllTakenAnswer(Answer):
-    """All reports of a request have been stored, or had been before."""
+    """All reports of a request are stored, now or by an earlier request."""
 
     reports: list[TakenAnswer]
 
 
 class LastReportsAnswer(Answer):
-    """The last report of the team (0: none yet), the latest time of all, the last of each robot by its own count."""
+    """The last report of the team (0: none), the latest time, and the last report of each robot that numbers them."""
 
     n: int
     t_ms: int
@@ -352,7 +355,7 @@ class LastReportsAnswer(Answer):
 
 
 class KnownMapAnswer(Answer):
-    """What is known of the map: (start, length, terrain code) three by three."""
+    """The known map; `runs` are triples of start, length and terrain code."""
 
     width: int
     height: int

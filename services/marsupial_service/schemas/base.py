@@ -1,4 +1,4 @@
-"""What all models have in common: strict types, no unknown fields, fields that may be absent but never null.
+"""The base of all models: strict types, no unknown fields, fields that may be absent but never null.
 
 Numbers lie within `marsupial.model.bounds`.
 """
@@ -75,7 +75,7 @@ class _RefuseNull(_NeverNull):
 
 def _refuse_null(value: object) -> object:
     if value is None:
-        raise PydanticCustomError("null", "must not be null; leave the field out")
+        raise PydanticCustomError("null", "must not be null; omit the field")
     return value
 
 
@@ -86,7 +86,7 @@ def within(name: str) -> Any:
 
 
 def one_word_of(words: type[StrEnum]) -> GetPydanticSchema:
-    """Return the schema of a text that is one of these words, which the document lists at the field."""
+    """Return the schema of a text that is one of these words; the document lists them at the field."""
     return GetPydanticSchema(lambda *_: core_schema.literal_schema([word.value for word in words]))
 
 
@@ -136,7 +136,7 @@ def one_of(*keys: str) -> dict[str, Any]:
 
 
 VARIANT = "\0"
-"""What the words begin with by which pydantic tells `variant` and `by_key` apart in the places of errors."""
+"""Prefix of the tags of variants, by which `problems` finds them in the locations of pydantic's errors."""
 
 
 def variant(key: str) -> Tag:
@@ -153,12 +153,12 @@ def by_key(*keys: str) -> Discriminator:
 
     def tag(value: Any) -> str | None:
         if not isinstance(value, Mapping):
-            return VARIANT + keys[0]  # which says what is wrong with it
+            return VARIANT + keys[0]  # its model reports the error
         return next((VARIANT + key for key in keys if key in value), None)
 
     return Discriminator(
         tag,
         custom_error_type=NONE_OF,
-        custom_error_message=f"needs one of {', '.join(keys)}",
+        custom_error_message=f"must have one of the fields {', '.join(keys)}",
         custom_error_context={"keys": " ".join(keys)},
     )

@@ -1,7 +1,8 @@
-"""What the events of streams hold: `data` of each is one line of JSON, of the type that its `event` names.
+"""The data of streamed events: one line of JSON, whose type depends on `event`.
 
-Times are whole milliseconds of the client's clock: of a job since its situation, of a mission since its start. Cells
-are columns and rows of the mission's frame from its lower left corner, [0, 0]; points are metres of the map frame.
+Times are integer milliseconds: for jobs since the time of the situation, for missions since the start on the client's
+clock. Cells are column and row in the mission's frame, [0, 0] at its lower left corner; points are metres in the map
+frame.
 """
 
 from collections.abc import Mapping
@@ -17,11 +18,11 @@ from marsupial_service.schemas.words import EventType, JobEventType
 CellData = Annotated[list[int], Field(min_length=2, max_length=2, description="Column and row of a cell.")]
 PointData = Annotated[list[float], Field(min_length=2, max_length=2, description="x and y in metres of the map frame.")]
 TimeMs = Annotated[int, Field(ge=0, description="Milliseconds of mission time.")]
-CommandId = Annotated[int, Field(ge=1, description="Of the command; reports name it when it has ended.")]
-RevisionNumber = Annotated[int, Field(ge=0, description="Of the plan that it belongs to; 0 before the first.")]
+CommandId = Annotated[int, Field(ge=1, description="Id of the command; reports refer to it when it has ended.")]
+RevisionNumber = Annotated[int, Field(ge=0, description="Revision of the plan; 0 before the first plan.")]
 Moment = Annotated[str, Field(description="RFC 3339, UTC.", json_schema_extra={"format": "date-time"})]
 RobotWord = Annotated[str, Field(description="Name of the robot.")]
-PlaceWord = Annotated[str, Field(description="Name of a place of the plan: target, meeting point or home.")]
+PlaceWord = Annotated[str, Field(description="Name of a place in the plan: a target, meeting point or home.")]
 
 
 class _Command(Answer):
@@ -32,22 +33,22 @@ class _Command(Answer):
 
 
 class DriveCommand(_Command):
-    """The robot drives along a route that begins at the cell where it is."""
+    """Drive along a route that begins at the robot's cell."""
 
     name: Literal["drive"]
     place: PlaceWord
-    route: list[CellData] = Field(description="The cells to pass, in their order, in the mission's frame.")
-    route_m: list[PointData] = Field(description="Their centres.")
+    route: list[CellData] = Field(description="Cells to pass, in order, in the mission's frame.")
+    route_m: list[PointData] = Field(description="Centres of these cells.")
 
 
 class StopCommand(_Command):
-    """The robot stops at the next cell of its route. `id` is that of its drive, which then ends as any other."""
+    """Stop at the next cell of the route. `id` is that of the drive, which then ends like any other drive."""
 
     name: Literal["stop"]
 
 
 class DockCommand(_Command):
-    """The rover gets aboard a carrier, which stands beside it."""
+    """The rover boards the carrier next to it."""
 
     name: Literal["dock"]
     carrier: RobotWord
@@ -55,7 +56,7 @@ class DockCommand(_Command):
 
 
 class UndockCommand(_Command):
-    """The carrier sets the rover down."""
+    """The carrier sets the rover down at a cell."""
 
     name: Literal["undock"]
     carrier: RobotWord
@@ -68,55 +69,55 @@ Command = Annotated[DriveCommand | StopCommand | DockCommand | UndockCommand, Fi
 
 
 class CommandsData(Answer):
-    """What robots are to do after the reports so far."""
+    """New commands for the robots, based on the reports so far."""
 
-    batch: int = Field(ge=1, description="Counts the events of this type.")
+    batch: int = Field(ge=1, description="Number of this event among those of its type.")
     revision: RevisionNumber
-    n: int = Field(ge=0, description="The last report of the team that is taken into account.")
+    n: int = Field(ge=0, description="The last report of the team that was considered.")
     t_ms: TimeMs
     until_ms: int | None = Field(
-        description="Mission time in ms by which to report even if nothing has happened; null: no more reports. "
-        "During a pause it lies ahead."
+        description="Mission time in ms by which the next report is due, even if nothing happens; null: no more "
+        "reports. During a pause it is always in the future."
     )
     robots: Absent[dict[str, int]] = Field(
-        default=None, description="Where robots report by their own counts: the last report of each."
+        default=None, description="The last report of each robot that numbers its own."
     )
     commands: list[Command]
 
 
 class LogData(BaseModel):
-    """A line of the mission log (docs/mission-log.md): which event, when, and its fields."""
+    """A line of the mission log (docs/mission-log.md): an event, its time and its fields."""
 
     event: Literal[
         "mission", "reveal", "drive", "stand", "plan", "start", "end", "lost", "ended", "change", "frame"
-    ] = Field(description="What happened.")
+    ] = Field(description="Type of the event.")
     t_ms: TimeMs
-    robot: Absent[str] = Field(default=None, description="Whom it happened to; of `drive`, `stand` and `lost`.")
-    cell: Absent[CellData] = Field(default=None, description="Where; of `drive`, `stand` and `start`.")
-    steps: Absent[str] = Field(default=None, description="Of `drive`: a digit for each step, 0 is +x, 2 is +y.")
+    robot: Absent[str] = Field(default=None, description="The robot, in `drive`, `stand` and `lost`.")
+    cell: Absent[CellData] = Field(default=None, description="The cell, in `drive`, `stand` and `start`.")
+    steps: Absent[str] = Field(default=None, description="In `drive`: one digit per step; 0 is +x, 2 is +y.")
     looks: Absent[list[tuple[str, int, str]]] = Field(
-        default=None, description="Of `reveal` and `change`: robot, ms after `t_ms`, and the cells as a text."
+        default=None, description="In `reveal` and `change`: robot, ms after `t_ms`, and encoded cells."
     )
     revision: Absent[RevisionNumber] = None
     reason: Absent[str] = None
 
 
 class DecisionData(Answer):
-    """How a plan was found, and its actions; their times are ms from the moment of the decision."""
+    """How a plan was found, and its actions; their times are in ms, relative to the decision."""
 
     planner: str
     outcome: str
-    wall_s: float = Field(description="Seconds that planning took by the clock on the wall.")
-    first_plan_s: float | None = Field(description="Seconds to the first plan, or null.")
-    refused: int = Field(ge=0, description="Invalid plans of the planner, which were not followed.")
+    wall_s: float = Field(description="Wall-clock seconds of planning.")
+    first_plan_s: float | None = Field(description="Seconds until the first plan; null if there is none.")
+    refused: int = Field(ge=0, description="Number of invalid plans, which were discarded.")
     detail: str
     actions: list[ActionAnswer]
 
 
 class MissionStateData(Answer):
-    """Whether the mission goes on.
+    """The state of the mission.
 
-    `waiting`: for a map on which its robots can stand where they are; `reason` says which can't.
+    `waiting`: the mission waits for a map on which all robots can stand; `reason` says which ones can't.
     """
 
     state: Literal["paused", "running", "waiting"]
@@ -125,24 +126,24 @@ class MissionStateData(Answer):
 
 
 class QuotaData(Answer):
-    """Whether the mission waits because the planning time of its key is used up."""
+    """Whether the mission waits because its key has used up its planning time."""
 
     state: Literal["waiting", "running"]
     reason: Absent[str] = None
-    room_at: Absent[Moment] = Field(default=None, description="When it may go on, if no job of the key ends before.")
+    room_at: Absent[Moment] = Field(default=None, description="When it may continue, if no job of the key ends before.")
     t_ms: TimeMs
 
 
 class FrameData(Answer):
-    """The frame of the mission's map has grown: all cells are of this one from now on."""
+    """The frame of the mission's map has grown; from now on all cells refer to this frame."""
 
-    width: int = Field(ge=1, description="Columns of cells.")
-    height: int = Field(ge=1, description="Rows of cells.")
-    resolution_m: float = Field(gt=0, description="Edge of a cell in metres.")
+    width: int = Field(ge=1, description="Number of columns.")
+    height: int = Field(ge=1, description="Number of rows.")
+    resolution_m: float = Field(gt=0, description="Size of a cell in metres.")
     origin_m: list[float] = Field(
         min_length=3, max_length=3, description="Pose of the lower left corner: x and y in metres, yaw in radians."
     )
-    shift: CellData = Field(description="What was cell [x, y] is cell [x, y] plus this.")
+    shift: CellData = Field(description="Offset to add to a cell of the old frame.")
     t_ms: TimeMs
 
 
@@ -155,31 +156,31 @@ class MissionEndData(Answer):
 
 
 class JobStateData(Answer):
-    """The job has begun or goes on waiting: its state, and how often it was begun."""
+    """The new state of the job, and how often it was started."""
 
     state: StateWord
-    attempts: int = Field(ge=0, description="How often a worker has begun it.")
+    attempts: int = Field(ge=0, description="How often it was started.")
     at: Moment
 
 
 class JobPlanData(Answer):
     """A better plan was found."""
 
-    revision: int = Field(ge=1, description="Counts the plans of a job.")
-    makespan_ms: int = Field(ge=0, description="How long the plan takes.")
-    found_after_ms: int = Field(ge=0, description="Milliseconds by the clock on the wall since the job was begun.")
+    revision: int = Field(ge=1, description="Number of the plan in its job.")
+    makespan_ms: int = Field(ge=0, description="Duration of the plan.")
+    found_after_ms: int = Field(ge=0, description="Wall-clock milliseconds since the job was started.")
     at: Moment
-    actions: list[ActionAnswer] = Field(description="Times are ms from the moment of the situation.")
+    actions: list[ActionAnswer] = Field(description="Times are in ms, relative to the time of the situation.")
 
 
 class JobEndData(Answer):
-    """The job is over."""
+    """The job has ended."""
 
     state: StateWord
     outcome: OutcomeWord
     detail: str
-    plans: int = Field(ge=0, description="How many were found.")
-    lower_bound_ms: int | None = Field(description="No plan is shorter, in ms; null where nothing is known.")
+    plans: int = Field(ge=0, description="Number of plans found.")
+    lower_bound_ms: int | None = Field(description="Lower bound on the makespan in ms; null if unknown.")
     at: Moment
 
 

@@ -1,6 +1,6 @@
-"""A map state: the map known so far, the robots on it and what they are doing, and what is asked.
+"""A map state: the known map, the robots on it with their current actions, and the goal.
 
-The words are those of scenario files; a pose is a point in metres of the map frame or a cell of the grid.
+Fields have the names of scenario files; a position is a point in metres of the map frame, or a cell of the grid.
 """
 
 from typing import Annotated, Literal, Self
@@ -41,7 +41,7 @@ Docking = Annotated[float, within("dock_s")]
 
 
 class MaskBody(RequestBody):
-    """Terrain painted in an image of the map's size: the greys of each terrain."""
+    """An image of the map's size that paints terrains onto it; `greys` has the grey values of each terrain."""
 
     image: Base64
     greys: dict[
@@ -55,7 +55,7 @@ class _MapFields(RequestBody):
 
 
 class RowsMapBody(_MapFields):
-    """A map in rows of characters, the top row first: ``#`` obstacle, ``.`` floor, ``~`` rough, ``?`` unknown."""
+    """A map as rows of characters, top row first: ``#`` obstacle, ``.`` floor, ``~`` rough, ``?`` unknown."""
 
     rows: Annotated[list[Annotated[str, StringConstraints(min_length=1)]], Field(min_length=1)]
     resolution_m: Resolution
@@ -64,7 +64,7 @@ class RowsMapBody(_MapFields):
 
 
 class ImageMapBody(_MapFields):
-    """A map as a PNG or PGM image in base64, read as nav2's map server reads it."""
+    """A map as a PNG or PGM image in base64, interpreted as nav2's map server does."""
 
     image: Base64
     resolution_m: Resolution
@@ -76,7 +76,7 @@ class ImageMapBody(_MapFields):
 
 
 class Nav2Body(RequestBody):
-    """The two files of a nav2 map: the text of ``map.yaml`` (what it names as image is not looked at) and the image."""
+    """The two files of a nav2 map: the text of ``map.yaml`` (its image name is ignored), and the image in base64."""
 
     yaml: Annotated[str, StringConstraints(min_length=1, max_length=65536)]
     image: Base64
@@ -97,7 +97,7 @@ MapBody = Annotated[
 
 
 class TerrainBody(RequestBody):
-    """A terrain class besides obstacle, floor and rough."""
+    """A terrain class in addition to obstacle, floor and rough."""
 
     name: RobotName
     code: Maybe[Annotated[int, within("terrain_code")]] = None
@@ -105,7 +105,7 @@ class TerrainBody(RequestBody):
 
 
 class EnergyBody(RequestBody):
-    """Power drawn always and on top of it while driving; energy per metre, stop, and turn of 45 to 180 degrees."""
+    """Idle power, additional power while driving, and energy per metre, stop, and turn of 45 to 180 degrees."""
 
     idle_w: Power = 0
     drive_w: Power = 0
@@ -126,14 +126,14 @@ class _RobotTypeFields(RequestBody):
 
 
 class CarrierTypeBody(_RobotTypeFields):
-    """A type of carrier."""
+    """A carrier type."""
 
     role: Literal["carrier"]
     capacity: Annotated[int, within("capacity")]
 
 
 class RoverTypeBody(_RobotTypeFields):
-    """A type of rover."""
+    """A rover type."""
 
     role: Literal["rover"]
     dock_s: Docking
@@ -193,7 +193,7 @@ class PlacedBody(RequestBody):
 
 
 class RobotBody(PlacedBody):
-    """A robot. Where it is free next: its pose in metres or its cell, or the carrier it is on."""
+    """A robot and where it will be free: a point in metres, a cell, or the carrier it is aboard."""
 
     action: Maybe[ActionInProgressBody] = None
     home_m: Maybe[PointM] = None
@@ -201,7 +201,7 @@ class RobotBody(PlacedBody):
 
 
 class MeetingBody(RequestBody):
-    """A meeting point in use, to be kept: the cells of carrier and rover, and the types it was made for."""
+    """A meeting point in use, which the analysis keeps: the cells and types of its carrier and rover."""
 
     name: RobotName
     carrier_cell: CellXY
@@ -211,7 +211,7 @@ class MeetingBody(RequestBody):
 
 
 class MapStateBody(RequestBody):
-    """The map known so far, and the robots on it."""
+    """The known map, and the robots on it."""
 
     map: MapBody
     terrains: Terrains = Field(default=[])

@@ -1,4 +1,4 @@
-"""Missions: the brief, and what is reported."""
+"""Missions: briefs and reports."""
 
 from typing import Annotated, Literal
 
@@ -26,7 +26,7 @@ from marsupial_service.schemas.situations import GoalBody
 RunsBody = Annotated[
     tuple[int, ...], made_of_list(Annotated[list[Annotated[int, within("cell")]], Field(fail_fast=True)], tuple)
 ]
-"""(start, length, terrain code) three by three, cells numbered row by row from the lowest row, in ascending order."""
+"""Triples of start, length and terrain code, in ascending order; cells are numbered row by row from the lowest row."""
 
 Side = Annotated[int, within("side")]
 Reason = Annotated[str, StringConstraints(max_length=1000)]
@@ -35,7 +35,7 @@ Distance = Annotated[float, within("distance_m")]
 
 
 class FrameBody(RequestBody):
-    """The frame of the map, and what is known in it at first."""
+    """The frame of the map, and its initially known cells."""
 
     width: Side
     height: Side
@@ -45,11 +45,11 @@ class FrameBody(RequestBody):
 
 
 class MemberBody(PlacedBody):
-    """A robot at the start: its pose in metres or its cell, or the carrier it is on."""
+    """A robot and where it starts: a point in metres, a cell, or the carrier it is aboard."""
 
 
 class MissionBody(RequestBody):
-    """A mission: the map frame, the team, what is asked, and who decides how."""
+    """A mission: the map frame, the team, the goal, the strategy and the planner."""
 
     name: Name = "mission"
     frame: FrameBody
@@ -67,23 +67,23 @@ class MissionBody(RequestBody):
 
 
 class RevealedBody(RequestBody):
-    """Cells that a robot has seen, new or changed; code 255 for those that are not known any more."""
+    """New or changed cells that a robot has seen; code 255 is for cells that are no longer known."""
 
     robot: RobotName
     runs: RunsBody
 
 
 class MapRunsBody(RequestBody):
-    """All known cells of a map; the others are unknown, also those that were known."""
+    """All known cells of a map; all other cells become unknown."""
 
     runs: RunsBody
 
 
 class ReportFrameBody(RequestBody):
-    """The frame that the cells of a report are of. The mission's frame grows to hold it; it never shrinks.
+    """The frame of the cells in a report. The mission's frame grows to contain it, and never shrinks.
 
-    `origin_m` is the pose of the lower left corner: any, but not turned against the mission's frame. `resolution_m` is
-    the mission's, given or not.
+    `origin_m` is the pose of the lower left corner, with the yaw of the mission's frame. `resolution_m`, if given, is
+    that of the mission.
     """
 
     width: Side
@@ -93,7 +93,7 @@ class ReportFrameBody(RequestBody):
 
 
 class RobotNoteBody(RequestBody):
-    """Where a robot is; for a driving robot, where and when it would stop if told to."""
+    """The position of a robot; for a driving robot, where and when it would stop if commanded now."""
 
     name: RobotName
     pose_m: Maybe[PointM] = None
@@ -104,24 +104,24 @@ class RobotNoteBody(RequestBody):
 
 
 class FailedBody(RequestBody):
-    """A command that could not be carried out."""
+    """A command that failed."""
 
     id: Identity
     reason: Reason = ""
 
 
 class LostBody(RequestBody):
-    """A robot that has failed for good."""
+    """A robot that has failed permanently."""
 
     robot: RobotName
     reason: Reason = ""
 
 
 class ReportBody(RequestBody):
-    """What happened up to a moment of mission time.
+    """What has happened up to a mission time.
 
-    `n` counts a mission's reports from 1 or, where `robot` is given, that robot's own. Cells are of `frame`, or else of
-    the mission's frame as it is when the report comes.
+    `n` numbers the reports of the mission from 1; with `robot`, those of that robot. Cells refer to `frame`; without
+    it, to the mission's frame when the report arrives.
     """
 
     n: Annotated[int, within("report")]
@@ -141,7 +141,7 @@ MOST_REPORTS = 1000
 
 
 class BatchBody(RequestBody):
-    """Reports in their order: all are taken, or none. Those that were taken before change nothing."""
+    """Several reports, in order: all are accepted, or none. Repeated reports change nothing."""
 
     reports: Annotated[list[ReportBody], Field(min_length=1, max_length=MOST_REPORTS)]
 
@@ -153,4 +153,4 @@ class ReportsBody(
         ]
     ]
 ):
-    """A report, or several of them."""
+    """A report, or a batch of reports."""

@@ -22,13 +22,13 @@ from marsupial_service.schemas.situations import SituationBody
 
 
 class SecondsBudget(RequestBody):
-    """Wall-clock seconds a planner may think."""
+    """A budget in wall-clock seconds."""
 
     seconds: Annotated[float, within("budget_s")]
 
 
 class StepsBudget(RequestBody):
-    """Steps a planner may take: the same plan each time."""
+    """A budget in steps, which gives the same plan each time."""
 
     steps: Annotated[int, within("budget_steps")]
 
@@ -51,13 +51,13 @@ class _JobFields(RequestBody):
 
 
 class SituationJobBody(_JobFields):
-    """A job that plans for a ready situation."""
+    """A job that plans for a given situation."""
 
     situation: Annotated[object, described_by(SituationBody)]
 
 
 class MapStateJobBody(_JobFields):
-    """A job that analyses a map state and plans for what it finds."""
+    """A job that analyses a map state and plans for the resulting situation."""
 
     map_state: MapStateBody
 
@@ -74,7 +74,7 @@ class JobBody(
 
 
 class AnalysisBody(RequestBody):
-    """A map state to be analysed; `include` chooses what is told of it, all if absent."""
+    """A map state to analyse; `include` selects the parts of the answer, all by default."""
 
     map_state: MapStateBody
     include: Maybe[list[Literal["places", "reach", "frontiers", "costs"]]] = None
@@ -99,13 +99,13 @@ class ActionsPlan(RequestBody):
 
 
 class TextPlan(RequestBody):
-    """A plan in the format of the planning competitions."""
+    """A plan in the text format of the planning competitions."""
 
     ipc: Annotated[str, StringConstraints(max_length=10_000_000)]
 
 
 class ValidationBody(RequestBody):
-    """A situation, and a plan to be checked for it."""
+    """A situation, and a plan to check for it."""
 
     situation: Annotated[object, described_by(SituationBody)]
     plan: Annotated[

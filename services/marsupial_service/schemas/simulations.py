@@ -1,4 +1,4 @@
-"""Missions in the simulator: which scenario or map, and how it is to be explored."""
+"""Requests for simulated missions: the scenario or map, the team, the strategy."""
 
 from typing import Annotated
 
@@ -12,9 +12,9 @@ DEFAULT_STRATEGY, DEFAULT_PLANNER, DEFAULT_SEED = "temporal", "auto", 1
 
 
 class UploadedMapBody(RequestBody):
-    """A map of nav2: its name, the text of its yaml file, and its image, PNG or PGM, in base 64.
+    """A nav2 map: its name, the text of its yaml file, and its image (PNG or PGM) in base64.
 
-    Where `image_name`, the image's file, is told, it has to be the one that the yaml file names; its suffix may differ.
+    If `image_name` is given, it must be the file that the yaml file names; the suffix may differ.
     """
 
     name: Name = "map"
@@ -34,16 +34,16 @@ class _Simulation(RequestBody):
 
 
 class ScenarioSimulationBody(_Simulation):
-    """A built-in scenario (`/v1/scenarios` lists them), explored by so many carriers and `rovers` for each.
+    """A simulation of a built-in scenario (`/v1/scenarios` lists them); `rovers` is their number per carrier.
 
-    `speed` is mission time over time on the clock; without it everything goes as fast as planning allows.
+    `speed` is seconds of mission time per second; without it, the simulation runs as fast as planning allows.
     """
 
     scenario: Name
 
 
 class MapSimulationBody(_Simulation):
-    """The same on a map that is sent; where robots start is drawn by the seed."""
+    """A simulation on an uploaded map; the seed determines where the robots start."""
 
     map: UploadedMapBody
 
@@ -56,4 +56,4 @@ class SimulationBody(
         ]
     ]
 ):
-    """A mission in the service's simulator."""
+    """A mission with simulated robots."""

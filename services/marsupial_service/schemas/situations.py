@@ -12,7 +12,7 @@ from marsupial_service.schemas.base import Maybe, Milliseconds, Name, RequestBod
 
 
 class PlanningTypeBody(RequestBody):
-    """What planning knows of a robot type."""
+    """The properties of a robot type that matter for planning."""
 
     name: Name
     role: Literal["carrier", "rover"]
@@ -22,7 +22,7 @@ class PlanningTypeBody(RequestBody):
 
 
 class RobotStateBody(RequestBody):
-    """Where a robot is free next: at a place, or aboard a carrier."""
+    """Where a robot will be free: at a place, or aboard a carrier."""
 
     model_config = ConfigDict(json_schema_extra=one_of("place", "carrier"))
 
@@ -35,7 +35,7 @@ class RobotStateBody(RequestBody):
 
 
 class TargetBody(RequestBody):
-    """A target and the robot types that can explore it."""
+    """A target, and the robot types that can explore it."""
 
     name: Name
     explorers: list[Name]
@@ -43,7 +43,7 @@ class TargetBody(RequestBody):
 
 
 class GoalBody(RequestBody):
-    """What is asked besides exploring every target."""
+    """The goal besides exploring all targets."""
 
     recover_rovers: bool = False
     return_home: bool = False
@@ -53,7 +53,7 @@ Goal = Annotated[SituationGoal, made_of(GoalBody, SituationGoal)]
 
 
 class SituationBody(RequestBody):
-    """Robots, places, travel times and goal at one moment."""
+    """Robots, places, travel times and the goal at one time."""
 
     format: Literal["marsupial situation"] = "marsupial situation"
     version: Annotated[int, Field(ge=1, le=1)] = 1

@@ -1,10 +1,10 @@
-"""Words in the store, in answers and in events: states of jobs and missions, and types of events."""
+"""Enumerations in the store, in answers and in events: states of jobs and missions, types of events."""
 
 from enum import StrEnum
 
 
 class JobState(StrEnum):
-    """Where a job is; the last three are final, and each job reaches exactly one of them once."""
+    """The state of a job; the last three are final, and each job reaches exactly one of them."""
 
     QUEUED = "queued"
     RUNNING = "running"
@@ -24,12 +24,12 @@ class JobOutcome(StrEnum):
     OUT_OF_MEMORY = "out_of_memory"
     UNSUPPORTED = "unsupported"
     ENGINE_FAILED = "engine_failed"
-    INVALID_INPUT = "invalid_input"  # what only the analysis of a map state can find; the problems are in the detail
+    INVALID_INPUT = "invalid_input"  # found only by the analysis of a map state; the detail has the problems
     CANCELLED = "cancelled"
 
 
 class JobEventType(StrEnum):
-    """What an event of a job tells."""
+    """The type of a job's event."""
 
     STATE = "state"
     PLAN = "plan"
@@ -37,7 +37,7 @@ class JobEventType(StrEnum):
 
 
 class MissionPhase(StrEnum):
-    """Where a mission is; the last one is final."""
+    """The state of a mission; the last one is final."""
 
     RUNNING = "running"
     PAUSED = "paused"
@@ -46,9 +46,9 @@ class MissionPhase(StrEnum):
 
 
 class EventType(StrEnum):
-    """What an event tells: a line of the log, a decision, commands, the state, the end, a frame that has grown.
+    """The type of a mission's event.
 
-    All of it follows from the inputs, but for `QUOTA`: that the mission waits as its owner may not plan now.
+    The inputs determine all events but `QUOTA`: the mission waits until its owner may plan again, or continues.
     """
 
     LOG = "log"

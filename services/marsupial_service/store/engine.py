@@ -42,7 +42,7 @@ class StoreError(Exception):
     `told` is a message that anybody may read: it names no file, address or user.
     """
 
-    def __init__(self, message: str, told: str = "the store can't be used; the log says why") -> None:
+    def __init__(self, message: str, told: str = "the store is not available; see the server log") -> None:
         super().__init__(message)
         self.told = told
 

@@ -54,5 +54,5 @@ def _parse(text: str) -> tuple[str, tuple[Callable[[], None], int]]:
     actions = POINTS.get(point, {})
     if action not in actions or not (at or "0").isdecimal():
         known = ", ".join(f"{point}={action}" for point, actions in POINTS.items() for action in actions)
-        raise ValueError(f"{VARIABLE}: {text!r} is not one of {known}, with or without '@N'")
+        raise ValueError(f"{VARIABLE}: {text!r} must be one of {known}, with an optional '@N'")
     return point, (actions[action], int(at or 0))

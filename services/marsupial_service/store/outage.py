@@ -32,5 +32,5 @@ class Outage:
             if self._since_s is None:
                 return False
             lasted_s, self._since_s = time.monotonic() - self._since_s, None
-        log.warning("%s: that is over", self._said, extra={"lasted_s": round(lasted_s, 1)})
+        log.warning("%s: resolved", self._said, extra={"lasted_s": round(lasted_s, 1)})
         return True

@@ -125,7 +125,7 @@ class Postgres(StoreBackend):
         try:
             parts = conninfo_to_dict(url)
         except psycopg.Error as error:
-            raise StoreError(f"no address of a PostgreSQL database: {error}") from error
+            raise StoreError(f"not the address of a PostgreSQL database: {error}") from error
         self.place = f"postgresql://{parts.get('host', '')}/{parts.get('dbname', '')}"
         super().__init__()
         self._url = url
@@ -165,7 +165,7 @@ class Postgres(StoreBackend):
             with self._connect() as connection:
                 connection.execute("DELETE FROM servers WHERE id = ?", (self.server,))
         except psycopg.Error as error:
-            log.warning("the database can't be told that the server ends", extra={"reason": said(error)})
+            log.warning("the server could not be removed from the database", extra={"reason": said(error)})
 
     def _connect(self, idle_s: float = _IDLE_S) -> _Connection:
         settings = {
@@ -206,7 +206,7 @@ class Postgres(StoreBackend):
             connection.execute(_BEAT, (self.server,))
 
     def _listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
-        outage = Outage("the database can't be heard")
+        outage = Outage("the database sends no notifications")
         while not self._ended.is_set():
             try:
                 with self._connect() as connection:

@@ -60,7 +60,7 @@ class Sqlite(StoreBackend):
 
     def maintainer(self) -> Connection:
         if not self.path.exists():
-            raise StoreError(f"{self.path.parent}: there is no store in it")
+            raise StoreError(f"{self.path.parent}: no store in this folder")
         return super().maintainer()
 
     def shrink(self, connection: Connection) -> bool:
@@ -117,7 +117,7 @@ class Sqlite(StoreBackend):
         connection.execute("PRAGMA auto_vacuum = INCREMENTAL")
         (mode,) = connection.execute("PRAGMA journal_mode = WAL").fetchone()
         if mode != "wal":
-            raise StoreError(f"{self.path}: this file system can't hold a write-ahead log")
+            raise StoreError(f"{self.path}: this file system does not support a write-ahead log")
         connection.execute(f"PRAGMA journal_size_limit = {_LONGEST_LOG}")
         if script:
             connection.executescript(f"BEGIN IMMEDIATE;{script}PRAGMA user_version = {tables.VERSION};COMMIT;")

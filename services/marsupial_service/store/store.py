@@ -55,7 +55,7 @@ class Store:
         try:
             return self._readers.submit(self._read, read)
         except RuntimeError as error:
-            raise StoreError("the store is closed", "the service is ending") from error
+            raise StoreError("the store is closed", "the service is shutting down") from error
 
     def settle(self) -> bool:
         """Give back what commits have left behind on the disk; return False if somebody is in the way."""
@@ -93,7 +93,9 @@ class Store:
         except self._engine.errors as error:
             self._forget()
             self._outage.met(str(error))
-            raise StoreError(f"nothing can be read: {error}", "nothing can be read; the log says why") from error
+            raise StoreError(
+                f"the store can't be read: {error}", "the store can't be read; see the server log"
+            ) from error
         self._outage.over()
         return found
 

@@ -146,5 +146,5 @@ VERSION = 1
 def missing(version: int, place: str) -> str:
     """Return the SQL that creates missing tables. Raises StoreError if the database has tables of another version."""
     if version not in (0, VERSION):
-        raise StoreError(f"{place}: its tables have version {version}, this is for version {VERSION}")
+        raise StoreError(f"{place}: its tables have version {version}, version {VERSION} is required")
     return "" if version else SCHEMA

@@ -104,7 +104,7 @@ class Writer:
         request = WriteRequest(write)
         with self._lock:
             if self._closed:
-                raise StoreError("the store is closed", "the service is ending")
+                raise StoreError("the store is closed", "the service is shutting down")
             self._waiting.put(request)
         return request.future
 
@@ -169,7 +169,7 @@ class Writer:
             self._tell(topics)
             self._untold = False
         except Exception:
-            log.exception("news of a commit can't be told")
+            log.exception("listeners could not be notified of a commit")
 
     def _disconnect(self) -> None:
         if self._connection is not None:
@@ -180,6 +180,6 @@ class Writer:
     def _fail(self, group: list[WriteRequest], error: BaseException) -> None:
         self._outage.met(str(error))
         for request in group:
-            told = StoreError(f"nothing was stored: {error}", "nothing was stored; the log says why")
+            told = StoreError(f"nothing was stored: {error}", "nothing was stored; see the server log")
             told.__cause__ = error
             request.future.set_exception(told)

@@ -128,7 +128,7 @@ def test_patience_ends(failure: Answer, error: type[Exception]) -> None:
     ("failure", "told"),
     [
         (httpx2.ConnectError("[Errno 111] Connection refused"), f"{URL} can't be reached (connection refused)"),
-        (problem(503, "not-ready"), "the service refuses (503): d"),
+        (problem(503, "not-ready"), "the service refused the request (503): d"),
     ],
 )
 def test_who_waits_is_told_once_each_time_the_service_is_missed(failure: Answer, told: str) -> None:
@@ -175,7 +175,7 @@ def test_a_refusal_that_is_no_problem_document_is_one_here(text: str) -> None:
 
 def test_an_answer_that_is_nested_too_deep_is_no_json() -> None:
     transport = Scripted(httpx2.Response(200, text="[" * 100_000))
-    with pytest.raises(Unreachable, match="is answered by what is no JSON"):
+    with pytest.raises(Unreachable, match="is not JSON"):
         service(transport, patience_s=0.0).ask("GET", "/")
 
 
@@ -231,7 +231,7 @@ def test_a_server_that_ends_its_streams_at_once_is_asked_with_pauses_missed_and_
     transport = Scripted(*[stream()] * 10, stream((1, "end")))
     assert followed(transport, missed=missed) == [(1, "end")]
     assert sum(PAUSES) > 5.0
-    assert missed == [f"{URL} can't be reached (the stream ended before its time)"]
+    assert missed == [f"{URL} can't be reached (the stream ended early)"]
     with pytest.raises(Unreachable, match="ended before its time"):
         followed(Scripted(stream()))
 

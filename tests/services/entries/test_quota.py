@@ -69,7 +69,7 @@ def test_jobs_reserve_their_budgets_and_what_goes_beyond_is_refused_until_there_
     house.add("a", 0, seconds=15.0)
     house.add("b", 0, steps=1000)
     assert house.left_s(0) == 5.0
-    said = r"60 s an hour \(key_planning_s\); there may be room for 10 s in 300 s$"
+    said = r"60 s per hour \(key_planning_s\) .*; 10 s may be available in 300 s$"
     with pytest.raises(TooMany, match=said) as caught:
         house.add("c", 0)
     assert caught.value.retry_after_s == 300

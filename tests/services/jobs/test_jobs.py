@@ -200,7 +200,7 @@ async def test_each_way_to_end_has_its_outcome(place: str) -> None:
                 "robots[0].place: is on an obstacle\nrobots[1].type: unknown",
             ),
             await submit(jobs, request(Crashes())): (JobOutcome.ENGINE_FAILED, "ValueError: boiler pressure"),
-            await submit(jobs, request(Hungry())): (JobOutcome.OUT_OF_MEMORY, "400 MiB are allowed"),
+            await submit(jobs, request(Hungry())): (JobOutcome.OUT_OF_MEMORY, "the limit of 400 MiB"),
             await submit(jobs, request(planner="exact")): (JobOutcome.OPTIMAL, ""),
             await submit(jobs, request(planner="tamer")): (JobOutcome.SATISFICING, ""),
             await submit(jobs, request(planner="tamer", seconds=None, steps=3)): (

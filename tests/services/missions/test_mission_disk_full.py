@@ -97,7 +97,7 @@ async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_missi
         for _ in range(2):
             answer = await service.http.post(f"{path}/reports", json=report)
             document = problem(answer, 503, "not-ready")
-            assert document["detail"] == "nothing was stored; the log says why"
+            assert document["detail"] == "nothing was stored; see the server log"
             assert int(answer.headers["retry-after"]) > 0
         problem(await service.http.post(f"{path}/pause"), 503, "not-ready")
         problem(await service.http.post("/v1/missions", json=body()), 503, "not-ready")

@@ -88,7 +88,7 @@ async def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(p
         events = [event async for event in followed(missions, record.id)]
         ended = await missions.get(record.id, "me")
         assert (ended.state, ended.status) == (MissionPhase.ENDED, "failed")
-        assert "1 MiB are allowed" in ended.reason
+        assert "the limit of 1 MiB" in ended.reason
         assert events[-1].type == "end"
 
 

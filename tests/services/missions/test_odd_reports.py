@@ -60,13 +60,13 @@ async def test_what_is_wrong_is_refused_and_changes_nothing(tmp_path: Path, seed
                     await send(missions, record, odd)
             old = draw.choice(driver.reports)
             await send(missions, record, old)
-            with pytest.raises(ReportConflict, match="was another one"):
+            with pytest.raises(ReportConflict, match="was sent before with other content"):
                 await send(missions, record, {**old, "t_ms": old["t_ms"] + 1})
             ended = [number for report in driver.reports for number in report["finished"]]
             if ended:
                 last = driver.reports[-1]
                 again = {"n": last["n"] + 1, "t_ms": last["t_ms"], "finished": [draw.choice(ended)]}
-                with pytest.raises(ReportConflict, match="was never given, or has ended"):
+                with pytest.raises(ReportConflict, match="is unknown or has ended"):
                     await send(missions, record, again)
         assert await missions.log(record) == undisturbed("lobby")
 

@@ -124,7 +124,7 @@ def test_the_image_has_to_be_the_one_that_the_yaml_names(http: httpx.Client, cho
         (on_map(image=picture(free=0)), "/map", "there is no free cell"),
         (on_map(YAML.replace("negate: 0", "negate: 1")), "/map", "free space leaks to the border"),
         (on_map("format: marsupial-scenario\nversion: 1\n"), "/map/yaml", "this is a marsupial scenario"),
-        ({"carriers": 1}, "/scenario", "needs one of scenario, map"),
+        ({"carriers": 1}, "/scenario", "must have one of the fields scenario, map"),
     ],
 )
 def test_what_is_wrong_is_told_by_the_field_that_was_meant(

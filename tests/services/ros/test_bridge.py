@@ -49,7 +49,7 @@ async def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server:
         outcome = await drive(*talk.bridge(server, ros, tmp_path, state))
     assert outcome.ended["status"] == "complete", (outcome, talk.said)
     assert len([text for text in talk.said if text.endswith(" began")]) == 1
-    assert any("goes on after report" in text for text in talk.said)
+    assert any("resumed after report" in text for text in talk.said)
     names = [goal["id"] for goal in ros.goals]
     assert len(set(names)) == len(names)
     assert any(name.endswith(":0.2") for name in names), "what was under way was sent again"
@@ -70,7 +70,7 @@ async def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server:
         await asyncio.gather(first, return_exceptions=True)
         ros.redraw = coarser
         second = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path, state)))
-        passed = "/map: a message was passed over: the resolution of the map has changed: it was 0.25 m, now 0.5 m"
+        passed = "/map: message ignored: the resolution of the map has changed: it was 0.25 m, now 0.5 m"
         await awaited(lambda: {passed, "waiting for a map on /map"} <= set(talk.said) or second.done())
         ros.redraw = lambda message: message
         outcome = await second

@@ -72,7 +72,7 @@ class Ears:
         (changed(FITTING, origin=origin(x=1e9)), "more than the limit"),
         (changed(FITTING, origin=origin(x=-1e300)), "its origin must be"),
         (changed({**FITTING, "data": []}, width=0, height=0), "non-empty"),
-        ({**FITTING, "header": {"frame_id": "odom"}}, "is in the frame 'odom', not in 'map'"),
+        ({**FITTING, "header": {"frame_id": "odom"}}, "must be in the frame 'map', got 'odom'"),
         ({**FITTING, "data": [0, 300]}, "out of bounds"),
         ({**FITTING, "data": None}, ""),
         ({}, "info"),
@@ -83,7 +83,7 @@ def test_an_odd_first_map_is_passed_over_and_a_fitting_one_taken(tmp_path: Path,
     ears.hearing.message("/map", odd)
     assert ears.chart.grid is None
     (said,) = ears.said
-    assert said.startswith("/map: a message was passed over: ")
+    assert said.startswith("/map: message ignored: ")
     assert why in said
     ears.hearing.message("/map", FITTING)
     assert ears.chart.grid is not None
@@ -160,7 +160,7 @@ def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) ->
         fresh = {**good, "header": {"frame_id": "map", "stamp": stamp}}
         ears.hearing.message("/tf", {"transforms": [bad, fresh]})
         assert ears.silent_for(ears.clock.now_s) == 0.0
-    assert [text.startswith("/tf: a message was passed over") for text in ears.said] == [True]
+    assert [text.startswith("/tf: message ignored") for text in ears.said] == [True]
 
 
 def test_a_clock_that_tells_no_number_is_passed_over(tmp_path: Path) -> None:

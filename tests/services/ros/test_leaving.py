@@ -143,7 +143,7 @@ async def test_goals_that_do_not_end_keep_the_bridge_for_a_while_only_and_are_to
         await work
         await awaited(lambda: ros.closes)
     assert ros.closes == [NORMAL]
-    assert len([text for text in talk.said if text.endswith("was cancelled, but is not known to have ended")]) == 2
+    assert len([text for text in talk.said if text.endswith("was cancelled, but its end was not confirmed")]) == 2
 
 
 async def test_goals_are_cancelled_over_a_connection_that_comes_back_and_none_is_sent_again(

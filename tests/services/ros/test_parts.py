@@ -251,7 +251,7 @@ def test_a_handover_that_never_ends_is_given_up(house: House) -> None:
     house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
     house.at("carrier1", 2.5, 2.5, 121.0)
     house.fleet.watch(121.0)
-    assert house.fleet.report()["failed"] == [{"id": 2, "reason": "not over after 120 s"}]
+    assert house.fleet.report()["failed"] == [{"id": 2, "reason": "not finished after 120 s"}]
 
 
 def test_nav2_may_take_its_own_way_to_the_end(house: House, tmp_path: Path) -> None:
@@ -448,7 +448,7 @@ STATE = json.dumps({"version": 1, "mission": "m", "frame": FRAME})
 )
 def test_what_is_no_state_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "state").write_text(text)
-    with pytest.raises(InputError, match="is no state of `marsupial ros`"):
+    with pytest.raises(InputError, match="is not a state file of `marsupial ros`"):
         Journal(tmp_path / "state").read()
 
 
@@ -461,7 +461,7 @@ def test_a_state_of_other_robots_is_refused(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "state")
     journal.write(Record(mission="m", frame=FRAME, aboard={"rover9": "carrier9"}, lost=["carrier1"]))
     bridge = Bridge(settings_of(tmp_path), AsyncClient("http://127.0.0.1:1"), journal, print, lambda: 0)
-    with pytest.raises(InputError, match="is of a mission with other robots: rover9"):
+    with pytest.raises(InputError, match="belongs to a mission with other robots: rover9"):
         asyncio.run(bridge.run())
 
 
