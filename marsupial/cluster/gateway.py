@@ -22,11 +22,11 @@ from itertools import count
 from typing import Any
 
 from marsupial.cluster.links import Link
-from marsupial.cluster.make import Terms, make
 from marsupial.cluster.node_agent import CANCEL, LEASE_S, LOST, ORDER
-from marsupial.cluster.places import NodePlace, Places
+from marsupial.cluster.placements import Placement, PlacementPool
 from marsupial.cluster.ray_cluster import Cluster, cluster_at, connected, reach
 from marsupial.cluster.relay import Relay
+from marsupial.cluster.versions import Requirements, versions
 from marsupial.processes import channel as frames
 from marsupial.processes.channel import Channel
 
@@ -35,7 +35,7 @@ ROOM, PRELOAD, STATE = b"R", b"P", b"S"
 replies to a request for room with `channel.START` once there is room, receives the order, and replies again once the
 run has begun."""
 
-_LOOK_S = 1.0
+_POLL_S = 1.0
 _SILENCE_S = 90.0
 """Time without an answer after which the connection is given up; Ray nearly always gives up after a minute."""
 
@@ -43,8 +43,8 @@ _THREADS = 70
 _LEAVE_S = 2.0
 
 
-def main(fd: int, asker: int, address: str, *packages: str) -> None:
-    """Serve the requests of process `asker` over the socket `fd`, until it is closed."""
+def main(fd: int, client: int, address: str, *packages: str) -> None:
+    """Serve the requests of process `client` over the socket `fd`, until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: os._exit(0))
     cluster = cluster_at(address)
@@ -52,7 +52,7 @@ def main(fd: int, asker: int, address: str, *packages: str) -> None:
         reach(cluster)
         with connected(cluster) as ray:
             try:
-                asyncio.run(_serve(ray, line, asker, cluster, packages))
+                asyncio.run(_serve(ray, line, client, cluster, packages))
             except Exception as error:  # its last output; another gateway may succeed
                 print(str(error) or type(error).__name__, file=sys.stderr, flush=True)
             hurry = threading.Timer(_LEAVE_S, os._exit, (0,))
@@ -61,29 +61,29 @@ def main(fd: int, asker: int, address: str, *packages: str) -> None:
     os._exit(0)
 
 
-async def _serve(ray: Any, line: socket.socket, asker: int, cluster: Cluster, packages: tuple[str, ...]) -> None:
+async def _serve(ray: Any, line: socket.socket, client: int, cluster: Cluster, packages: tuple[str, ...]) -> None:
     loop = asyncio.get_running_loop()
-    terms = Terms(make=make(packages), token=not cluster.here, packages=packages)
-    gateway = Gateway(ray, line, terms)
+    requirements = Requirements(versions=versions(packages), token=not cluster.is_local, packages=packages)
+    gateway = Gateway(ray, line, requirements)
     loop.add_signal_handler(signal.SIGTERM, gateway.ended.set)
     loop.add_reader(line, gateway.accept)
-    while not gateway.ended.is_set() and os.getppid() == asker:
-        await gateway.look()
+    while not gateway.ended.is_set() and os.getppid() == client:
+        await gateway.update_nodes()
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(gateway.ended.wait(), _LOOK_S)
+            await asyncio.wait_for(gateway.ended.wait(), _POLL_S)
 
 
 class Gateway:
     """The connection to a cluster, and the requests for room in it."""
 
-    def __init__(self, ray: Any, line: socket.socket, terms: Terms) -> None:
+    def __init__(self, ray: Any, line: socket.socket, requirements: Requirements) -> None:
         self.ray = ray
-        self.terms = terms
+        self.requirements = requirements
         self.preload: list[bytes] = []
         self.links: dict[str, Link] = {}
         self.changed = asyncio.Event()
         self.ended = asyncio.Event()
-        self.places = Places(self.call, self.go)
+        self.placements = PlacementPool(self.call, self.go)
         self.numbers = count(1)
         self._threads = ThreadPoolExecutor(_THREADS)
         self._line = line
@@ -101,9 +101,9 @@ class Gateway:
             if request == ROOM:
                 RelayedRun(self, channel)
             else:
-                self._answer_at_once(channel, request)
+                self._reply_at_once(channel, request)
 
-    def _answer_at_once(self, channel: Channel, request: bytes) -> None:
+    def _reply_at_once(self, channel: Channel, request: bytes) -> None:
         def take(_tag: bytes, payload: bytes) -> None:
             relay.send(frames.START, self.answer(request, payload))
             relay.close()
@@ -116,7 +116,7 @@ class Gateway:
             self.preload += [one for one in pickle.loads(payload) if one not in self.preload]
             for link in self.links.values():
                 link.load()
-        return json.dumps(self._trouble()).encode()
+        return json.dumps(self._unusable_reason()).encode()
 
     def go(self, work: Coroutine[Any, Any, Any]) -> None:
         """Run a coroutine concurrently with all others."""
@@ -128,7 +128,7 @@ class Gateway:
         """Call a blocking function of Ray."""
         return await asyncio.get_running_loop().run_in_executor(self._threads, function, *arguments)
 
-    async def look(self) -> None:
+    async def update_nodes(self) -> None:
         """Keep a node agent on every node that has processors, and drop those of nodes that are gone.
 
         Raises ConnectionError if the node of this connection is dead, TimeoutError if the cluster does not answer.
@@ -139,16 +139,16 @@ class Gateway:
             raise ConnectionError("the Ray node of this connection is dead")
         alive = {node["NodeID"] for node in nodes if node["Resources"].get("CPU", 0) > 0}
         for gone in self.links.keys() - alive:
-            self.links.pop(gone).lose("the node is gone")
+            self.links.pop(gone).close("the node is gone")
         for new in alive - self.links.keys():
             self.links[new] = Link(self, new)
-            self.go(self.links[new].attend())
+            self.go(self.links[new].run())
 
     def ready(self) -> dict[str, Link]:
         """Return the links to node agents that take jobs, by the node."""
         return {node: link for node, link in self.links.items() if link.ready}
 
-    def _trouble(self) -> tuple[str, str] | None:
+    def _unusable_reason(self) -> tuple[str, str] | None:
         """Return why no job can run, if so, and further details."""
         if time.monotonic() - self._seen_s > LEASE_S:
             return "the head of the cluster does not answer", ""
@@ -165,11 +165,11 @@ class RelayedRun:
         self.number = next(gateway.numbers)
         self._gateway = gateway
         self._link: Link | None = None
-        self._place: NodePlace | None = None
-        self._wanted = self._ordered = self._left = self._over = False
-        self._relay = Relay(channel, self._from_asker, self._asker_left)
+        self._placement: Placement | None = None
+        self._wanted = self._ordered = self._spare = self._over = False
+        self._relay = Relay(channel, self._from_client, self._client_left)
 
-    def _from_asker(self, tag: bytes, payload: bytes) -> None:
+    def _from_client(self, tag: bytes, payload: bytes) -> None:
         if not self._wanted:
             self._wanted = True
             self._gateway.go(self._begin(pickle.loads(payload)))
@@ -177,8 +177,8 @@ class RelayedRun:
             self._link.give(self.number, tag if self._ordered else ORDER, payload)
             self._ordered = True
 
-    def _asker_left(self) -> None:
-        self._left = True
+    def _client_left(self) -> None:
+        self._spare = True
         if self._ordered and self._link is not None:
             self._link.give(self.number, CANCEL)
         elif self._link is not None or not self._wanted:
@@ -197,44 +197,44 @@ class RelayedRun:
             return
         self._over = True
         self._relay.close()
-        places, place, link = self._gateway.places, self._place, self._link
+        placements, placement, link = self._gateway.placements, self._placement, self._link
         if link is not None:
             link.runs.pop(self.number, None)
-        if place is not None:
-            (places.offer if link is not None and link.ready else places.give_back)(place)
+        if placement is not None:
+            (placements.release if link is not None and link.ready else placements.remove)(placement)
 
     async def _begin(self, cpus: float) -> None:
-        """Find a place and reply to the client, unless it hangs up first; if this fails, the client may ask again."""
+        """Find a placement and reply to the client, unless it hangs up first; after a failure it may ask again."""
         try:
-            self._place = await self._found(cpus)
+            self._placement = await self._find_placement(cpus)
         finally:
-            if self._left or self._place is None:
+            if self._spare or self._placement is None:
                 self.end()
-        if self._over or self._place is None:
+        if self._over or self._placement is None:
             return
-        self._link = self._gateway.links.get(self._place.node)
+        self._link = self._gateway.links.get(self._placement.node)
         if self._link is None or not self._link.ready:
             self.end()
             return
         self._link.runs[self.number] = self
         self._relay.send(frames.START)
 
-    async def _found(self, cpus: float) -> NodePlace | None:
+    async def _find_placement(self, cpus: float) -> Placement | None:
         gateway = self._gateway
-        while not self._left:
+        while not self._spare:
             ready = gateway.ready()
             if not ready:
                 gateway.changed.clear()
                 with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(gateway.changed.wait(), _LOOK_S)
+                    await asyncio.wait_for(gateway.changed.wait(), _POLL_S)
             elif cpus == 0:
-                return NodePlace(0, min(ready.items(), key=lambda item: len(item[1].runs))[0])
+                return Placement(0, min(ready.items(), key=lambda item: len(item[1].runs))[0])
             else:
-                place = await gateway.places.find(cpus, ready, partial(self._still, ready))
-                if place is not None:
-                    return place
+                placement = await gateway.placements.find(cpus, ready, partial(self._is_wanted, ready))
+                if placement is not None:
+                    return placement
         return None
 
-    def _still(self, ready: Mapping[str, Link]) -> bool:
-        """Return whether a place on these nodes is wanted: no other nodes are ready yet."""
-        return not self._left and self._gateway.ready().keys() == ready.keys()
+    def _is_wanted(self, ready: Mapping[str, Link]) -> bool:
+        """Return whether a placement on these nodes is wanted: no other nodes are ready yet."""
+        return not self._spare and self._gateway.ready().keys() == ready.keys()

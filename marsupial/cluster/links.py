@@ -6,8 +6,8 @@ import asyncio
 import contextlib
 from typing import TYPE_CHECKING, Any
 
-from marsupial.cluster.make import WorkerRefused
 from marsupial.cluster.node_agent import LEASE_S, LOST, Envelope, NodeAgent
+from marsupial.cluster.versions import WorkerMismatch
 
 if TYPE_CHECKING:
     from marsupial.cluster.gateway import Gateway, RelayedRun
@@ -31,37 +31,37 @@ class Link:
         self._gone = False
         self._agent: Any = None
         self._unsent: list[Envelope] = []
-        self._posting = False
+        self._is_sending = False
 
-    async def attend(self) -> None:
+    async def run(self) -> None:
         """Start the agent and relay its messages; restart it until the node is gone."""
         while not self._gone:
             pause_s = _RETRY_S
             try:
-                await self._follow()
+                await self._run_agent()
             except Exception as error:  # any error: an agent that is silent or sends invalid data is lost
                 refused = getattr(error, "cause", None)
-                if isinstance(refused, WorkerRefused):
+                if isinstance(refused, WorkerMismatch):
                     pause_s = _REFUSED_S
-                self._lost(str(refused or error).strip().rpartition("\n")[2] or type(error).__name__)
+                self._end_runs(str(refused or error).strip().rpartition("\n")[2] or type(error).__name__)
             if not self._gone:
                 await asyncio.sleep(pause_s)
 
-    async def _follow(self) -> None:
-        self._agent = self._started()
+    async def _run_agent(self) -> None:
+        self._agent = self._new_agent()
         gateway = self._gateway
         loaded = len(gateway.preload)
-        await asyncio.wait_for(_answer(self._agent.prepare.remote(gateway.terms, gateway.preload)), _PREPARE_S)
+        await asyncio.wait_for(_result(self._agent.prepare.remote(gateway.requirements, gateway.preload)), _PREPARE_S)
         self.ready, self.fault = True, ""
         gateway.changed.set()
         if len(gateway.preload) > loaded:
             self.load()
         while not self._gone:
-            for run, tag, payload in await asyncio.wait_for(_answer(self._agent.take.remote()), LEASE_S):
+            for run, tag, payload in await asyncio.wait_for(_result(self._agent.take.remote()), LEASE_S):
                 if run in self.runs:
                     self.runs[run].from_agent(tag, payload)
 
-    def _started(self) -> Any:
+    def _new_agent(self) -> Any:
         from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
         actor = self._gateway.ray.remote(num_cpus=0, max_restarts=0, max_task_retries=0)(NodeAgent)
@@ -70,32 +70,32 @@ class Link:
     def give(self, run: int, tag: bytes, payload: bytes = b"") -> None:
         """Send to a run."""
         self._unsent.append(Envelope(run, tag, payload))
-        if not self._posting:
-            self._posting = True
-            self._gateway.go(self._post())
+        if not self._is_sending:
+            self._is_sending = True
+            self._gateway.go(self._send_queued())
 
     def load(self) -> None:
         """Make the agent load the latest additions to the preload list."""
         if self.ready:
             self._agent.load.remote(self._gateway.preload)
 
-    def lose(self, fault: str) -> None:
+    def close(self, fault: str) -> None:
         """End it for good."""
         self._gone = True
-        self._lost(fault)
+        self._end_runs(fault)
 
-    async def _post(self) -> None:
+    async def _send_queued(self) -> None:
         """Send all queued messages in one call."""
         try:
             while self._unsent:
                 envelopes, self._unsent = self._unsent, []
-                await asyncio.wait_for(_answer(self._agent.give.remote(envelopes)), LEASE_S)
+                await asyncio.wait_for(_result(self._agent.give.remote(envelopes)), LEASE_S)
         except Exception as error:
-            self._lost(str(error))
+            self._end_runs(str(error))
         finally:
-            self._posting = False
+            self._is_sending = False
 
-    def _lost(self, fault: str) -> None:
+    def _end_runs(self, fault: str) -> None:
         """Notify all runs that they are over; the agent, if it still exists, ends them."""
         self.ready, self.fault = False, fault
         self._gateway.changed.set()
@@ -111,6 +111,6 @@ class Link:
             await self._gateway.call(self._gateway.ray.kill, agent)
 
 
-async def _answer(reference: Any) -> Any:
+async def _result(reference: Any) -> Any:
     """Wait for the result of an actor's method; also through Ray Client."""
     return await reference

@@ -14,8 +14,8 @@ import time
 from functools import partial
 from typing import NamedTuple
 
-from marsupial.cluster.make import Terms, demand
 from marsupial.cluster.relay import Relay
+from marsupial.cluster.versions import Requirements, check_requirements
 from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import launcher, reaper
@@ -50,18 +50,18 @@ class NodeAgent:
 
     def __init__(self) -> None:
         self._runs: dict[int, _AgentRun] = {}
-        self._out: list[Envelope] = []
-        self._bytes = 0
-        self._held: set[Relay] = set()
-        self._heard_s = time.monotonic()
+        self._outbox: list[Envelope] = []
+        self._outbox_bytes = 0
+        self._paused: set[Relay] = set()
+        self._contact_s = time.monotonic()
 
-    async def prepare(self, terms: Terms, preload: list[bytes]) -> str:
-        """Get ready for jobs, and return the name of this machine. Raises WorkerRefused, InternalError."""
-        demand(terms)
-        self._news = asyncio.Event()
+    async def prepare(self, requirements: Requirements, preload: list[bytes]) -> str:
+        """Get ready for jobs, and return the name of this machine. Raises WorkerMismatch, InternalError."""
+        check_requirements(requirements)
+        self._has_mail = asyncio.Event()
         await self.load(preload)
-        self._heard_s = time.monotonic()
-        self._watching = asyncio.create_task(self._watch())
+        self._contact_s = time.monotonic()
+        self._watching = asyncio.create_task(self._exit_when_silent())
         return platform.node()
 
     async def load(self, preload: list[bytes]) -> None:
@@ -71,16 +71,16 @@ class NodeAgent:
 
     async def take(self) -> list[Envelope]:
         """Return the messages of the runs, or none after a while."""
-        self._heard_s = time.monotonic()
-        if not self._out:
+        self._contact_s = time.monotonic()
+        if not self._outbox:
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._news.wait(), POLL_S)
-        self._news.clear()
-        found, self._out, self._bytes = self._out, [], 0
-        for relay in self._held:
+                await asyncio.wait_for(self._has_mail.wait(), POLL_S)
+        self._has_mail.clear()
+        found, self._outbox, self._outbox_bytes = self._outbox, [], 0
+        for relay in self._paused:
             relay.listen(on=True)
-        self._held.clear()
-        self._heard_s = time.monotonic()
+        self._paused.clear()
+        self._contact_s = time.monotonic()
         return found
 
     async def give(self, envelopes: list[Envelope]) -> None:
@@ -93,17 +93,17 @@ class NodeAgent:
 
     def tell(self, envelope: Envelope, relay: Relay | None = None) -> None:
         """Queue an envelope for `take`; a run that sends more than the gateway takes has to wait."""
-        self._out.append(envelope)
-        self._bytes += len(envelope.payload)
-        self._news.set()
+        self._outbox.append(envelope)
+        self._outbox_bytes += len(envelope.payload)
+        self._has_mail.set()
         if envelope.tag in (frames.ENDED, LOST):
             self._runs.pop(envelope.run, None)
-        elif relay is not None and self._bytes > _MOST_BYTES:
+        elif relay is not None and self._outbox_bytes > _MOST_BYTES:
             relay.listen(on=False)
-            self._held.add(relay)
+            self._paused.add(relay)
 
-    async def _watch(self) -> None:
-        while time.monotonic() - self._heard_s < LEASE_S:
+    async def _exit_when_silent(self) -> None:
+        while time.monotonic() - self._contact_s < LEASE_S:
             await asyncio.sleep(LEASE_S / 10)
         os._exit(1)  # the launcher detects it
 
@@ -115,14 +115,14 @@ class _AgentRun:
         self._agent = agent
         self._number = number
         self._order = order
-        self._early: list[tuple[bytes, bytes]] = []
+        self._queued: list[tuple[bytes, bytes]] = []
         self._relay: Relay | None = None
         self._over = False
         self._beginning = asyncio.create_task(self._begin())
 
     def give(self, tag: bytes, payload: bytes) -> None:
         if self._relay is None:
-            self._early.append((tag, payload))
+            self._queued.append((tag, payload))
         elif tag == CANCEL:
             self._relay.end()
             asyncio.get_running_loop().call_later(GRACE_S + _KILL_S, self._kill)
@@ -136,13 +136,13 @@ class _AgentRun:
             self._end(LOST, str(error).encode())
             return
         self._agent.tell(Envelope(self._number, frames.START))
-        self._relay = Relay(channel, self._take, lambda: self._end(LOST))
-        for tag, payload in self._early:
+        self._relay = Relay(channel, self._relay_frame, lambda: self._end(LOST))
+        for tag, payload in self._queued:
             self.give(tag, payload)
         if self._over:  # everything arrived at once
             self._relay.close()
 
-    def _take(self, tag: bytes, payload: bytes) -> None:
+    def _relay_frame(self, tag: bytes, payload: bytes) -> None:
         if tag == frames.ENDED:
             self._end(tag, payload)
         else:

@@ -36,7 +36,7 @@ JOIN_S = 30.0
 OLDEST = (2, 52)
 """The first version of Ray with tokens."""
 
-_TO_GET_IT = "install it with: pip install 'marsupial[ray]' (in a checkout: pip install '.[ray]')"
+_INSTALL_HINT = "install it with: pip install 'marsupial[ray]' (in a checkout: pip install '.[ray]')"
 _CLIENT_PORT = 10001
 _STORE_BYTES = 200_000_000
 _HEAD_S = 10
@@ -44,8 +44,8 @@ _HEAD_S = 10
 
 _TOKENS = ("RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH")
 _TRY = "import sys, ray; ray.init(address=sys.argv[1], logging_level='DEBUG', log_to_driver=False); ray.shutdown()"
-_UNAUTHENTICATED = ("InvalidAuthToken", "AuthenticationError", "missing authentication token")
-_IMPATIENT = {"RAY_NUM_REDIS_GET_RETRIES": "5", "RAY_CLIENT_INITIAL_CONNECTION_TIMEOUT_S": "2"}
+_AUTHENTICATION_ERRORS = ("InvalidAuthToken", "AuthenticationError", "missing authentication token")
+_FEW_RETRIES = {"RAY_NUM_REDIS_GET_RETRIES": "5", "RAY_CLIENT_INITIAL_CONNECTION_TIMEOUT_S": "2"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,12 +57,12 @@ class Cluster:
     port: int | None = None
 
     @property
-    def here(self) -> bool:
+    def is_local(self) -> bool:
         """Whether other machines can't reach it by this address."""
         return self.address == LOCAL or (self.host is not None and _is_loopback(self.host))
 
 
-def refusal(text: str) -> UsageError:
+def ray_error(text: str) -> UsageError:
     """Return a one-line error that names the option."""
     return UsageError(f"--ray: {' '.join(text.split())}")
 
@@ -83,7 +83,7 @@ def cluster_at(address: str) -> Cluster:
     except ValueError:
         host = port = None
     if host is None or port is None or parts.path or parts.query or parts.username is not None:
-        raise refusal(f"must be HOST:PORT, ray://HOST:PORT, auto or local, got {address!r}")
+        raise ray_error(f"must be HOST:PORT, ray://HOST:PORT, auto or local, got {address!r}")
     written = f"[{host}]" if ":" in host else host
     return Cluster(f"{CLIENT if is_client else ''}{written}:{port}", host, port)
 
@@ -93,17 +93,17 @@ def usable(cluster: Cluster) -> Cluster:
 
     Raises UsageError if Ray is missing, or the cluster can't be reached, refuses the connection, or demands no token.
     """
-    _demand_ray()
+    _check_ray()
     reach(cluster)
-    _settle(cluster)
-    if not cluster.here and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
-        raise refusal(
+    _set_defaults(cluster)
+    if not cluster.is_local and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
+        raise ray_error(
             f"{cluster.address} may be another machine, where anybody can run code on a cluster without tokens; set "
             "RAY_AUTH_MODE=token on all machines and here, and put the cluster's token into RAY_AUTH_TOKEN or "
             "~/.ray/auth_token (`ray get-auth-token --generate` creates one)"
         )
     if cluster.address != LOCAL:
-        _try_out(cluster)
+        _test_connection(cluster)
     return cluster
 
 
@@ -117,7 +117,7 @@ def connected(cluster: Cluster) -> Iterator[Any]:
 
     threads = {name: os.environ.get(name, "1") for name in ONE_THREAD}
     settings: dict[str, Any] = {"include_dashboard": False, "object_store_memory": _STORE_BYTES}
-    with _same_handlers():
+    with _restored_handlers():
         try:
             ray.init(
                 address=cluster.address,
@@ -127,7 +127,7 @@ def connected(cluster: Cluster) -> Iterator[Any]:
                 **(settings if cluster.address == LOCAL else {}),
             )
         except (ConnectionError, RuntimeError, ValueError) as error:
-            raise refusal(f"{cluster.address}: {error}") from error
+            raise ray_error(f"{cluster.address}: {error}") from error
     with redirect_stdout(sys.stderr):
         try:
             yield ray
@@ -135,14 +135,14 @@ def connected(cluster: Cluster) -> Iterator[Any]:
             ray.shutdown()
 
 
-def _demand_ray() -> None:
+def _check_ray() -> None:
     try:
         found = version("ray")
     except PackageNotFoundError:
-        raise refusal(f"Ray is not installed; {_TO_GET_IT}") from None
+        raise ray_error(f"Ray is not installed; {_INSTALL_HINT}") from None
     if tuple(int(part) for part in found.split(".")[:2]) < OLDEST:
         oldest = ".".join(map(str, OLDEST))
-        raise refusal(f"Ray must be version {oldest} or newer, got {found}; {_TO_GET_IT}")
+        raise ray_error(f"Ray must be version {oldest} or newer, got {found}; {_INSTALL_HINT}")
 
 
 def reach(cluster: Cluster) -> None:
@@ -154,14 +154,14 @@ def reach(cluster: Cluster) -> None:
         socket.create_connection((host, port), timeout=REACH_S).close()
     except OSError as error:
         why = f"no answer in {REACH_S:g} s" if isinstance(error, TimeoutError) else error.strerror or str(error)
-        raise refusal(f"can't reach {host}:{port}: {why}; is the head of the cluster running there?") from error
+        raise ray_error(f"can't reach {host}:{port}: {why}; is the head of the cluster running there?") from error
 
 
-def _settle(cluster: Cluster) -> None:
+def _set_defaults(cluster: Cluster) -> None:
     """Set the settings of Ray that the user has not set."""
     settings = os.environ
     settings.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-    if cluster.here:
+    if cluster.is_local:
         settings.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")  # Ray then uses 127.0.0.1, on any system
     if cluster.address == LOCAL:
         settings.setdefault("RAY_gcs_rpc_server_reconnect_timeout_s", str(_HEAD_S))
@@ -172,32 +172,32 @@ def _settle(cluster: Cluster) -> None:
         settings["RAY_AUTH_MODE"] = "token"
 
 
-def _try_out(cluster: Cluster) -> None:
+def _test_connection(cluster: Cluster) -> None:
     """Connect once in a separate process: Ray retries for minutes when refused, and reports the reason on stderr."""
     command = [sys.executable, "-c", _TRY, cluster.address]
     try:
         try:
-            done = _tried(command, JOIN_S / 2)
+            done = _run_test(command, JOIN_S / 2)
         except subprocess.TimeoutExpired:  # Ray's client server forks while it has threads; the child may hang
-            done = _tried(command, JOIN_S / 2)
+            done = _run_test(command, JOIN_S / 2)
     except subprocess.TimeoutExpired as error:
-        why = _meaning(error.stderr or b"") or f"no Ray cluster answers in {JOIN_S:g} s"
-        raise refusal(f"{cluster.address}: {why}") from error
+        why = _known_fault(error.stderr or b"") or f"no Ray cluster answers in {JOIN_S:g} s"
+        raise ray_error(f"{cluster.address}: {why}") from error
     if done.returncode != 0:
         last = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
-        raise refusal(f"{cluster.address}: {_meaning(done.stderr) or last or f'exit code {done.returncode}'}")
+        raise ray_error(f"{cluster.address}: {_known_fault(done.stderr) or last or f'exit code {done.returncode}'}")
 
 
-def _tried(command: list[str], seconds: float) -> subprocess.CompletedProcess[bytes]:
-    return subprocess.run(command, capture_output=True, env=os.environ | _IMPATIENT, timeout=seconds, check=False)
+def _run_test(command: list[str], seconds: float) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run(command, capture_output=True, env=os.environ | _FEW_RETRIES, timeout=seconds, check=False)
 
 
-def _meaning(stderr: bytes) -> str | None:
+def _known_fault(stderr: bytes) -> str | None:
     """Return the fault in words, if the output of Ray shows it."""
     said = stderr.decode(errors="replace")
     if "Version mismatch" in said:
         return said[said.index("Version mismatch") :]
-    if any(word in said for word in _UNAUTHENTICATED):
+    if any(word in said for word in _AUTHENTICATION_ERRORS):
         return (
             "the token of the cluster is missing or wrong; put it into RAY_AUTH_TOKEN or ~/.ray/auth_token, and set "
             "RAY_AUTH_MODE=token"
@@ -215,7 +215,7 @@ def _is_loopback(host: str) -> bool:
 
 
 @contextmanager
-def _same_handlers() -> Iterator[None]:
+def _restored_handlers() -> Iterator[None]:
     """Restore the signal handlers: Ray installs its own, which exit on SIGTERM."""
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -7,19 +7,19 @@ from marsupial.processes.channel import Channel, FrameTooBig
 
 
 class Relay:
-    """Passes every received frame to `take`, then calls `over` once, when the other end is closed.
+    """Passes every received frame to `on_frame`, then calls `on_end` once, when the other end is closed.
 
-    The constructor may already call `take`, for frames that have arrived before.
+    The constructor may already call `on_frame`, for frames that have arrived before.
     """
 
-    def __init__(self, channel: Channel, take: Callable[[bytes, bytes], None], over: Callable[[], None]) -> None:
+    def __init__(self, channel: Channel, on_frame: Callable[[bytes, bytes], None], on_end: Callable[[], None]) -> None:
         self._channel = channel
-        self._take = take
-        self._over = over
+        self._on_frame = on_frame
+        self._on_end = on_end
         self._loop = asyncio.get_running_loop()
         self._listening = self._sending = self._ending = self._closing = False
         self.listen(on=True)
-        if not self._hand_on():
+        if not self._dispatch():
             self._loop.call_soon(self._read)  # reports the invalid frame once the caller has this object
 
     def send(self, tag: bytes, payload: bytes = b"") -> None:
@@ -51,15 +51,15 @@ class Relay:
 
     def _read(self) -> None:
         is_open = self._channel.fill()
-        if not (self._hand_on() and is_open) and self._listening:
+        if not (self._dispatch() and is_open) and self._listening:
             self.listen(on=False)
-            self._over()
+            self._on_end()
 
-    def _hand_on(self) -> bool:
+    def _dispatch(self) -> bool:
         """Pass the received frames on; return whether they are valid."""
         try:
             for tag, payload in self._channel.frames():
-                self._take(tag, payload)
+                self._on_frame(tag, payload)
         except FrameTooBig:
             return False
         return True

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable
 
 from marsupial.cluster import gateway
-from marsupial.cluster.make import OURS
 from marsupial.cluster.ray_cluster import Cluster
+from marsupial.cluster.versions import OURS
 from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes.channel import Channel
@@ -20,7 +20,7 @@ _START_S = 45.0
 """Wall-clock time within which a gateway must connect."""
 
 _ANSWER_S = 15.0
-_LOOK_S = 1.0
+_POLL_S = 1.0
 _RETRY_S = 2.0
 _POLL_S = 0.2
 _LOST = "the connection to the cluster was lost"
@@ -36,14 +36,14 @@ class ClusterRunner:
     def __init__(
         self, cluster: Cluster, packages: tuple[str, ...] = OURS, warn: Callable[[str], None] = lambda text: None
     ) -> None:
-        self._words = (cluster.address, *packages)
+        self._arguments = (cluster.address, *packages)
         self._warn = warn
         self._preload: dict[bytes, None] = {}
         self._gateway: Launcher | None = None
         self._trouble: tuple[str, str] | None = ("the cluster is not connected yet", "")
         self._ended = threading.Event()
         self._lock = threading.Lock()
-        self._keeping = threading.Thread(target=self._keep, name="cluster", daemon=True)
+        self._maintaining = threading.Thread(target=self._maintain_gateway, name="cluster", daemon=True)
 
     @property
     def ended(self) -> bool:
@@ -54,9 +54,9 @@ class ClusterRunner:
         # a node accepts no jobs before it has loaded their libraries, so there is nothing to wait for
         with self._lock:
             self._preload.update(dict.fromkeys(pickle.dumps(call(one)) for one in preload))
-            if self._keeping.ident is None:
-                self._keeping.start()
-        self._have_loaded()
+            if self._maintaining.ident is None:
+                self._maintaining.start()
+        self._send_preload()
 
     def reserve(self, cpus: float = 1.0) -> Reservation:
         return _NodeReservation(self, cpus)
@@ -70,44 +70,44 @@ class ClusterRunner:
         found, self._gateway = self._gateway, None
         if found is not None:
             found.close()
-        if self._keeping.is_alive():
-            self._keeping.join(_LOOK_S)
+        if self._maintaining.is_alive():
+            self._maintaining.join(_POLL_S)
 
     def ask(self, request: bytes, order: object) -> Channel | None:
         """Send a request to the gateway, if there is one; if it dies, the channel is closed."""
         found = self._gateway
         return None if found is None or self.ended else found.ask(request, order)
 
-    def _have_loaded(self) -> None:
+    def _send_preload(self) -> None:
         channel = self.ask(gateway.PRELOAD, list(self._preload))
         if channel is not None:
             channel.close()
 
-    def _keep(self) -> None:
+    def _maintain_gateway(self) -> None:
         """Keep a gateway running, restarting it when lost."""
         while not self.ended:
             try:
-                self._follow()
+                self._run_gateway()
             except Exception as error:  # it can't even be started: no memory, no more processes or files
-                self._tell(_LOST, str(error))
+                self._set_trouble(_LOST, str(error))
             self._ended.wait(_RETRY_S)
 
-    def _follow(self) -> None:
+    def _run_gateway(self) -> None:
         """Start a gateway, and ask for its state until it is lost."""
-        found = self._gateway = Launcher(gateway.__name__, *self._words)
+        found = self._gateway = Launcher(gateway.__name__, *self._arguments)
         try:
-            self._have_loaded()
+            self._send_preload()
             patience_s = _START_S
-            while found.usable() and self._asked(patience_s) and not self._ended.wait(_LOOK_S):
+            while found.usable() and self._poll_state(patience_s) and not self._ended.wait(_POLL_S):
                 patience_s = _ANSWER_S
             if not self.ended:
-                words = found.last_words().strip().rpartition("\n")[2]
-                self._tell(_LOST, "it does not answer" if found.usable() else words)
+                words = found.last_output().strip().rpartition("\n")[2]
+                self._set_trouble(_LOST, "it does not answer" if found.usable() else words)
         finally:
             self._gateway = None
             found.close()
 
-    def _asked(self, patience_s: float) -> bool:
+    def _poll_state(self, patience_s: float) -> bool:
         """Ask the gateway for its state; return whether it answers."""
         channel = self.ask(gateway.STATE, None)
         if channel is None:
@@ -124,10 +124,10 @@ class ClusterRunner:
         if found is None:
             self._trouble = None
         else:
-            self._tell(*found)
+            self._set_trouble(*found)
         return True
 
-    def _tell(self, trouble: str, reason: str) -> None:
+    def _set_trouble(self, trouble: str, reason: str) -> None:
         """Record that the cluster is unusable; warn once."""
         if self._trouble != (trouble, reason):
             self._warn(f"{trouble}: {reason}" if reason else trouble)

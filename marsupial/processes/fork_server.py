@@ -27,15 +27,15 @@ NEW_JOB, PRELOAD = b"J", b"P"
 _POLL_S = 0.2
 
 
-def main(fd: int, asker: int) -> None:
-    """Serve the requests of process `asker` over the socket `fd`, until the socket is closed or `asker` has died."""
+def main(fd: int, client: int) -> None:
+    """Serve the requests of process `client` over the socket `fd`, until the socket is closed or `client` has died."""
     reaper.adopt_orphans()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     scratch = tempfile.mkdtemp(prefix="marsupial-")
     try:
         with socket.socket(fileno=fd) as line:
-            _serve(line, asker, scratch)
+            _serve(line, client, scratch)
     except SystemExit:
         pass
     finally:
@@ -43,10 +43,10 @@ def main(fd: int, asker: int) -> None:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def _serve(line: socket.socket, asker: int, scratch: str) -> None:
+def _serve(line: socket.socket, client: int, scratch: str) -> None:
     supervisors: set[int] = set()
     loaded: set[bytes] = set()
-    while os.getppid() == asker:
+    while os.getppid() == client:
         ready, _, _ = select.select([line], [], [], _POLL_S)
         supervisors -= reaper.reap().keys()
         for pid in reaper.children(os.getpid()):
@@ -59,18 +59,18 @@ def _serve(line: socket.socket, asker: int, scratch: str) -> None:
             return
         for fd in fds:
             if request == PRELOAD:
-                with _watching(asker):
+                with _exiting_with_client(client):
                     _preload(Channel(socket.socket(fileno=fd)), loaded)
             else:
                 supervisors.add(_fork_supervisor(line, fd, scratch))
 
 
-def _preload(asker: Channel, loaded: set[bytes]) -> None:
+def _preload(client: Channel, loaded: set[bytes]) -> None:
     """Call the received pickled functions that were not called before, and reply.
 
     If a function can't be unpickled or called, the job that needs it reports the error.
     """
-    frame = asker.receive_frame()
+    frame = client.receive_frame()
     for call in [] if frame is None else pickle.loads(frame[1]):
         if call not in loaded:
             loaded.add(call)
@@ -81,19 +81,19 @@ def _preload(asker: Channel, loaded: set[bytes]) -> None:
     gc.collect()
     # the garbage collector never scans loaded objects again, so their pages stay shared with workers
     gc.freeze()
-    asker.send_frame(START)
-    asker.close()
+    client.send_frame(START)
+    client.close()
 
 
 @contextlib.contextmanager
-def _watching(asker: int) -> Iterator[None]:
-    """Exit when `asker` dies, even during an import."""
+def _exiting_with_client(client: int) -> Iterator[None]:
+    """Exit when `client` dies, even during an import."""
 
-    def look(*_: object) -> None:
-        if os.getppid() != asker:
+    def check(*_: object) -> None:
+        if os.getppid() != client:
             raise SystemExit
 
-    signal.signal(signal.SIGALRM, look)
+    signal.signal(signal.SIGALRM, check)
     signal.setitimer(signal.ITIMER_REAL, _POLL_S, _POLL_S)
     try:
         yield

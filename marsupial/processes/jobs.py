@@ -83,15 +83,15 @@ class ToolDied(Exception):
     """Raised inside a job whose own child program died: `returncode` decides how the job ended."""
 
     def __init__(self, name: str, returncode: int) -> None:
-        super().__init__(f"{name} {death(returncode)}")
+        super().__init__(f"{name} {exit_text(returncode)}")
         self.returncode = returncode
 
 
-_FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
+_EXTERNAL_SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
 _OUT_OF_MEMORY = ("bad_alloc", "memory allocation of", "out of memory", "MemoryError")
 
 
-def death(returncode: int) -> str:
+def exit_text(returncode: int) -> str:
     """Return in words how a process ended; `returncode` is that of `subprocess`: minus the number of a signal."""
     if returncode >= 0:
         return f"ended with exit code {returncode}"
@@ -101,7 +101,7 @@ def death(returncode: int) -> str:
 
 def ending_of(returncode: int, output: str = "") -> Ending:
     """Return the ending of a job that was not stopped, from its process's return code and last output."""
-    if -returncode in _FROM_OUTSIDE:
+    if -returncode in _EXTERNAL_SIGNALS:
         return Ending.KILLED
     if returncode == -signal.SIGXCPU:
         return Ending.TIMEOUT

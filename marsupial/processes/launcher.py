@@ -28,7 +28,7 @@ from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import fork_server, reaper
 from marsupial.processes.channel import Channel
-from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, JobOrder, Message, death
+from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, JobOrder, Message, exit_text
 
 Preload = ModuleType | Callable[[], object]
 """What to load once for all jobs: a module to import, or a module's top-level function to call."""
@@ -46,7 +46,7 @@ _SLACK_S = 5.0
 _CANCEL_S = 1.0
 _LEAVE_S = 1.0
 _POLL_S = 1.0
-_CODE = "import sys; sys.path[:] = {path!r}; from {module} import main; main({fd}, {asker}, *{words!r})"
+_CODE = "import sys; sys.path[:] = {path!r}; from {module} import main; main({fd}, {client}, *{words!r})"
 
 
 class Launcher:
@@ -59,7 +59,7 @@ class Launcher:
         self._stderr: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close
         self._line, theirs = socket.socketpair()
         with theirs:
-            code = _CODE.format(path=sys.path, module=module, fd=theirs.fileno(), asker=self.owner, words=words)
+            code = _CODE.format(path=sys.path, module=module, fd=theirs.fileno(), client=self.owner, words=words)
             self._process = subprocess.Popen(
                 [sys.executable, "-c", code],
                 stdin=subprocess.DEVNULL,
@@ -106,10 +106,10 @@ class Launcher:
             if frame is None:
                 channel.close()
         if frame is None:
-            raise InternalError(f"the process that starts planners can't be started: {self.last_words()}")
+            raise InternalError(f"the process that starts planners can't be started: {self.last_output()}")
         return frame[1]
 
-    def last_words(self) -> str:
+    def last_output(self) -> str:
         """Return its last output, or how it ended."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_LEAVE_S)
@@ -119,7 +119,7 @@ class Launcher:
             self._stderr.seek(0)
             text = self._stderr.read().decode(errors="replace")[-2000:]
         code = self._process.returncode
-        return text or ("the processes that it starts are killed" if code is None else f"it {death(code)}")
+        return text or ("the processes that it starts are killed" if code is None else f"it {exit_text(code)}")
 
     def close(self) -> None:
         """End it and all its descendants, and wait for their end; callers that wait for a reply get an error."""
@@ -149,11 +149,11 @@ def _current() -> Launcher:
             if _launcher is not None:
                 _launcher.close()
             _launcher = Launcher()
-            _have_loaded(_launcher).close()
+            _send_preload(_launcher).close()
         return _launcher
 
 
-def _have_loaded(launcher: Launcher) -> Channel:
+def _send_preload(launcher: Launcher) -> Channel:
     return launcher.ask(fork_server.PRELOAD, [pickle.dumps(call(one)) for one in _preload])
 
 
@@ -170,7 +170,7 @@ def warm_up(*, wait: bool = True, preload: tuple[Preload, ...] = ()) -> None:
     """
     _preload.update(dict.fromkeys(preload))
     launcher = _current()
-    channel = _have_loaded(launcher)
+    channel = _send_preload(launcher)
     if wait:
         launcher.answer(channel)
     channel.close()

@@ -121,7 +121,7 @@ def end_below(pid: int, grace_s: float) -> dict[int, int]:
     Return the return codes of the reaped children of this process.
     """
     ended: dict[int, int] = {}
-    asked: set[int] = set()
+    terminated: set[int] = set()
     started = time.monotonic()
     while time.monotonic() - started < _PATIENCE_S:
         ended.update(reap())
@@ -130,8 +130,8 @@ def end_below(pid: int, grace_s: float) -> dict[int, int]:
             break
         if time.monotonic() - started < grace_s:
             # SIGCONT as well: a stopped process handles no SIGTERM
-            _signal_all([one for one in left if one not in asked], signal.SIGTERM, signal.SIGCONT)
-            asked.update(left)
+            _signal_all([one for one in left if one not in terminated], signal.SIGTERM, signal.SIGCONT)
+            terminated.update(left)
         else:
             _signal_all(left, signal.SIGKILL)
         time.sleep(_POLL_S)

@@ -42,7 +42,7 @@ class Runner(Protocol):
         """End all jobs and all waits for room."""
 
 
-class _Here:
+class _LocalReservation:
     """Room on this machine, which is always available."""
 
     def wait(self) -> bool:
@@ -62,7 +62,7 @@ class LocalRunner:
         launcher.warm_up(wait=wait, preload=preload)
 
     def reserve(self, cpus: float = 1.0) -> Reservation:
-        return _Here()
+        return _LocalReservation()
 
     def trouble(self) -> str | None:
         return None

@@ -25,7 +25,7 @@ from typing import NoReturn
 from marsupial.processes import channel as frames
 from marsupial.processes import reaper
 from marsupial.processes.channel import Channel
-from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, JobOrder, ToolDied, death, ending_of
+from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, JobOrder, ToolDied, ending_of, exit_text
 
 _Source = Channel | int
 
@@ -49,13 +49,13 @@ def supervise(control: socket.socket, scratch: str) -> NoReturn:
     try:
         gc.freeze()
         reaper.adopt_orphans()
-        asker = Channel(control)
-        frame = asker.receive_frame()
+        client = Channel(control)
+        frame = client.receive_frame()
         if frame is not None:
             order: JobOrder = pickle.loads(frame[1])
             folder = tempfile.mkdtemp(prefix="job-", dir=scratch)
             try:
-                _Supervisor(asker, folder, order).run()
+                _Supervisor(client, folder, order).run()
             finally:
                 reaper.end_below(os.getpid(), 0.0)
                 shutil.rmtree(folder, ignore_errors=True)
@@ -69,25 +69,25 @@ def supervise(control: socket.socket, scratch: str) -> NoReturn:
 class _Supervisor:
     """Watches one worker; `run` returns once all processes of the job have ended and the end was reported."""
 
-    def __init__(self, asker: Channel, folder: str, order: JobOrder) -> None:
-        self.asker = asker
+    def __init__(self, client: Channel, folder: str, order: JobOrder) -> None:
+        self.client = client
         self.limits = order.limits
         self.tail = bytearray()
         self.peak = 0
         self.poll_s = _POLL_S
-        self.measured_s = -math.inf
-        self.worked_s: float | None = None
-        self.alone = False
+        self.checked_s = -math.inf
+        self.cpu_s: float | None = None
+        self.has_no_children = False
         self.failed: tuple[Ending, str] | None = None
         self.done = False
         self.stop: tuple[Ending, str] | None = None
-        asker.put(frames.START, str(os.getpid()).encode())
+        client.put(frames.START, str(os.getpid()).encode())
         signal.signal(signal.SIGTERM, self._on_term)
         self.started = time.monotonic()
-        self.pid, self.worker, self.output = _fork_worker(asker, folder, order)
-        self.other = {asker: self.worker, self.worker: asker}
+        self.pid, self.worker, self.output = _fork_worker(client, folder, order)
+        self.other = {client: self.worker, self.worker: client}
         self.sources: dict[_Source, Callable[[], bool]] = {
-            asker: self._read_asker,
+            client: self._read_client,
             self.worker: self._read_worker,
             self.output: self._read_output,
         }
@@ -110,23 +110,23 @@ class _Supervisor:
         for end, read in ((self.worker, self._read_worker), (self.output, self._read_output)):
             while select.select([end], [], [], 0)[0] and read():
                 pass
-        self.asker.send_frame(frames.ENDED, pickle.dumps(self._ended(returncode, wall_s)))
+        self.client.send_frame(frames.ENDED, pickle.dumps(self._result(returncode, wall_s)))
 
     def _watch(self) -> int | None:
         while self.stop is None:
             left = self.started + self.limits.wall_s - time.monotonic()
             poll_s = self.poll_s if self.worker in self.sources else _QUICK_POLL_S  # it is about to end
-            self._pass_on(max(0.0, min(poll_s, left)))
+            self._relay_available(max(0.0, min(poll_s, left)))
             ended = reaper.reap()
             if self.pid in ended:
                 return ended[self.pid]
             if time.monotonic() - self.started >= self.limits.wall_s:
                 self._end(Ending.TIMEOUT, f"stopped at its limit of {self.limits.wall_s:g} s")
-            if time.monotonic() - self.measured_s >= _POLL_S and not self._rests():
-                self._judge_memory()
+            if time.monotonic() - self.checked_s >= _POLL_S and not self._is_idle():
+                self._check_memory()
         return None
 
-    def _pass_on(self, wait_s: float) -> None:
+    def _relay_available(self, wait_s: float) -> None:
         """Wait for data and relay it; an end that sends faster than the other one reads has to wait."""
         full = [channel for channel, other in self.other.items() if other.unsent >= _BACKLOG]
         listening = [source for source in self.sources if source not in full]
@@ -137,21 +137,21 @@ class _Supervisor:
                 del self.sources[source]
         if self.worker.unsent:
             self.worker.flush()
-        if self.asker.unsent and not self.asker.flush():
+        if self.client.unsent and not self.client.flush():
             self._end(Ending.CANCELLED, "the client has disconnected")
 
-    def _rests(self) -> bool:
+    def _is_idle(self) -> bool:
         """Return whether the worker has no descendants and was idle since the last poll; if so, poll less often."""
-        worked_s, before_s = reaper.cpu_s(self.pid), self.worked_s
-        rests = self.alone and worked_s is not None and worked_s == before_s
-        self.worked_s = worked_s
-        self.poll_s = min(2 * self.poll_s, _LONGEST_POLL_S) if rests else _POLL_S
-        return rests
+        cpu_s, earlier_s = reaper.cpu_s(self.pid), self.cpu_s
+        is_idle = self.has_no_children and cpu_s is not None and cpu_s == earlier_s
+        self.cpu_s = cpu_s
+        self.poll_s = min(2 * self.poll_s, _LONGEST_POLL_S) if is_idle else _POLL_S
+        return is_idle
 
-    def _judge_memory(self) -> None:
+    def _check_memory(self) -> None:
         below, allowed = reaper.descendants(os.getpid()), self.limits.memory_bytes
         used = reaper.resident_bytes(below)
-        self.alone, self.measured_s = below == [self.pid], time.monotonic()
+        self.has_no_children, self.checked_s = below == [self.pid], time.monotonic()
         self.peak = max(self.peak, used)
         if allowed is not None and used > allowed:
             self._end(
@@ -164,15 +164,15 @@ class _Supervisor:
         del self.tail[:-TAIL_BYTES]
         return bool(chunk)
 
-    def _read_asker(self) -> bool:
-        is_open = self.asker.fill()
+    def _read_client(self) -> bool:
+        is_open = self.client.fill()
         self._relay()
         if not is_open:
             self._end(Ending.CANCELLED, "cancelled by the client")
         return is_open
 
     def _relay(self) -> None:
-        for tag, payload in self.asker.frames():
+        for tag, payload in self.client.frames():
             self.worker.put(tag, payload)
         self.poll_s = _POLL_S
 
@@ -181,7 +181,7 @@ class _Supervisor:
         try:
             for tag, payload in self.worker.frames():
                 if tag == frames.MESSAGE:
-                    self.asker.put(tag, payload)
+                    self.client.put(tag, payload)
                 elif tag == frames.FAILED:
                     self.failed = pickle.loads(payload)
                 elif tag == frames.DONE:
@@ -191,7 +191,7 @@ class _Supervisor:
             return False
         return is_open
 
-    def _ended(self, returncode: int | None, wall_s: float) -> Ended:
+    def _result(self, returncode: int | None, wall_s: float) -> Ended:
         output = self.tail.decode(errors="replace")
         if self.stop is not None:
             ending, detail = self.stop
@@ -201,11 +201,11 @@ class _Supervisor:
             ending, detail = Ending.FINISHED, "finished"
         else:
             code = 0 if returncode is None else returncode
-            ending, detail = ending_of(code, output), f"its process {death(code)}"
+            ending, detail = ending_of(code, output), f"its process {exit_text(code)}"
         return Ended(ending=ending, detail=detail, output=output, wall_s=wall_s, peak_bytes=self.peak)
 
 
-def _fork_worker(asker: Channel, folder: str, order: JobOrder) -> tuple[int, Channel, int]:
+def _fork_worker(client: Channel, folder: str, order: JobOrder) -> tuple[int, Channel, int]:
     """Fork the worker and return its process id, the channel to it, and the read end of its output."""
     ours, theirs = socket.socketpair()
     output, output_in = os.pipe()
@@ -217,7 +217,7 @@ def _fork_worker(asker: Channel, folder: str, order: JobOrder) -> tuple[int, Cha
             os.setsid()
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
             reaper.die_with_parent(parent, signal.SIGKILL)
-            asker.close()
+            client.close()
             ours.close()
             os.close(output)
             os.dup2(output_in, 1)

@@ -19,8 +19,8 @@ from marsupial.bench.compare.plan import Comparison, Trial
 from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.rows import Result
 from marsupial.bench.compare.trial import attend, unpacked
-from marsupial.cluster.make import Terms
 from marsupial.cluster.ray_cluster import cluster_at, usable
+from marsupial.cluster.versions import Requirements
 from marsupial.model.planning import Budget
 
 
@@ -31,7 +31,7 @@ def comparison_in(folder: Path) -> Comparison:
     return replace(comparison, scenarios={case: replace(scenario, name=str(folder))})
 
 
-def dies(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: Terms) -> Result:
+def dies(trial: Trial, scenarios: Sequence[Any], budget: Budget, requirements: Requirements) -> Result:
     """Lose a worker and a node once each, and the worker of one mission always."""
     folder = Path(unpacked(scenarios[0])[trial.case].name)
     if trial.seed == 2 and trial.contender == GREEDY and is_first(folder / "worker"):
@@ -41,12 +41,13 @@ def dies(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: Terms) -
         os.kill(os.getpid(), signal.SIGKILL)
     if is_hopeless(trial):
         os.kill(os.getpid(), signal.SIGKILL)
-    return attend(trial, scenarios, budget, terms)
+    return attend(trial, scenarios, budget, requirements)
 
 
-def differs(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: Terms) -> Result:
+def differs(trial: Trial, scenarios: Sequence[Any], budget: Budget, requirements: Requirements) -> Result:
     """Be asked by another version of marsupial."""
-    return attend(trial, scenarios, budget, replace(terms, make=dict(terms.make) | {"marsupial": "9.9"}))
+    other = dict(requirements.versions) | {"marsupial": "9.9"}
+    return attend(trial, scenarios, budget, replace(requirements, versions=other))
 
 
 def is_hopeless(trial: Trial) -> bool:

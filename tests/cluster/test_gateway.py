@@ -11,7 +11,7 @@ import pytest
 
 from marsupial.cluster import gateway as module
 from marsupial.cluster.gateway import STATE, Gateway
-from marsupial.cluster.make import Terms
+from marsupial.cluster.versions import Requirements
 
 
 class Ray:
@@ -33,21 +33,21 @@ class Ray:
 def looking(ray: Ray) -> Gateway:
     """Return a gateway that nobody asks anything."""
     with socket.socket() as line:
-        return Gateway(ray, line, Terms(make={}, token=False))
+        return Gateway(ray, line, Requirements(versions={}, token=False))
 
 
 async def test_a_gateway_goes_on_while_its_node_lives_and_ends_when_that_is_dead_or_forgotten() -> None:
     ray = Ray("other")
     gateway = looking(ray)
     ray.alive["other"] = False
-    await gateway.look()
+    await gateway.update_nodes()
     assert json.loads(gateway.answer(STATE, b""))[0] == "no cluster node is ready"
     ray.alive = {"own": False, "other": True}
     with pytest.raises(ConnectionError, match="the Ray node of this connection is dead"):
-        await gateway.look()
+        await gateway.update_nodes()
     del ray.alive["own"]
     with pytest.raises(ConnectionError):
-        await gateway.look()
+        await gateway.update_nodes()
 
 
 async def test_a_gateway_gives_up_a_head_that_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -59,4 +59,4 @@ async def test_a_gateway_gives_up_a_head_that_never_answers(monkeypatch: pytest.
 
     monkeypatch.setattr(gateway, "call", never)
     with pytest.raises(TimeoutError):
-        await gateway.look()
+        await gateway.update_nodes()

@@ -13,8 +13,8 @@ from servers import free_port
 
 from marsupial.cli.main import main
 from marsupial.cluster import ray_cluster
-from marsupial.cluster.make import Terms, WorkerRefused, demand, make
 from marsupial.cluster.ray_cluster import Cluster, cluster_at, usable
+from marsupial.cluster.versions import Requirements, WorkerMismatch, check_requirements, versions
 from marsupial.errors import UsageError
 
 SETTINGS = ("RAY_AUTH_MODE", "RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH", "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER",
@@ -49,7 +49,7 @@ def plain(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> pytest.MonkeyPatch
 )
 def test_an_address_says_whether_others_can_reach_it(address: str, cluster: Cluster, here: bool) -> None:
     assert cluster_at(address) == cluster
-    assert cluster.here == here
+    assert cluster.is_local == here
 
 
 @pytest.mark.parametrize("address", ["", "host", "host:", "host:port", "host:99999", "http://host:1", "a@b:1", "h:1/x"])
@@ -120,12 +120,12 @@ def test_ray_is_not_imported_without_need() -> None:
 
 
 def test_a_worker_of_another_make_or_one_that_serves_anybody_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
-    terms = Terms(make=make(), token=False)
-    demand(terms)
-    with pytest.raises(WorkerRefused, match=r"has numpy .* instead of 0\.1; install the same versions"):
-        demand(replace(terms, make=dict(make()) | {"numpy": "0.1"}))
+    requirements = Requirements(versions=versions(), token=False)
+    check_requirements(requirements)
+    with pytest.raises(WorkerMismatch, match=r"has numpy .* instead of 0\.1; install the same versions"):
+        check_requirements(replace(requirements, versions=dict(versions()) | {"numpy": "0.1"}))
     monkeypatch.delenv("RAY_AUTH_MODE", raising=False)
-    with pytest.raises(WorkerRefused, match="serves anybody without a token"):
-        demand(replace(terms, token=True))
+    with pytest.raises(WorkerMismatch, match="serves anybody without a token"):
+        check_requirements(replace(requirements, token=True))
     monkeypatch.setenv("RAY_AUTH_MODE", "token")
-    demand(replace(terms, token=True))
+    check_requirements(replace(requirements, token=True))

@@ -336,9 +336,9 @@ def test_when_the_asker_is_killed_everything_below_it_ends() -> None:
         stdout=subprocess.PIPE,
         text=True,
         env={**os.environ, "PYTHONPATH": path},
-    ) as asker:
-        escaped, its_launcher = (int(pid) for pid in asker.stdout.readline().split())
-        asker.kill()
+    ) as client:
+        escaped, its_launcher = (int(pid) for pid in client.stdout.readline().split())
+        client.kill()
     assert gone(escaped)
     assert gone(its_launcher)
 

@@ -15,7 +15,7 @@ from importlib.metadata import version
 from typing import Any
 
 from marsupial.bench.compare.statistics import Origin
-from marsupial.cluster.make import LIBRARIES
+from marsupial.cluster.versions import LIBRARIES
 from marsupial.errors import InputError, Problem, UsageError
 from marsupial.formats.jsonvalues import JsonFault, parse_json
 from marsupial.model.planning import NO_PLANNER, Budget

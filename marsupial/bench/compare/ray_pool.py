@@ -15,12 +15,12 @@ from marsupial.bench.compare.conduct import TrialQueue
 from marsupial.bench.compare.plan import Comparison, Trial
 from marsupial.bench.compare.rows import Result
 from marsupial.bench.compare.trial import attend
-from marsupial.cluster.make import Terms, WorkerRefused, make
-from marsupial.cluster.ray_cluster import Cluster, connected, refusal
+from marsupial.cluster.ray_cluster import Cluster, connected, ray_error
+from marsupial.cluster.versions import Requirements, WorkerMismatch, versions
 from marsupial.errors import UsageError
 from marsupial.model.planning import Budget
 
-Work = Callable[[Trial, Sequence[Any], Budget, Terms], Result]
+Work = Callable[[Trial, Sequence[Any], Budget, Requirements], Result]
 
 _LOOK_S = 5.0
 
@@ -67,8 +67,8 @@ class RayPool:
         # pickled here, so that the object store holds bytes and a worker unpacks them once (`trial.unpacked`)
         task = ray.remote(num_cpus=1, max_retries=0)(self._work)
         store = [ray.put(pickle.dumps(dict(self._comparison.scenarios)))]
-        terms = Terms(make=make(), token=not self._cluster.here)
-        return lambda trial: task.remote(trial, store, self._comparison.budget, terms)
+        requirements = Requirements(versions=versions(), token=not self._cluster.is_local)
+        return lambda trial: task.remote(trial, store, self._comparison.budget, requirements)
 
     def _outcome(self, ray: Any, trial: Trial, done: Future[Result], waiting: TrialQueue) -> Result | None:
         """Return the result of a task; None if the mission was queued again."""
@@ -84,9 +84,9 @@ class RayPool:
             return waiting.lost(trial, type(error).__name__)
         except ray.exceptions.RayError as error:
             cause = getattr(error, "cause", None)
-            if isinstance(cause, WorkerRefused):
-                raise refusal(str(cause)) from error
+            if isinstance(cause, WorkerMismatch):
+                raise ray_error(str(cause)) from error
             raise self._refusal(f"{trial} could not be carried out", error) from error
 
     def _refusal(self, what: str, error: Exception) -> UsageError:
-        return refusal(f"{self._cluster.address}: {what}: {error}")
+        return ray_error(f"{self._cluster.address}: {what}: {error}")

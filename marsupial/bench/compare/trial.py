@@ -11,7 +11,7 @@ import numpy as np
 
 from marsupial.bench.compare.plan import Case, Trial
 from marsupial.bench.compare.rows import COVERAGE_SCALE, ERROR, Curve, MissionRow, Result, Timing, metrics_of
-from marsupial.cluster import make
+from marsupial.cluster.versions import Requirements, check_requirements
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
@@ -39,12 +39,12 @@ def serve(terms: Terms, channel: Channel) -> None:
         channel.send(carry_out(trial, scenarios[trial.case], budget))
 
 
-def attend(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: make.Terms) -> Result:
-    """Run a mission on a worker of Ray; raise a `WorkerRefused` if the worker does not meet `terms`.
+def attend(trial: Trial, scenarios: Sequence[Any], budget: Budget, requirements: Requirements) -> Result:
+    """Run a mission on a worker of Ray; raise a `WorkerMismatch` if the worker does not meet `requirements`.
 
     `scenarios`: the reference to the pickled scenarios, in a sequence, as Ray would resolve a bare one for each task.
     """
-    make.demand(terms)
+    check_requirements(requirements)
     return carry_out(trial, unpacked(scenarios[0])[trial.case], budget)
 
 

@@ -25,7 +25,7 @@ from marsupial.planning.checker import check
 from marsupial.planning.external.encodings import SearchRequest
 from marsupial.planning.external.output import PLAN_PREFIX, TAIL_BYTES, PlanFiles, PlanReader, Printed, last_words
 from marsupial.planning.external.process_engine import ProcessEngine
-from marsupial.processes.jobs import GIB, Job, JobLimits, death, ending_of
+from marsupial.processes.jobs import GIB, Job, JobLimits, ending_of, exit_text
 
 PREFIX = "cmd:"  # prefix of these engines' names; the rest is the command line
 GRACE_S = 0.2  # time between TERM and KILL for a planner at the end of its budget; a tenth of a budget below 2 s
@@ -190,7 +190,7 @@ def _outcome(child: _Child, printed: Printed, reader: PlanReader, situation: Sit
     words = "" if reader.accepted else last_words(child.errors, printed.tail)
     if child.stopped:
         return Outcome.TIMEOUT, f"stopped at the end of its time{words}"
-    how = f"it {death(code)}"
+    how = f"it {exit_text(code)}"
     ended = Outcome(ending_of(code, child.errors.decode(errors="replace")).value)
     if code < 0:
         return ended, how + last_words(child.errors, printed.tail)

@@ -6,7 +6,7 @@ from typing import Any
 
 from patience import awaited
 
-from marsupial.cluster.places import NodePlace, Places
+from marsupial.cluster.placements import Placement, PlacementPool
 
 
 class Ray:
@@ -19,7 +19,7 @@ class Ray:
         self._tasks: set[asyncio.Task[Any]] = set()
 
     async def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        if function.__name__ == "_reserve":
+        if function.__name__ == "_create_group":
             self.made += 1
             return self.made
         if function.__name__ == "_node_of":
@@ -35,11 +35,11 @@ class Ray:
 
 async def test_a_place_that_is_left_goes_to_who_waits_and_its_own_reservation_back() -> None:
     ray = Ray()
-    places = Places(ray.call, ray.go)
+    places = PlacementPool(ray.call, ray.go)
     waiting = asyncio.create_task(places.find(1.0, {"node"}, lambda: True))
     await asyncio.sleep(0.01)
-    left = NodePlace(1.0, "node", "left")
-    places.offer(left)
+    left = Placement(1.0, "node", "left")
+    places.release(left)
     assert await waiting == left
     await asyncio.sleep(0.01)
     assert ray.given_back == [1]
@@ -48,13 +48,13 @@ async def test_a_place_that_is_left_goes_to_who_waits_and_its_own_reservation_ba
 async def test_a_place_that_nobody_takes_goes_back_soon_and_one_elsewhere_at_once() -> None:
     ray = Ray()
     ray.free.set()
-    places = Places(ray.call, ray.go)
-    places.offer(NodePlace(1.0, "lost", "old"))
-    assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", 1)
-    places.offer(NodePlace(1.0, "node", "kept"))
-    assert await places.find(0.5, {"node"}, lambda: True) == NodePlace(0.5, "node", 2)
-    assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", "kept")
-    places.offer(NodePlace(1.0, "node", "unwanted"))
+    places = PlacementPool(ray.call, ray.go)
+    places.release(Placement(1.0, "lost", "old"))
+    assert await places.find(1.0, {"node"}, lambda: True) == Placement(1.0, "node", 1)
+    places.release(Placement(1.0, "node", "kept"))
+    assert await places.find(0.5, {"node"}, lambda: True) == Placement(0.5, "node", 2)
+    assert await places.find(1.0, {"node"}, lambda: True) == Placement(1.0, "node", "kept")
+    places.release(Placement(1.0, "node", "unwanted"))
     await awaited(lambda: "unwanted" in ray.given_back)
     assert ray.given_back == ["old", "unwanted"]
 
@@ -65,10 +65,10 @@ async def test_who_leaves_while_waiting_leaves_nothing_reserved() -> None:
             return None if function.__name__ == "_node_of" else await super().call(function, *arguments)
 
     ray = Full()
-    places = Places(ray.call, ray.go)
-    still = iter([True, True, False])
-    assert await places.find(1.0, {"node"}, lambda: next(still)) is None
+    places = PlacementPool(ray.call, ray.go)
+    wanted = iter([True, True, False])
+    assert await places.find(1.0, {"node"}, lambda: next(wanted)) is None
     await asyncio.sleep(0.01)
     assert ray.given_back == [1]
-    places.offer(NodePlace(1.0, "node", "left"))
-    assert await places.find(1.0, {"node"}, lambda: True) == NodePlace(1.0, "node", "left")
+    places.release(Placement(1.0, "node", "left"))
+    assert await places.find(1.0, {"node"}, lambda: True) == Placement(1.0, "node", "left")

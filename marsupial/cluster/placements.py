@@ -9,13 +9,13 @@ from collections import deque
 from collections.abc import Callable, Collection, Coroutine
 from typing import Any, NamedTuple
 
-_LOOK_S = 1.0
-_KEPT_S = 0.2
-_AT_A_TIME = 64
+_POLL_S = 1.0
+_SPARE_S = 0.2
+_MOST_REQUESTS = 64
 _NODE = "ray.io/node-id"
 
 
-class NodePlace(NamedTuple):
+class Placement(NamedTuple):
     """A number of processors of a node, and the reservation (None: of no processors)."""
 
     cpus: float
@@ -23,7 +23,7 @@ class NodePlace(NamedTuple):
     group: Any = None
 
 
-class Places:
+class PlacementPool:
     """The reservations of a gateway: `call` calls a blocking function of Ray in a thread, `go` starts a coroutine."""
 
     def __init__(
@@ -31,67 +31,69 @@ class Places:
     ) -> None:
         self._call = call
         self._go = go
-        self._asking = asyncio.Semaphore(_AT_A_TIME)
-        self._waiting: dict[float, deque[asyncio.Future[NodePlace]]] = {}
-        self._left: dict[float, deque[NodePlace]] = {}
+        self._requests = asyncio.Semaphore(_MOST_REQUESTS)
+        self._waiting: dict[float, deque[asyncio.Future[Placement]]] = {}
+        self._spare: dict[float, deque[Placement]] = {}
 
-    async def find(self, cpus: float, nodes: Collection[str], still: Callable[[], bool]) -> NodePlace | None:
-        """Return a place on one of these nodes; None once `still` says that it is no longer wanted."""
-        left = self._left.get(cpus)
+    async def find(self, cpus: float, nodes: Collection[str], wanted: Callable[[], bool]) -> Placement | None:
+        """Return a placement on one of these nodes; None once `wanted` says that it is no longer wanted."""
+        left = self._spare.get(cpus)
         while left:
-            place = left.popleft()
-            if place.node in nodes:
-                return place
-            self.give_back(place)
-        async with self._asking:
-            group = await self._call(_reserve, cpus, sorted(nodes))
-            offered: asyncio.Future[NodePlace] = asyncio.get_running_loop().create_future()
+            placement = left.popleft()
+            if placement.node in nodes:
+                return placement
+            self.remove(placement)
+        async with self._requests:
+            group = await self._call(_create_group, cpus, sorted(nodes))
+            offered: asyncio.Future[Placement] = asyncio.get_running_loop().create_future()
             self._waiting.setdefault(cpus, deque()).append(offered)
             try:
-                node = await self._either(group, offered, still)
+                node = await self._wait_for_node(group, offered, wanted)
             finally:
                 if not offered.done():
                     self._waiting[cpus].remove(offered)
-        own = NodePlace(cpus, node or "", group)
+        own = Placement(cpus, node or "", group)
         if node is None:
-            self.give_back(own)
+            self.remove(own)
             return offered.result() if offered.done() else None
         if offered.done():
-            self.offer(offered.result())
+            self.release(offered.result())
         return own
 
-    async def _either(self, group: Any, offered: asyncio.Future[NodePlace], still: Callable[[], bool]) -> str | None:
+    async def _wait_for_node(
+        self, group: Any, offered: asyncio.Future[Placement], wanted: Callable[[], bool]
+    ) -> str | None:
         """Return where processors are reserved; None if they are no longer needed."""
-        while still() and not offered.done():
+        while wanted() and not offered.done():
             looking = asyncio.ensure_future(self._call(_node_of, group))
             await asyncio.wait((looking, offered), return_when=asyncio.FIRST_COMPLETED)
             if looking.done() and (node := looking.result()) is not None:
                 return node
         return None
 
-    def offer(self, place: NodePlace) -> None:
-        """Offer a place that is no longer needed to another run."""
-        if place.group is None:
+    def release(self, placement: Placement) -> None:
+        """Offer a placement that is no longer needed to another run."""
+        if placement.group is None:
             return
-        waiting = self._waiting.get(place.cpus)
+        waiting = self._waiting.get(placement.cpus)
         if waiting:
-            waiting.popleft().set_result(place)
+            waiting.popleft().set_result(placement)
             return
-        self._left.setdefault(place.cpus, deque()).append(place)
-        asyncio.get_running_loop().call_later(_KEPT_S, self._tidy, place)
+        self._spare.setdefault(placement.cpus, deque()).append(placement)
+        asyncio.get_running_loop().call_later(_SPARE_S, self._expire, placement)
 
-    def _tidy(self, place: NodePlace) -> None:
-        if place in self._left[place.cpus]:
-            self._left[place.cpus].remove(place)
-            self.give_back(place)
+    def _expire(self, placement: Placement) -> None:
+        if placement in self._spare[placement.cpus]:
+            self._spare[placement.cpus].remove(placement)
+            self.remove(placement)
 
-    def give_back(self, place: NodePlace) -> None:
-        """Return a place to Ray."""
-        if place.group is not None:
-            self._go(self._call(_give_back, place.group))
+    def remove(self, placement: Placement) -> None:
+        """Return a placement to Ray."""
+        if placement.group is not None:
+            self._go(self._call(_remove_group, placement.group))
 
 
-def _reserve(cpus: float, nodes: list[str]) -> Any:
+def _create_group(cpus: float, nodes: list[str]) -> Any:
     from ray.util.placement_group import placement_group
 
     return placement_group([{"CPU": cpus}], bundle_label_selector=[{_NODE: f"in({','.join(nodes)})"}])
@@ -101,13 +103,13 @@ def _node_of(group: Any) -> str | None:
     """Return where processors are reserved, None if they are not within a moment."""
     from ray.util.placement_group import placement_group_table
 
-    if not group.wait(_LOOK_S):
+    if not group.wait(_POLL_S):
         return None
     node: str | None = placement_group_table(group)["bundles_to_node_id"].get(0)
     return node
 
 
-def _give_back(group: Any) -> None:
+def _remove_group(group: Any) -> None:
     from ray.util.placement_group import remove_placement_group
 
     remove_placement_group(group)

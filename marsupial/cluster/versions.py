@@ -1,7 +1,7 @@
-"""The make of a process on a cluster: the versions of its dependencies. It works for callers of the same make only.
+"""The versions that a process on a cluster depends on, which must be those of its client.
 
 Rows of different versions must not get into one file unnoticed, nor may another version continue a mission. So requests
-to a process of a cluster state terms, and a process that can't meet them refuses.
+to a process of a cluster state requirements, and a process that can't meet them refuses.
 """
 
 import hashlib
@@ -23,36 +23,36 @@ OURS = ("marsupial",)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Terms:
-    """Requirements for a process: the same make and, with `token`, to serve no caller without a token.
+class Requirements:
+    """Requirements for a process: the same versions and, with `token`, that it serves no client without a token.
 
     `packages` are the packages of ours whose source files must be equal.
     """
 
-    make: Mapping[str, str]
+    versions: Mapping[str, str]
     token: bool
     packages: tuple[str, ...] = OURS
 
 
-class WorkerRefused(Exception):
-    """A worker does not meet the terms; the message says which machine and why."""
+class WorkerMismatch(Exception):
+    """A worker does not meet the requirements; the message says which machine and why."""
 
 
-def demand(terms: Terms) -> None:
-    """Raise `WorkerRefused` if this process does not meet `terms`."""
+def check_requirements(requirements: Requirements) -> None:
+    """Raise `WorkerMismatch` if this process does not meet `requirements`."""
     here = platform.node()
-    if terms.token and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
-        raise WorkerRefused(f"node {here} accepts clients without a token; start it with RAY_AUTH_MODE=token")
-    ours = make(terms.packages)
-    differences = [f"{name} {ours[name]} instead of {wanted}" for name, wanted in terms.make.items()
+    if requirements.token and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
+        raise WorkerMismatch(f"node {here} accepts clients without a token; start it with RAY_AUTH_MODE=token")
+    ours = versions(requirements.packages)
+    differences = [f"{name} {ours[name]} instead of {wanted}" for name, wanted in requirements.versions.items()
                    if ours[name] != wanted]  # fmt: skip
     if differences:
-        raise WorkerRefused(f"node {here} has {', '.join(differences)}; install the same versions on all nodes")
+        raise WorkerMismatch(f"node {here} has {', '.join(differences)}; install the same versions on all nodes")
 
 
 @cache
-def make(packages: tuple[str, ...] = OURS) -> Mapping[str, str]:
-    """Return the dependencies of this process: versions, and digests of the source files of packages of ours."""
+def versions(packages: tuple[str, ...] = OURS) -> Mapping[str, str]:
+    """Return the versions of all dependencies of this process, with digests of the source files of `packages`."""
     return {
         **{name: f"{_version('marsupial')} (source {_source(name)})" for name in packages},
         "Python": platform.python_version(),
