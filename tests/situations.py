@@ -1,6 +1,6 @@
 """Small situations that can be solved by eye, and random ones, for the tests of everything that plans.
 
-The folder of tests is on the import path, so any test may say ``from situations import one_room``. PlacementPool lie on a
+The folder of tests is on the import path, so any test may say ``from situations import one_room``. Places lie on a
 line (or in a plane); each has a zone per robot type, and a type gets from place to place where both have the same zone.
 Positions are in seconds at the carrier's speed; rovers take twice as long.
 """

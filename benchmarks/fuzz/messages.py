@@ -18,9 +18,9 @@ from benchmarks.fuzz.files import MOST_CELLS, stored
 from marsupial.errors import UsageError
 from marsupial_client import Client, blocking_session
 from marsupial_client.http import address
-from marsupial_ros.chart import Chart
-from marsupial_ros.hearing import Clock, Hearing
 from marsupial_ros.journal import Journal, Record
+from marsupial_ros.map_tracker import MapTracker
+from marsupial_ros.ros_listener import Clock, RosListener
 from marsupial_ros.rosbridge import Rosbridge
 from marsupial_ros.settings import Settings, read_settings
 from marsupial_ros.transforms import Frames
@@ -139,13 +139,13 @@ def journal(data: bytes) -> None:
 def rosbridge(data: bytes, *, packed: bool) -> None:
     """Read messages as rosbridge sends them: texts, one a line, or one in CBOR after a first map."""
     known, said, frames = _ros_settings(), list[str](), {"/tf": Frames()}
-    chart = Chart(known.terrains, known.map.masks, known.map.free_thresh, known.map.occupied_thresh)
-    line = Rosbridge("ws://host", [], Hearing(known, frames, chart, Clock(told=True), said.append))
+    tracker = MapTracker(known.terrains, known.map.masks, known.map.free_thresh, known.map.occupied_thresh)
+    line = Rosbridge("ws://host", [], RosListener(known, frames, tracker, Clock(simulated=True), said.append))
     for one in [messages(packed=True)[0], data] if packed else data.splitlines():
         with suppress(UnicodeDecodeError):
             line._take(one if packed else one.decode())
         frames["/tf"].find("carrier1/base_link", "map")
-        assert chart.grid is None or chart.grid.cells.size
+        assert tracker.grid is None or tracker.grid.cells.size
 
 
 def ros_settings() -> list[bytes]:

@@ -1,4 +1,4 @@
-"""PlacementPool the robots of a scenario at their starts.
+"""Places the robots of a scenario at their starts.
 
 Starts that the scenario does not fix are drawn by the seed: the first carrier anywhere in the carriers' largest
 connected reach, the others as near to that carrier as space allows ("the robots actually start from the same place",

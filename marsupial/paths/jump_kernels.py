@@ -64,7 +64,7 @@ class JumpSearch(NamedTuple):
 
 
 SEARCHES, _ENTRIES, _WAITING, STEPS = range(4)
-"""PlacementPool in `JumpSearch.counts`: number of this search, entries, entries not yet expanded, diagonal steps."""
+"""Places in `JumpSearch.counts`: number of this search, entries, entries not yet expanded, diagonal steps."""
 
 
 def _bit_instruction(count: Callable[[Any, Any], Any]) -> Any:

@@ -26,8 +26,8 @@ from marsupial_client.http import (
     checked,
     document_in,
     event_number,
+    joined,
     uses_proxies,
-    whole,
 )
 
 
@@ -113,4 +113,4 @@ class AsyncSession:
                     raise Unreachable(f"{self.service.url} takes longer than {patience_s:g} s to answer {path}")
         finally:
             await response.aclose()
-        return whole(response, parts)
+        return joined(response, parts)

@@ -22,8 +22,17 @@ from marsupial_client.documents import (
 )
 from marsupial_client.errors import Busy, Conflict, Refused
 from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS, JobEvent, MissionEvent
-from marsupial_client.http import Missed, Service
-from marsupial_client.mission_documents import Batch, Brief, KnownMap, LastReports, MissionDocument, News, Report, Taken
+from marsupial_client.http import OutageCallback, Service
+from marsupial_client.mission_documents import (
+    Batch,
+    Brief,
+    KnownMap,
+    LastReports,
+    MissionDocument,
+    News,
+    Report,
+    ReportReceipt,
+)
 
 
 class Job:
@@ -84,7 +93,7 @@ class Mission:
         """Yield the events after number `after`, each once and in order, until the mission is over."""
         return self._session.events(self.document["links"]["events"], MISSION_EVENTS, after)
 
-    def report(self, news: News) -> Taken | None:
+    def report(self, news: News) -> ReportReceipt | None:
         """Number a report and send it until it is acknowledged; tasks and threads take turns.
 
         A report that names a `robot` gets that robot's next number, unless it already has an `n`. If sending was
@@ -95,10 +104,10 @@ class Mission:
         """
         with self._lock:
             (report,) = self._numbered((news,))
-            taken = self._send(report)
-            return None if taken is None else taken[0]
+            receipts = self._send(report)
+            return None if receipts is None else receipts[0]
 
-    def reports(self, batch: Sequence[News]) -> list[Taken] | None:
+    def reports(self, batch: Sequence[News]) -> list[ReportReceipt] | None:
         """Send several reports, of the team or of robots, in one request; otherwise as `report`.
 
         The service accepts all of them, in order, or none if it refuses one. It accepts up to 1000 at a time.
@@ -151,7 +160,7 @@ class Mission:
             reports.append(report)
         return reports
 
-    def _send(self, sent: Report | Batch) -> list[Taken] | None:
+    def _send(self, sent: Report | Batch) -> list[ReportReceipt] | None:
         self._unacknowledged = sent
         try:
             answer: Any = self._session.ask("POST", self.document["links"]["reports"], sent)
@@ -163,13 +172,13 @@ class Mission:
                 return None
             raise  # the report changed nothing, so the next one gets its number
         self._unacknowledged = None
-        taken: list[Taken] = answer["reports"] if "reports" in sent else [answer]
-        for one in taken:
+        receipts: list[ReportReceipt] = answer["reports"] if "reports" in sent else [answer]
+        for one in receipts:
             if "robot" in one:
                 self.robots[one["robot"]] = one["n"]
             else:
                 self.n = one["n"]
-        return taken
+        return receipts
 
     def _control(self, action: str) -> MissionDocument:
         self.document = self._session.ask("POST", f"{self.document['links']['self']}/{action}")
@@ -181,7 +190,7 @@ class Client:
 
     `key` is the API key, if the service needs one. The client waits `timeout_s` for a connection and for each part of
     an answer. It retries for `patience_s` (`math.inf`: for ever) after the first failed attempt; a whole answer may
-    take that long too. Once attempts have failed for 1.5 s, the client calls `missed` with `Unreachable` or `Busy`
+    take that long too. Once attempts have failed for 1.5 s, the client calls `on_outage` with `Unreachable` or `Busy`
     and keeps trying. `http` is an HTTP client with your own certificates, proxies or hooks; closing this client
     closes it too. Raises ValueError if `url` is not an address.
     """
@@ -193,10 +202,10 @@ class Client:
         key: str | None = None,
         timeout_s: float = 60.0,
         patience_s: float = 60.0,
-        missed: Missed | None = None,
+        on_outage: OutageCallback | None = None,
         http: httpx2.Client | None = None,
     ) -> None:
-        self._session = Session(Service(url, key, timeout_s, patience_s, missed), http)
+        self._session = Session(Service(url, key, timeout_s, patience_s, on_outage), http)
 
     def close(self) -> None:
         """Close all connections."""

@@ -27,8 +27,8 @@ from marsupial_client.http import (
     checked,
     document_in,
     event_number,
+    joined,
     uses_proxies,
-    whole,
 )
 
 
@@ -114,4 +114,4 @@ class Session:
                     raise Unreachable(f"{self.service.url} takes longer than {patience_s:g} s to answer {path}")
         finally:
             response.close()
-        return whole(response, parts)
+        return joined(response, parts)

@@ -15,20 +15,20 @@ from marsupial_client.errors import Busy, Unreachable, refusal
 # pause between attempts if the service sends no ``Retry-After``; short, to find a restarted server soon
 FIRST_PAUSE_S = 0.1
 LONGEST_PAUSE_S = 2.0
-# time without the service before the callback `missed` is called
-MISSED_S = 1.5
+# time without the service before the callback `on_outage` is called
+OUTAGE_S = 1.5
 # after a stream has lasted this long, a break counts as the first failure: patience and pauses start anew
 STABLE_STREAM_S = LONGEST_PAUSE_S
 # a stream that is silent for this long is dead: the service sends a comment every 15 s
 SILENCE_S = 45.0
-# a line of a mission log may hold a whole map; the service accepts no larger bodies
+# a line of a mission log may hold a joined map; the service accepts no larger bodies
 LONGEST_EVENT_BYTES = 64 * 2**20
 # headers that describe how an answer was sent, not its content
 _TRANSFER_HEADERS = frozenset({"content-encoding", "content-length", "transfer-encoding"})
 
 Http = httpx2.Client | httpx2.AsyncClient
 
-Missed = Callable[[Unreachable | Busy], object]
+OutageCallback = Callable[[Unreachable | Busy], object]
 """A callback that gets the error, once per outage of the service."""
 
 
@@ -52,10 +52,10 @@ TRANSIENT = (
 class RetryPauses:
     """The pauses between attempts at one request, until patience ends."""
 
-    def __init__(self, url: str, patience_s: float, missed: Missed | None) -> None:
+    def __init__(self, url: str, patience_s: float, on_outage: OutageCallback | None) -> None:
         self._url = url
         self._patience_s = patience_s
-        self._missed = missed
+        self._on_outage = on_outage
         self._failures = 0
         self._since: float | None = None
 
@@ -64,12 +64,14 @@ class RetryPauses:
         self._since = now if self._since is None else self._since
         left_s = self._since + self._patience_s - now
         asked_s = (error.retry_after_s or 0.0) if isinstance(error, Busy) else 0.0
-        reason = error if isinstance(error, Busy) else Unreachable(f"{self._url} can't be reached ({_clause(error)})")
+        reason = (
+            error if isinstance(error, Busy) else Unreachable(f"{self._url} can't be reached ({_as_clause(error)})")
+        )
         if left_s <= 0 or asked_s > left_s:
             raise reason from (None if reason is error else error)
-        if self._missed is not None and max(now - self._since, asked_s) >= MISSED_S:
-            self._missed(reason)
-            self._missed = None
+        if self._on_outage is not None and max(now - self._since, asked_s) >= OUTAGE_S:
+            self._on_outage(reason)
+            self._on_outage = None
         longest_s = min(LONGEST_PAUSE_S, FIRST_PAUSE_S * 2**self._failures)
         self._failures += 1
         # random, so that the robots of a fleet don't all come back at once
@@ -79,16 +81,18 @@ class RetryPauses:
 class Service:
     """Where a service is, and how to send it requests; the parameters are those of `AsyncClient`."""
 
-    def __init__(self, url: str, key: str | None, timeout_s: float, patience_s: float, missed: Missed | None) -> None:
+    def __init__(
+        self, url: str, key: str | None, timeout_s: float, patience_s: float, on_outage: OutageCallback | None
+    ) -> None:
         self.url = str(address(url)).rstrip("/")
         self.patience_s = patience_s
-        self._missed = missed
+        self._on_outage = on_outage
         self._timeout_s = timeout_s
         self._headers = {} if key is None else {"Authorization": f"Bearer {key}"}
 
     def pauses(self) -> RetryPauses:
         """Return the pauses for a new request."""
-        return RetryPauses(self.url, self.patience_s, self._missed)
+        return RetryPauses(self.url, self.patience_s, self._on_outage)
 
     def request(
         self, http: Http, method: str, path: str, content: bytes | None, headers: Mapping[str, str]
@@ -136,7 +140,7 @@ def document_in(response: httpx2.Response, path: str) -> Any:
         raise MalformedAnswer(f"the answer to {path} is not JSON") from None
 
 
-def whole(response: httpx2.Response, parts: list[bytes]) -> httpx2.Response:
+def joined(response: httpx2.Response, parts: list[bytes]) -> httpx2.Response:
     """Return a streamed answer with its decoded content."""
     headers = [(name, value) for name, value in response.headers.multi_items() if name.lower() not in _TRANSFER_HEADERS]
     return httpx2.Response(response.status_code, headers=headers, content=b"".join(parts), request=response.request)
@@ -149,7 +153,7 @@ def event_number(frame: httpx2.ServerSentEvent) -> int:
     return int(frame.id)
 
 
-def _clause(error: Exception) -> str:
+def _as_clause(error: Exception) -> str:
     """Return the text of an error for the middle of a sentence."""
     text = re.sub(r"^\[Errno -?\d+\] ", "", str(error)) or type(error).__name__
     return text[:1].lower() + text[1:] if text[1:2].islower() and " " in text else text

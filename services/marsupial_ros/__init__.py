@@ -2,7 +2,7 @@
 
 ::
 
-    ROS 2 ── rosbridge ── websocket ── rosbridge.py ──► chart.py        occupancy and masks -> changed cells
+    ROS 2 ── rosbridge ── websocket ── rosbridge.py ──► map_tracker.py  occupancy and masks -> changed cells
                                             │      └──► transforms.py   tf -> poses
                                             ▼                │
                                          fleet.py  ◄─────────┘          commands -> goals, results -> reports

@@ -16,10 +16,10 @@ from marsupial.formats.scenario.write import terrain_fields, type_fields
 from marsupial.model.grid import Grid
 from marsupial_client import AsyncClient, AsyncMission, Conflict
 from marsupial_client.mission_documents import Brief, MissionEnded, Report
-from marsupial_ros.chart import Chart
 from marsupial_ros.fleet import CANCEL_S, RobotFleet, UnreportedEvents
-from marsupial_ros.hearing import Clock, Hearing, subscriptions
 from marsupial_ros.journal import Journal, Record
+from marsupial_ros.map_tracker import MapTracker
+from marsupial_ros.ros_listener import Clock, RosListener, subscriptions
 from marsupial_ros.rosbridge import Rosbridge, first_of
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
@@ -62,14 +62,14 @@ class Bridge:
         self._journal = journal
         self._say = say
         self._stops = stops
-        self._clock = Clock(told=settings.clock is not None)
+        self._clock = Clock(simulated=settings.clock is not None)
         one = settings.map
-        self._chart = Chart(settings.terrains, one.masks, one.free_thresh, one.occupied_thresh)
+        self._tracker = MapTracker(settings.terrains, one.masks, one.free_thresh, one.occupied_thresh)
         frames = {robot.tf: Frames() for robot in settings.robots}
-        hearing = Hearing(settings, frames, self._chart, self._clock, say)
-        self._ros = Rosbridge(settings.rosbridge, subscriptions(settings), hearing)
-        self._fleet = RobotFleet(settings, frames, self._chart, self._ros, say)
-        hearing.fleet = self._fleet
+        listener = RosListener(settings, frames, self._tracker, self._clock, say)
+        self._ros = Rosbridge(settings.rosbridge, subscriptions(settings), listener)
+        self._fleet = RobotFleet(settings, frames, self._tracker, self._ros, say)
+        listener.fleet = self._fleet
         self._record = Record(mission="", frame={})
         self._reported_ms = 0
         self._over = False
@@ -77,46 +77,46 @@ class Bridge:
 
     async def run(self) -> BridgeOutcome:
         """Drive the mission until it ends or the user leaves. Raises UsageError, InputError, ClientError."""
-        kept = self._journal.read()
-        if kept is not None:
-            if others := sorted(kept.robots - self._fleet.robots.keys()):
+        record = self._journal.read()
+        if record is not None:
+            if others := sorted(record.robots - self._fleet.robots.keys()):
                 raise InputError(
                     f"belongs to a mission with other robots: {', '.join(others)}", source=str(self._journal.path)
                 )
-            self._chart.expect(kept.frame)
-        line = asyncio.ensure_future(self._ros.run())
+            self._tracker.expect(record.frame)
+        connection = asyncio.ensure_future(self._ros.run())
         try:
             # the end of the connection is an error; the shield keeps it open while goals are cancelled
-            await first_of(asyncio.shield(line), self._mission(kept), self._watch())
+            await first_of(asyncio.shield(connection), self._mission(record), self._watch())
         finally:
             try:
-                await self._leave(line)
+                await self._cancel_goals(connection)
             finally:
-                line.cancel()
-                await asyncio.gather(line, return_exceptions=True)
+                connection.cancel()
+                await asyncio.gather(connection, return_exceptions=True)
         return self.outcome
 
-    async def _leave(self, line: asyncio.Future[None]) -> None:
+    async def _cancel_goals(self, connection: asyncio.Future[None]) -> None:
         """Cancel all goals and wait briefly for their ends."""
         loop = asyncio.get_running_loop()
         until_s = loop.time() + LEAVE_S
-        self._fleet.abandon(self._clock.now_s)
+        self._fleet.cancel_all(self._clock.now_s)
         again_s = loop.time() + CANCEL_S
-        while self._fleet.errands and not line.done() and loop.time() < until_s:
+        while self._fleet.active_commands and not connection.done() and loop.time() < until_s:
             await asyncio.sleep(TICK_S)
             if loop.time() > again_s:
-                self._fleet.abandon(self._clock.now_s)
+                self._fleet.cancel_all(self._clock.now_s)
                 again_s = loop.time() + CANCEL_S
-        for errand in self._fleet.errands:
-            command = errand.command
+        for active in self._fleet.active_commands:
+            command = active.command
             self._say(f"{command['robot']}: {command['name']} was cancelled, but its end was not confirmed")
         with suppress(TimeoutError):
             await asyncio.wait_for(self._ros.flush(), FLUSH_S)
 
-    async def _mission(self, kept: Record | None) -> None:
+    async def _mission(self, record: Record | None) -> None:
         """Wait for the team, begin or resume the mission, and drive it to its end."""
-        await self._team_there()
-        mission = await (self._begin() if kept is None else self._take_up(kept))
+        await self._wait_for_team()
+        mission = await (self._begin() if record is None else self._resume(record))
         self.outcome.mission = mission.id
         await first_of(self._events(mission), self._reports(mission))
 
@@ -132,7 +132,7 @@ class Bridge:
                 self._fleet.stop(self._clock.now_s)
             await asyncio.sleep(TICK_S)
 
-    async def _team_there(self) -> None:
+    async def _wait_for_team(self) -> None:
         """Wait until there is a map and every robot has a place on it; meanwhile say what is missing."""
         said, said_s = None, 0.0
         loop = asyncio.get_running_loop()
@@ -146,37 +146,37 @@ class Bridge:
         if not self._ros.open:
             return [f"rosbridge at {self._ros.url}"]
         found = [] if self._clock.known else [f"the time on {self._settings.clock}"]
-        if self._chart.grid is None:
+        if self._tracker.grid is None:
             found.append(f"a map on {self._settings.map.topic}")
-        return found + self._fleet.unplaced(self._clock.now_s)
+        return found + self._fleet.missing_poses(self._clock.now_s)
 
     async def _begin(self) -> AsyncMission:
-        grid = self._chart.begin()
+        grid = self._tracker.begin()
         self._fleet.place()
         mission = await self._client.begin(brief_of(self._settings, grid, self._fleet))
         self._clock.begin()
         self._record = Record(mission=mission.id, frame=frame_of(grid))
         self._fleet.mission = mission.id
-        self._keep()
+        self._save()
         self._say(f"mission {mission.id} started")
         return mission
 
-    async def _take_up(self, kept: Record) -> AsyncMission:
+    async def _resume(self, record: Record) -> AsyncMission:
         """Resume a mission: resend the report that may not have arrived, and all goals."""
-        mission = await self._client.mission(kept.mission)
-        if kept.report is not None and mission.n < kept.report["n"]:
-            await mission.report(kept.report)
-        self._chart.take_up(await mission.known_map())
+        mission = await self._client.mission(record.mission)
+        if record.report is not None and mission.n < record.report["n"]:
+            await mission.report(record.report)
+        self._tracker.resume(await mission.known_map())
         self._clock.begin((await mission.refresh())["t_ms"])
-        self._record = kept
+        self._record = record
         self._record.report = None
         self._record.starts += 1
-        self._fleet.mission, self._fleet.starts = mission.id, kept.starts
-        self._fleet.take_up(kept.aboard, kept.lost, UnreportedEvents(**kept.gathered))
+        self._fleet.mission, self._fleet.starts = mission.id, record.starts
+        self._fleet.resume(record.aboard, record.lost, UnreportedEvents(**record.unreported))
         self._fleet.place()
-        for command in kept.errands:
-            self._fleet.obey(command, self._clock.now_s)
-        self._keep()
+        for command in record.active_commands:
+            self._fleet.execute(command, self._clock.now_s)
+        self._save()
         self._say(f"mission {mission.id} resumed after report {mission.n}")
         return mission
 
@@ -186,7 +186,7 @@ class Bridge:
                 if event.type == "commands":
                     self._record.answered, self._record.until_ms = event.data["n"], event.data["until_ms"]
                     for command in event.data["commands"]:
-                        self._fleet.obey(command, self._clock.now_s)
+                        self._fleet.execute(command, self._clock.now_s)
                 elif event.type == "state":
                     reason = event.data.get("reason", "")
                     self._say(f"mission {event.data['state']}" + (f": {reason}" if reason else ""))
@@ -196,7 +196,7 @@ class Bridge:
                     return
                 if event.type != "log":
                     self._record.after = event.id
-                    self._keep()
+                    self._save()
 
     async def _reports(self, mission: AsyncMission) -> None:
         """Report whenever something has happened, and end the mission when the user asks."""
@@ -215,23 +215,23 @@ class Bridge:
         if self._over or until_ms is None or self._record.answered < n:
             return False
         now_ms = self._clock.mission_ms
-        if n == 0 or self._fleet.gathered.any or now_ms >= until_ms:
+        if n == 0 or self._fleet.unreported.any or now_ms >= until_ms:
             return True
         passed = now_ms - self._reported_ms >= 1000 * self._settings.waits.report_s
-        return passed and (self._fleet.driving or self._chart.fresh)
+        return passed and (self._fleet.driving or self._tracker.fresh)
 
     async def _report(self, mission: AsyncMission) -> None:
         """Report to the service what has happened since the last report."""
         self._reported_ms = self._clock.mission_ms
         report: Report = {**self._fleet.report(), "t_ms": self._reported_ms, "n": mission.n + 1}
         places = self._fleet.points()
-        if self._chart.fresh and places:
-            frame, revealed = self._chart.news(places)
+        if self._tracker.fresh and places:
+            frame, revealed = self._tracker.changes(places)
             if frame is not None:
                 report["frame"], report["revealed"] = frame, revealed
         self._record.report = report
         for left in reversed(range(CONFLICTS)):
-            self._keep()  # before sending: the report may arrive even if the bridge dies
+            self._save()  # before sending: the report may arrive even if the bridge dies
             try:
                 self._over = await mission.report(report) is None
                 break
@@ -242,12 +242,12 @@ class Bridge:
                 report["robots"] = self._fleet.notes()
         self._record.report = None
 
-    def _keep(self) -> None:
+    def _save(self) -> None:
         """Save the mission's progress in the journal."""
         record = self._record
-        record.errands = [errand.command for errand in self._fleet.errands]
+        record.active_commands = [active.command for active in self._fleet.active_commands]
         record.aboard = {r.name: r.aboard for r in self._fleet.robots.values() if r.aboard is not None}
-        record.gathered = asdict(self._fleet.gathered)
+        record.unreported = asdict(self._fleet.unreported)
         record.lost = [robot.name for robot in self._fleet.robots.values() if robot.lost]
         self._journal.write(record)
 

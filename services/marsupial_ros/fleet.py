@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from marsupial_client.mission_documents import Command, Failed, Lost, News, RobotNote
-from marsupial_ros.chart import Chart
 from marsupial_ros.goals import ActionGoal, drive_goal, failure_of, handover_goal, succeeded
-from marsupial_ros.robots import Errand, Progress, TrackedRobot
+from marsupial_ros.map_tracker import MapTracker
+from marsupial_ros.robots import ActiveCommand, Progress, TrackedRobot
 from marsupial_ros.rosbridge import ActionResult, Rosbridge
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames, Point
@@ -37,42 +37,42 @@ class RobotFleet:
     """The robots of a mission; `frames` has their transforms by topic, `say` shows the user a line.
 
     Names of goals contain the id of the `mission` and how often it was resumed before (`starts`), so each name is used
-    only once. `gathered` goes into the next report.
+    only once. `unreported` goes into the next report.
     """
 
     def __init__(
         self,
         settings: Settings,
         frames: Mapping[str, Frames],
-        chart: Chart,
+        tracker: MapTracker,
         actions: Rosbridge,
         say: Callable[[str], None],
     ) -> None:
         self._settings = settings
         self._waits = settings.waits
         self._frame = settings.map.frame
-        self._chart = chart
+        self._tracker = tracker
         self._actions = actions
         self._say = say
-        self.gathered = UnreportedEvents()
-        self._given_up: dict[str, str] = {}
+        self.unreported = UnreportedEvents()
+        self._ignored_goals: dict[str, str] = {}
         self.mission = ""
         self.starts = 0
         self.robots = {one.name: TrackedRobot(one, frames[one.tf], one.carrier) for one in settings.robots}
 
     @property
-    def errands(self) -> list[Errand]:
+    def active_commands(self) -> list[ActiveCommand]:
         """The commands that have not ended."""
-        # two robots share the errand of a docking: count it once, by identity
-        found = {id(robot.errand): robot.errand for robot in self.robots.values() if robot.errand is not None}
+        # both robots of a docking have the same command: count it once, by identity
+        found = {id(robot.active): robot.active for robot in self.robots.values() if robot.active is not None}
         return list(found.values())
 
     @property
     def driving(self) -> bool:
         """Whether any robot is driving."""
-        return any(errand.drives for errand in self.errands)
+        return any(active.drives for active in self.active_commands)
 
-    def unplaced(self, now_s: float) -> list[str]:
+    def missing_poses(self, now_s: float) -> list[str]:
         """Return the robots on the ground that tf does not place on the map yet, and the transform each lacks."""
         found = []
         for robot in self.robots.values():
@@ -89,240 +89,240 @@ class RobotFleet:
         """Place robots on the ground where tf has them, or on the nearest free ground."""
         for robot in self.robots.values():
             if robot.on_ground and robot.anchor is None:
-                robot.anchor = self._standing(robot)
+                robot.anchor = self._standing_point(robot)
 
-    def take_up(self, aboard: Mapping[str, str], lost: Collection[str], gathered: UnreportedEvents) -> None:
+    def resume(self, aboard: Mapping[str, str], lost: Collection[str], unreported: UnreportedEvents) -> None:
         """Restore the team: each rover's carrier, the lost robots, and the events still to report."""
-        self.gathered = gathered
+        self.unreported = unreported
         for robot in self.robots.values():
             robot.aboard, robot.lost = aboard.get(robot.name), robot.name in lost
 
-    def obey(self, command: Command, now_s: float) -> None:
+    def execute(self, command: Command, now_s: float) -> None:
         """Carry out a command."""
         robot = self.robots[command["robot"]]
         if command["name"] == "stop":
-            if robot.errand is not None and robot.errand.command["id"] == command["id"]:
-                self._cancel(robot.errand, now_s)
+            if robot.active is not None and robot.active.command["id"] == command["id"]:
+                self._cancel(robot.active, now_s)
             return
-        errand = Errand(command)
-        team = self._taking_part(errand)
+        active = ActiveCommand(command)
+        team = self._participants(active)
         # the service commands a lost robot until its loss is reported, one report after the commands it finished
         if any(one.lost for one in team):
             return
         for one in team:
-            one.errand = errand
-        self._start(errand, now_s)
+            one.active = active
+        self._start(active, now_s)
 
     def connected(self, now_s: float) -> None:
         """Resend all goals: they, or the messages that they ended, may be lost."""
-        self._cancel_given_up()
+        self._cancel_ignored_goals()
         for robot in self.robots.values():
             robot.since_s = now_s  # no transforms could arrive while disconnected
-        for errand in self.errands:
-            if errand.cancelled_s is not None:
-                self._cancel(errand, now_s)
+        for active in self.active_commands:
+            if active.cancelled_s is not None:
+                self._cancel(active, now_s)
             else:
-                self._start(errand, now_s)
+                self._start(active, now_s)
 
-    def hear(self, goal: str, feedback: Mapping[str, Any], now_s: float) -> None:
+    def apply_feedback(self, goal: str, feedback: Mapping[str, Any], now_s: float) -> None:
         """Apply the feedback of a drive; ignore feedback of earlier goals."""
-        errand = self._errand(goal)
-        if errand is not None and errand.drives:
-            errand.progress.hear(feedback, now_s)
+        active = self._active(goal)
+        if active is not None and active.drives:
+            active.progress.apply_feedback(feedback, now_s)
 
     def ended(self, end: ActionResult) -> None:
         """Record the end of a goal; ignore earlier goals of a command that was sent again."""
-        self._given_up.pop(end.goal, None)
-        errand = self._errand(end.goal)
-        if errand is None or errand.goal is None:
+        self._ignored_goals.pop(end.goal, None)
+        active = self._active(end.goal)
+        if active is None or active.goal is None:
             return
         if succeeded(end):
-            self._finish(errand, arrived=True)
-        elif errand.drives and errand.cancelled_s is not None:
-            self._finish(errand, arrived=False)
+            self._finish(active, arrived=True)
+        elif active.drives and active.cancelled_s is not None:
+            self._finish(active, arrived=False)
         else:
-            self._fail(errand, failure_of(errand.goal, end))
+            self._fail(active, failure_of(active.goal, end))
 
     def watch(self, now_s: float) -> None:
         """Check robots for missing transforms, and commands for lack of progress."""
         for robot in self.robots.values():
             if robot.on_ground:
-                self._listen(robot, now_s)
-        for errand in self.errands:
-            self._check(errand, now_s)
+                self._check_silence(robot, now_s)
+        for active in self.active_commands:
+            self._check(active, now_s)
 
     def stop(self, now_s: float) -> None:
         """Stop all driving robots."""
-        for errand in self.errands:
-            if errand.drives:
-                self._cancel(errand, now_s)
+        for active in self.active_commands:
+            if active.drives:
+                self._cancel(active, now_s)
 
-    def abandon(self, now_s: float) -> None:
+    def cancel_all(self, now_s: float) -> None:
         """Cancel every goal, including dockings and abandoned goals that may still be running."""
-        self._cancel_given_up()
-        for errand in self.errands:
-            self._cancel(errand, now_s)
+        self._cancel_ignored_goals()
+        for active in self.active_commands:
+            self._cancel(active, now_s)
 
     def report(self) -> News:
         """Return where the robots are and what has happened since the last call."""
-        gathered, self.gathered = self.gathered, UnreportedEvents()
+        unreported, self.unreported = self.unreported, UnreportedEvents()
         news: News = {"t_ms": 0, "robots": self.notes()}
-        if gathered.finished:
-            news["finished"] = gathered.finished
-        if gathered.failed:
-            news["failed"] = gathered.failed
-        if gathered.lost and gathered.finished:
+        if unreported.finished:
+            news["finished"] = unreported.finished
+        if unreported.failed:
+            news["failed"] = unreported.failed
+        if unreported.lost and unreported.finished:
             # the service accepts no ends from a lost robot: report what it finished first
-            self.gathered.lost = gathered.lost
-        elif gathered.lost:
-            news["lost"] = gathered.lost
+            self.unreported.lost = unreported.lost
+        elif unreported.lost:
+            news["lost"] = unreported.lost
         return news
 
     def notes(self) -> list[RobotNote]:
         """Return where the robots on the ground are; for driving robots, their points on the route."""
         found: list[RobotNote] = []
-        for robot in self._grounded():
-            self._follow(robot)
+        for robot in self._standing_or_driving():
+            self._update_anchor(robot)
             if robot.anchor is not None:
                 found.append({"name": robot.name, "pose_m": list(robot.anchor)})
         return found
 
     def points(self) -> dict[str, Point]:
         """Return where the robots on the ground are, in metres of the map frame."""
-        places = {robot.name: robot.point(self._frame) or robot.anchor for robot in self._grounded()}
+        places = {robot.name: robot.point(self._frame) or robot.anchor for robot in self._standing_or_driving()}
         return {name: point for name, point in places.items() if point is not None}
 
-    def _grounded(self) -> Iterator[TrackedRobot]:
+    def _standing_or_driving(self) -> Iterator[TrackedRobot]:
         """Yield the robots that stand or drive by themselves: all on the ground but docking and undocking rovers."""
         for robot in self.robots.values():
-            errand = robot.errand
-            if robot.on_ground and (errand is None or errand.drives or errand.command["robot"] != robot.name):
+            active = robot.active
+            if robot.on_ground and (active is None or active.drives or active.command["robot"] != robot.name):
                 yield robot
 
-    def _follow(self, robot: TrackedRobot) -> None:
+    def _update_anchor(self, robot: TrackedRobot) -> None:
         """Update the reported place of a robot; one that isn't driving has to be off it by more than the tolerance."""
         at = robot.point(self._frame)
         if at is None:
             return
-        if robot.errand is not None and robot.errand.drives:
-            robot.anchor = robot.errand.pass_by(at, self._waits.tolerance_m) or self._standing(robot)
+        if robot.active is not None and robot.active.drives:
+            robot.anchor = robot.active.pass_by(at, self._waits.tolerance_m) or self._standing_point(robot)
         elif robot.anchor is None or math.dist(at, robot.anchor) > self._waits.tolerance_m:
-            robot.anchor = self._standing(robot)
+            robot.anchor = self._standing_point(robot)
 
-    def _standing(self, robot: TrackedRobot) -> Point | None:
+    def _standing_point(self, robot: TrackedRobot) -> Point | None:
         at = robot.point(self._frame)
         if at is None:
             return robot.anchor
-        return self._chart.standing(robot.settings.kind, at, self._waits.tolerance_m) or at
+        return self._tracker.standing(robot.settings.kind, at, self._waits.tolerance_m) or at
 
-    def _errand(self, goal: str) -> Errand | None:
-        return next((one for one in self.errands if one.name == goal and one.goal is not None), None)
+    def _active(self, goal: str) -> ActiveCommand | None:
+        return next((one for one in self.active_commands if one.name == goal and one.goal is not None), None)
 
-    def _taking_part(self, errand: Errand) -> list[TrackedRobot]:
-        command = errand.command
-        names = [command["robot"]] if errand.drives else [command["robot"], command["carrier"]]
+    def _participants(self, active: ActiveCommand) -> list[TrackedRobot]:
+        command = active.command
+        names = [command["robot"]] if active.drives else [command["robot"], command["carrier"]]
         return [self.robots[name] for name in names]
 
-    def _start(self, errand: Errand, now_s: float) -> None:
+    def _start(self, active: ActiveCommand, now_s: float) -> None:
         """Send the goal of a command, or the rest of its drive."""
-        goal = self._drive(errand) if errand.drives else self._handover(errand)
-        errand.since_s = now_s
-        errand.progress = Progress(moved_s=now_s)
+        goal = self._drive(active) if active.drives else self._handover(active)
+        active.since_s = now_s
+        active.progress = Progress(moved_s=now_s)
         if goal is None:
-            self._finish(errand, arrived=True)
+            self._finish(active, arrived=True)
             return
-        errand.attempt += 1
-        errand.goal = goal
+        active.attempt += 1
+        active.goal = goal
         # a name of its own: the end of an earlier goal must not end this one
-        errand.name = f"{self.mission}:{errand.command['id']}:{self.starts}.{errand.attempt}"
-        self._actions.send_goal(errand.name, goal.action, goal.type, goal.values)
+        active.name = f"{self.mission}:{active.command['id']}:{self.starts}.{active.attempt}"
+        self._actions.send_goal(active.name, goal.action, goal.type, goal.values)
 
-    def _drive(self, errand: Errand) -> ActionGoal | None:
+    def _drive(self, active: ActiveCommand) -> ActionGoal | None:
         """Return the goal of a drive from where the robot is now; None if it has arrived."""
-        robot = self.robots[errand.command["robot"]]
+        robot = self.robots[active.command["robot"]]
         pose = robot.pose(self._frame)
-        if pose is not None and (errand.attempt or self.starts):
-            errand.pass_by((pose.x, pose.y), self._waits.tolerance_m)
-        route = errand.route_m[errand.passed :]
+        if pose is not None and (active.attempt or self.starts):
+            active.pass_by((pose.x, pose.y), self._waits.tolerance_m)
+        route = active.route_m[active.passed :]
         if len(route) < 2:
             return None
         return drive_goal(self._settings, robot.settings, route, 0.0 if pose is None else pose.yaw)
 
-    def _handover(self, errand: Errand) -> ActionGoal:
-        rover, carrier = self._taking_part(errand)
-        x, y = errand.command.get("point_m") or rover.anchor or rover.point(self._frame) or (0.0, 0.0)
+    def _handover(self, active: ActiveCommand) -> ActionGoal:
+        rover, carrier = self._participants(active)
+        x, y = active.command.get("point_m") or rover.anchor or rover.point(self._frame) or (0.0, 0.0)
         beside = carrier.point(self._frame) or carrier.anchor
-        return handover_goal(self._settings, self.mission, errand.command, rover.settings, (x, y), beside)
+        return handover_goal(self._settings, self.mission, active.command, rover.settings, (x, y), beside)
 
-    def _cancel(self, errand: Errand, now_s: float) -> None:
-        if errand.goal is not None:
-            errand.cancelled_s = now_s
-            self._actions.cancel_goal(errand.name, errand.goal.action)
+    def _cancel(self, active: ActiveCommand, now_s: float) -> None:
+        if active.goal is not None:
+            active.cancelled_s = now_s
+            self._actions.cancel_goal(active.name, active.goal.action)
 
-    def _release(self, errand: Errand) -> None:
-        errand.goal = None
-        for robot in self._taking_part(errand):
-            robot.errand = None
+    def _release(self, active: ActiveCommand) -> None:
+        active.goal = None
+        for robot in self._participants(active):
+            robot.active = None
 
-    def _finish(self, errand: Errand, *, arrived: bool) -> None:
+    def _finish(self, active: ActiveCommand, *, arrived: bool) -> None:
         """Record a command as finished: a drive at the end of its route, or where it was stopped."""
-        rover = self._taking_part(errand)[0]
-        command = errand.command
-        if errand.drives:
+        rover = self._participants(active)[0]
+        command = active.command
+        if active.drives:
             at = rover.point(self._frame)
-            end = errand.route_m[-1]
+            end = active.route_m[-1]
             near = at is None or math.dist(at, end) <= self._waits.tolerance_m
             # an action may wrongly report success: then report where the robot really is
             if arrived and near:
                 rover.anchor = end
             else:
-                self._follow(rover)
+                self._update_anchor(rover)
         else:
             rover.aboard = command["carrier"] if command["name"] == "dock" else None
             x, y = command.get("point_m") or (0.0, 0.0)
             rover.anchor = (x, y) if command["name"] == "undock" else None
-        self._release(errand)
-        self.gathered.finished.append(command["id"])
+        self._release(active)
+        self.unreported.finished.append(command["id"])
 
-    def _fail(self, errand: Errand, reason: str) -> None:
-        if errand.drives:
-            self._follow(self._taking_part(errand)[0])
-        self._release(errand)
-        self.gathered.failed.append({"id": errand.command["id"], "reason": reason})
-        self._say(f"{errand.command['robot']}: {errand.command['name']} failed: {reason}")
+    def _fail(self, active: ActiveCommand, reason: str) -> None:
+        if active.drives:
+            self._update_anchor(self._participants(active)[0])
+        self._release(active)
+        self.unreported.failed.append({"id": active.command["id"], "reason": reason})
+        self._say(f"{active.command['robot']}: {active.command['name']} failed: {reason}")
 
-    def _give_up(self, errand: Errand, reason: str) -> None:
-        self._drop(errand)
-        self._fail(errand, reason)
+    def _abort(self, active: ActiveCommand, reason: str) -> None:
+        self._cancel_ignored(active)
+        self._fail(active, reason)
 
-    def _drop(self, errand: Errand) -> None:
+    def _cancel_ignored(self, active: ActiveCommand) -> None:
         """Cancel the goal of a command whose end no longer matters."""
-        if errand.goal is not None:
-            self._given_up[errand.name] = errand.goal.action
-            self._actions.cancel_goal(errand.name, errand.goal.action)
+        if active.goal is not None:
+            self._ignored_goals[active.name] = active.goal.action
+            self._actions.cancel_goal(active.name, active.goal.action)
 
-    def _cancel_given_up(self) -> None:
-        for name, action in self._given_up.items():
+    def _cancel_ignored_goals(self) -> None:
+        for name, action in self._ignored_goals.items():
             self._actions.cancel_goal(name, action)
 
-    def _check(self, errand: Errand, now_s: float) -> None:
+    def _check(self, active: ActiveCommand, now_s: float) -> None:
         """Give up a command that makes no progress; cancel again the goal of a robot that has not stopped."""
-        if not errand.drives:
-            if now_s - errand.since_s > self._waits.handover_s:
-                self._give_up(errand, f"not finished after {self._waits.handover_s:g} s")
+        if not active.drives:
+            if now_s - active.since_s > self._waits.handover_s:
+                self._abort(active, f"not finished after {self._waits.handover_s:g} s")
             return
-        at = self.robots[errand.command["robot"]].point(self._frame)
+        at = self.robots[active.command["robot"]].point(self._frame)
         if at is not None:
-            errand.progress.see(at, now_s)
-        if errand.cancelled_s is not None:
-            if errand.progress.stood_for(now_s) > SETTLED_S:
-                self._finish(errand, arrived=False)
-            elif now_s - errand.cancelled_s > CANCEL_S:
-                self._cancel(errand, now_s)
-        elif fault := errand.progress.fault(now_s, self._waits.stuck_s):
-            self._give_up(errand, fault)
+            active.progress.apply_position(at, now_s)
+        if active.cancelled_s is not None:
+            if active.progress.stood_for(now_s) > SETTLED_S:
+                self._finish(active, arrived=False)
+            elif now_s - active.cancelled_s > CANCEL_S:
+                self._cancel(active, now_s)
+        elif fault := active.progress.fault(now_s, self._waits.stuck_s):
+            self._abort(active, fault)
 
-    def _listen(self, robot: TrackedRobot, now_s: float) -> None:
+    def _check_silence(self, robot: TrackedRobot, now_s: float) -> None:
         """Tell the user of a robot without new transforms, and mark it as lost after `lost_s`."""
         silent_s = robot.silent_for(self._frame, now_s)
         where = f"no new {self._link(robot)}"
@@ -334,17 +334,17 @@ class RobotFleet:
         if not robot.silent:
             robot.silent = True
             self._say(f"{robot.name}: {where} for {silent_s:.0f} s")
-            if robot.errand is not None and robot.errand.drives:
-                self._give_up(robot.errand, f"{where} for {self._waits.silent_s:g} s")
+            if robot.active is not None and robot.active.drives:
+                self._abort(robot.active, f"{where} for {self._waits.silent_s:g} s")
         if silent_s > self._waits.lost_s:
-            self._lose(robot, f"{where} for {self._waits.lost_s:g} s")
+            self._mark_lost(robot, f"{where} for {self._waits.lost_s:g} s")
 
-    def _lose(self, robot: TrackedRobot, reason: str) -> None:
+    def _mark_lost(self, robot: TrackedRobot, reason: str) -> None:
         self._say(f"{robot.name}: lost: {reason}")
-        if robot.errand is not None:
-            self._drop(robot.errand)
-            self._release(robot.errand)
+        if robot.active is not None:
+            self._cancel_ignored(robot.active)
+            self._release(robot.active)
         robot.lost = True
-        self.gathered.lost.append({"robot": robot.name, "reason": reason})
+        self.unreported.lost.append({"robot": robot.name, "reason": reason})
         for rider in self.robots.values():
             rider.lost = rider.lost or rider.aboard == robot.name

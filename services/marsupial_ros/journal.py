@@ -26,8 +26,8 @@ class Record:
     """The progress of a mission that began with the `frame` of its brief and was resumed `starts` times.
 
     `after` is the last event acted on, `answered` the report that the last commands answered, `until_ms` when the next
-    report is due; `report` may not have arrived. `errands` are the commands that have not ended, `gathered` is what to
-    report next (`fleet.UnreportedEvents`), `aboard` maps each rover aboard to its carrier.
+    report is due; `report` may not have arrived. `active_commands` have not ended, `unreported` is what to report next
+    (`fleet.UnreportedEvents`), `aboard` maps each rover aboard to its carrier.
     """
 
     mission: str
@@ -35,17 +35,17 @@ class Record:
     after: int = 0
     answered: int = -1
     until_ms: int | None = None
-    errands: list[Command] = field(default_factory=list)
+    active_commands: list[Command] = field(default_factory=list)
     aboard: dict[str, str] = field(default_factory=dict)
     starts: int = 0
     lost: list[str] = field(default_factory=list)
     report: Report | None = None
-    gathered: dict[str, Any] = field(default_factory=dict)
+    unreported: dict[str, Any] = field(default_factory=dict)
 
     @property
     def robots(self) -> set[str]:
         """The names of the robots in the record."""
-        return {command["robot"] for command in self.errands} | set(self.lost) | self.aboard.keys()
+        return {command["robot"] for command in self.active_commands} | set(self.lost) | self.aboard.keys()
 
     def check(self) -> None:
         """Check a record read from the file. Raises ValueError, TypeError, KeyError if it is malformed."""

@@ -35,24 +35,24 @@ class Progress:
     """What is known of a drive's progress.
 
     The robot was last seen to move at `moved_s` from `moved_from`. Its action last reported the remaining distance at
-    `told_s`; the least on the current route was `left_m`, at `nearer_s`; on any route, `least_m`. `recoveries` are
+    `feedback_s`; the least on the current route was `left_m`, at `nearer_s`; on any route, `least_m`. `recoveries` are
     their numbers then and now.
     """
 
     moved_s: float = 0.0
     moved_from: Point | None = None
-    told_s: float = -math.inf
+    feedback_s: float = -math.inf
     nearer_s: float = 0.0
     left_m: float = math.inf
     least_m: float = math.inf
     recoveries: tuple[int, int] | None = None
 
-    def see(self, at: Point, now_s: float) -> None:
+    def apply_position(self, at: Point, now_s: float) -> None:
         """Apply the robot's position."""
         if self.moved_from is None or math.dist(at, self.moved_from) > PROGRESS_M:
             self.moved_from, self.moved_s = at, now_s
 
-    def hear(self, feedback: Mapping[str, Any], now_s: float) -> None:
+    def apply_feedback(self, feedback: Mapping[str, Any], now_s: float) -> None:
         """Apply feedback of the action; missing fields and invalid numbers are ignored."""
         recoveries = _number(feedback.get("number_of_recoveries"))
         if recoveries is not None:
@@ -68,18 +68,18 @@ class Progress:
 
     def fault(self, now_s: float, stuck_s: float) -> str | None:
         """Return why the robot is stuck, None if it makes progress."""
-        told = now_s - self.told_s <= FEEDBACK_S
-        if max(self.stood_for(now_s), now_s - self.nearer_s if told else 0.0) > stuck_s:
+        has_feedback = now_s - self.feedback_s <= FEEDBACK_S
+        if max(self.stood_for(now_s), now_s - self.nearer_s if has_feedback else 0.0) > stuck_s:
             return f"no progress for {stuck_s:g} s"
         then, now = self.recoveries or (0, 0)
         return f"{now - then} recoveries without progress" if now - then >= MOST_RECOVERIES else None
 
     def _approach(self, left_m: float, now_s: float) -> None:
-        if now_s - self.told_s > FEEDBACK_S or left_m < self.left_m - PROGRESS_M:
+        if now_s - self.feedback_s > FEEDBACK_S or left_m < self.left_m - PROGRESS_M:
             self.left_m, self.nearer_s = left_m, now_s
         elif left_m > self.left_m + DETOUR_M:
             self.left_m = left_m
-        self.told_s = now_s
+        self.feedback_s = now_s
         if left_m < self.least_m - PROGRESS_M:
             self.least_m = left_m
             if self.recoveries is not None:
@@ -87,7 +87,7 @@ class Progress:
 
 
 @dataclass(slots=True)
-class Errand:
+class ActiveCommand:
     """A command that has not ended: its `goal` was sent to ROS at `since_s` under the unique `name`.
 
     For a drive, `passed` is the point of its route where the robot is or was last, `progress` the progress since then.
@@ -140,7 +140,7 @@ class TrackedRobot:
     frames: Frames
     aboard: str | None
     anchor: Point | None = None
-    errand: Errand | None = None
+    active: ActiveCommand | None = None
     silent: bool = False
     lost: bool = False
     since_s: float = 0.0

@@ -93,10 +93,10 @@ class Rosbridge:
         self._outbox: asyncio.Queue[str] | None = None
         self._fragments: dict[str, dict[int, str]] = {}
         self._readers: Mapping[str, Callable[[Mapping[str, Any]], None]] = {
-            "publish": lambda told: listener.message(told["topic"], told["msg"]),
-            "action_feedback": lambda told: listener.feedback(str(told.get("id")), told["values"]),
+            "publish": lambda message: listener.message(message["topic"], message["msg"]),
+            "action_feedback": lambda message: listener.feedback(str(message.get("id")), message["values"]),
             "action_result": self._action_ended,
-            "status": self._told,
+            "status": self._on_status,
             "fragment": self._fragment,
         }
 
@@ -126,13 +126,13 @@ class Rosbridge:
                     ping_interval=PING_S,
                     ping_timeout=PING_S,
                     close_timeout=CLOSE_S,
-                ) as line:
+                ) as connection:
                     pause_s = FIRST_PAUSE_S
                     try:
-                        await self._talk(line)
+                        await self._talk(connection)
                     finally:
                         # with code 1000: an exception that leaves the block would close it as an error
-                        await line.close()
+                        await connection.close()
                 reason = "closed by rosbridge"
             except InvalidURI as error:
                 raise UsageError(f"rosbridge: {error}") from error
@@ -148,7 +148,7 @@ class Rosbridge:
         if self._outbox is not None:
             await self._outbox.join()
 
-    async def _talk(self, line: ClientConnection) -> None:
+    async def _talk(self, connection: ClientConnection) -> None:
         # the rest of an interrupted message never arrives
         self._fragments.clear()
         self._outbox = asyncio.Queue()
@@ -156,7 +156,7 @@ class Rosbridge:
             for one in self._subscriptions:
                 self._send({"op": "subscribe", "id": f"marsupial:{one.topic}", **asdict(one)})
             self._listener.connected()
-            await first_of(self._read(line), self._write(line, self._outbox))
+            await first_of(self._read(connection), self._write(connection, self._outbox))
         finally:
             self._outbox = None
 
@@ -164,14 +164,14 @@ class Rosbridge:
         if self._outbox is not None:
             self._outbox.put_nowait(json.dumps(document))
 
-    async def _write(self, line: ClientConnection, outbox: asyncio.Queue[str]) -> None:
+    async def _write(self, connection: ClientConnection, outbox: asyncio.Queue[str]) -> None:
         while True:
             text = await outbox.get()
-            await line.send(text)
+            await connection.send(text)
             outbox.task_done()
 
-    async def _read(self, line: ClientConnection) -> None:
-        async for data in line:
+    async def _read(self, connection: ClientConnection) -> None:
+        async for data in connection:
             self._take(data)
 
     def _take(self, data: str | bytes) -> None:
@@ -188,7 +188,7 @@ class Rosbridge:
         status = int(document.get("status", GoalStatus.SUCCEEDED if document.get("result") else GoalStatus.UNKNOWN))
         self._listener.ended(ActionResult(str(document.get("id")), status, document.get("values")))
 
-    def _told(self, document: Mapping[str, Any]) -> None:
+    def _on_status(self, document: Mapping[str, Any]) -> None:
         if document.get("level") in ("error", "warning"):
             self._listener.complaint(f"rosbridge: {document.get('msg')}")
 

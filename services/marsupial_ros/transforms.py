@@ -57,16 +57,16 @@ class Frames:
     """The frames published on one pair of topics (``/tf``, ``/tf_static``)."""
 
     def __init__(self) -> None:
-        self._told: dict[str, LastTransform] = {}
+        self._links: dict[str, LastTransform] = {}
 
-    def tell(self, parent: str, child: str, transform: Transform, at_s: float | None, stamp_s: float = 0.0) -> None:
+    def add(self, parent: str, child: str, transform: Transform, at_s: float | None, stamp_s: float = 0.0) -> None:
         """Store a link; `at_s` is None for a static one."""
         # a link with the stamp of the one before is that one, sent again: so a robot whose transforms are repeated
         # grows silent, whatever the clocks of two machines say
-        before = self._told.get(child)
+        before = self._links.get(child)
         if before is not None and stamp_s and before.stamp_s == stamp_s and before.at_s is not None:
             return
-        self._told[child] = LastTransform(parent, transform, at_s, stamp_s)
+        self._links[child] = LastTransform(parent, transform, at_s, stamp_s)
 
     def find(self, frame: str, ancestor: str) -> tuple[Transform, float | None] | None:
         """Return the transform of a frame into another, and its time; None if they are not connected."""
@@ -76,13 +76,13 @@ class Frames:
         for _ in range(_LONGEST_CHAIN):
             if frame == ancestor:
                 return found, at_s
-            told = self._told.get(frame)
-            if told is None:
+            link = self._links.get(frame)
+            if link is None:
                 return None
-            found = told.transform.of(found)
-            if told.at_s is not None:
-                at_s = told.at_s if at_s is None else min(at_s, told.at_s)
-            frame = told.parent
+            found = link.transform.of(found)
+            if link.at_s is not None:
+                at_s = link.at_s if at_s is None else min(at_s, link.at_s)
+            frame = link.parent
         return None
 
 

@@ -30,7 +30,7 @@ def plain(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> pytest.MonkeyPatch
     monkeypatch.setattr(Path, "home", lambda: tmp_path)
     monkeypatch.setattr(ray_cluster, "version", lambda name: "2.60.0")
     monkeypatch.setattr(ray_cluster, "reach", lambda cluster: None)
-    monkeypatch.setattr(ray_cluster, "_try_out", lambda cluster: None)
+    monkeypatch.setattr(ray_cluster, "_test_connection", lambda cluster: None)
     return monkeypatch
 
 

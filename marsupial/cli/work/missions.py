@@ -160,7 +160,7 @@ def _simulate_by(server: str) -> Callable[..., Summary]:
         say(f"{error}; trying for {PATIENCE_S:g} s{there}")
 
     try:
-        client = Client(server, key=os.environ.get("MARSUPIAL_KEY"), patience_s=PATIENCE_S, missed=missed)
+        client = Client(server, key=os.environ.get("MARSUPIAL_KEY"), patience_s=PATIENCE_S, on_outage=missed)
     except ValueError as error:
         raise UsageError(f"--server: {error}") from error
     return partial(simulate_by, client, stopping=asked_to_stop)

@@ -96,7 +96,7 @@ async def get_mission(mission: MissionOfPath) -> Response:
 
 @router.post(
     "/{mission}/reports",
-    response_model=answers.TakenAnswer | answers.AllTakenAnswer,
+    response_model=answers.ReportReceiptAnswer | answers.BatchReceiptAnswer,
     responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full", body=True),
 )
 async def report(
@@ -111,8 +111,8 @@ async def report(
     frame = mission.frame or MissionFrame.of(brief.grid)
     reports, is_batch = await read(state.readers, state.settings.limits, sent, REPORT_READER, brief, frame)
     taken = await missions.reports(mission, reports)
-    told = [answers.TakenAnswer.of(one, revision=taken.revision) for one, _ in reports]
-    return json_answer(answers.AllTakenAnswer(reports=told) if is_batch else told[0])
+    told = [answers.ReportReceiptAnswer.of(one, revision=taken.revision) for one, _ in reports]
+    return json_answer(answers.BatchReceiptAnswer(reports=told) if is_batch else told[0])
 
 
 @router.get("/{mission}/reports", response_model=answers.LastReportsAnswer, responses=errors("not-found"))

@@ -328,7 +328,7 @@ class MissionListAnswer(Answer):
     next: str | None
 
 
-class TakenAnswer(Answer):
+class ReportReceiptAnswer(Answer):
     """A stored report: its number and time, and the revision of the latest plan.
 
     `robot` is given if that robot numbers its own reports.
@@ -340,10 +340,10 @@ class TakenAnswer(Answer):
     revision: int
 
 
-class AllTakenAnswer(Answer):
+class BatchReceiptAnswer(Answer):
     """All reports of a request are stored, now or by an earlier request."""
 
-    reports: list[TakenAnswer]
+    reports: list[ReportReceiptAnswer]
 
 
 class LastReportsAnswer(Answer):

@@ -65,7 +65,7 @@ class Scripted(httpx2.MockTransport):
 def service(transport: Scripted, patience_s: float = 60.0, missed: list[str] | None = None) -> Client:
     callback = None if missed is None else lambda error: missed.append(str(error))
     http = httpx2.Client(transport=transport)
-    return Client(URL, key="secret", timeout_s=1.0, patience_s=patience_s, missed=callback, http=http)
+    return Client(URL, key="secret", timeout_s=1.0, patience_s=patience_s, on_outage=callback, http=http)
 
 
 def problem(status: int, kind: str, **more: Any) -> httpx2.Response:

@@ -9,8 +9,8 @@ from fake_ros import rooms, settings_text, team
 
 from marsupial.formats.mapfiles.masks import FilterMasks
 from marsupial.model.grid import TERRAINS
-from marsupial_ros.chart import Chart
 from marsupial_ros.fleet import RobotFleet
+from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.messages import occupancy_in
 from marsupial_ros.settings import Settings, read_settings
 from marsupial_ros.transforms import Frames, Transform
@@ -27,11 +27,11 @@ def grid_message(rows: list[list[int]], x: float = 0.0, y: float = 0.0, resoluti
     return {"header": {"frame_id": "map"}, "info": info, "data": [value for row in rows for value in row]}
 
 
-def chart_of(*rows: list[int]) -> Chart:
-    chart = Chart(TERRAINS, FilterMasks(), 0.25, 0.65)
-    chart.take(occupancy_in(grid_message(list(rows))))
-    chart.begin()
-    return chart
+def tracker_of(*rows: list[int]) -> MapTracker:
+    tracker = MapTracker(TERRAINS, FilterMasks(), 0.25, 0.65)
+    tracker.take(occupancy_in(grid_message(list(rows))))
+    tracker.begin()
+    return tracker
 
 
 class Actions:
@@ -55,17 +55,17 @@ class House:
         self.settings = settings_of(folder, more, extra)
         self.frames = {"/tf": Frames()}
         self.actions, self.said = Actions(), []
-        chart = chart_of(*[[0] * 20] * 10)
-        self.fleet = RobotFleet(self.settings, self.frames, chart, self.actions, self.said.append)  # type: ignore[arg-type]
+        tracker = tracker_of(*[[0] * 20] * 10)
+        self.fleet = RobotFleet(self.settings, self.frames, tracker, self.actions, self.said.append)  # type: ignore[arg-type]
         self.fleet.mission = "m"
         self.at("carrier1", 2.5, 2.5)
         self.fleet.place()
 
     def at(self, name: str, x: float, y: float, now_s: float = 0.0) -> None:
-        self.frames["/tf"].tell("map", f"{name}/base_link", moved(x, y), now_s)
+        self.frames["/tf"].add("map", f"{name}/base_link", moved(x, y), now_s)
 
     def command(self, id: int, name: str, **more: Any) -> None:
-        self.fleet.obey({"id": id, "robot": "carrier1", "name": name, "revision": 1, **more}, 0.0)  # type: ignore[typeddict-item]
+        self.fleet.execute({"id": id, "robot": "carrier1", "name": name, "revision": 1, **more}, 0.0)  # type: ignore[typeddict-item]
 
     def drive(self) -> None:
         self.command(1, "drive", route=[], route_m=[[x + 0.5, 2.5] for x in range(2, 9)])

@@ -84,9 +84,9 @@ async def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next
     async with play() as (ros, talk):
         bridge, client = talk.bridge(server, ros, tmp_path, state)
         first = asyncio.ensure_future(drive(bridge, client))
-        await awaited(lambda: bridge._fleet.gathered.any)
-        bridge._keep()  # as it does when something else is told just then
-        assert json.loads(state.read_text())["gathered"]["finished"]
+        await awaited(lambda: bridge._fleet.unreported.any)
+        bridge._save()  # as it does when something else is told just then
+        assert json.loads(state.read_text())["unreported"]["finished"]
         first.cancel()
         await asyncio.gather(first, return_exceptions=True)
         outcome = await drive(*talk.bridge(server, ros, tmp_path, state))

@@ -17,8 +17,8 @@ def judged(left_m: list[float], **more: Any) -> str | None:
     """Return what is said of a robot that moves all the time, and tells this each second."""
     progress = Progress()
     for now_s, left in enumerate(left_m):
-        progress.see((float(now_s), 0.0), now_s)
-        progress.hear({"distance_remaining": left, **more}, now_s)
+        progress.apply_position((float(now_s), 0.0), now_s)
+        progress.apply_feedback({"distance_remaining": left, **more}, now_s)
     return progress.fault(len(left_m) - 1, 30.0)
 
 
@@ -30,8 +30,8 @@ def test_a_robot_that_moves_but_gets_no_nearer_is_stuck() -> None:
 def test_a_robot_that_stands_is_stuck_whatever_its_action_tells() -> None:
     progress = Progress()
     for now_s in range(40):
-        progress.see((0.0, 0.0), now_s)
-        progress.hear({"distance_to_goal": 50.0 - now_s}, now_s)
+        progress.apply_position((0.0, 0.0), now_s)
+        progress.apply_feedback({"distance_to_goal": 50.0 - now_s}, now_s)
     assert progress.fault(40.0, 30.0) == "no progress for 30 s"
 
 
@@ -49,20 +49,20 @@ def test_recoveries_that_bring_a_robot_no_nearer_are_as_good_as_standing() -> No
     progress = Progress()
     for number in range(MOST_RECOVERIES + 1):
         assert progress.fault(number, 30.0) is None
-        progress.see((float(number), 0.0), number)
-        progress.hear({"number_of_recoveries": number, "distance_remaining": 5.0}, number)
+        progress.apply_position((float(number), 0.0), number)
+        progress.apply_feedback({"number_of_recoveries": number, "distance_remaining": 5.0}, number)
     assert progress.fault(MOST_RECOVERIES, 30.0) == f"{MOST_RECOVERIES} recoveries without progress"
-    progress.hear({"number_of_recoveries": MOST_RECOVERIES, "distance_remaining": 4.5}, MOST_RECOVERIES)
+    progress.apply_feedback({"number_of_recoveries": MOST_RECOVERIES, "distance_remaining": 4.5}, MOST_RECOVERIES)
     assert progress.fault(MOST_RECOVERIES, 30.0) is None
 
 
 def test_what_was_told_long_ago_counts_no_more() -> None:
     progress = Progress()
-    progress.hear({"distance_remaining": 5.0}, 0.0)
+    progress.apply_feedback({"distance_remaining": 5.0}, 0.0)
     for now_s in range(100):
-        progress.see((float(now_s), 0.0), now_s)
+        progress.apply_position((float(now_s), 0.0), now_s)
     assert progress.fault(99.0, 30.0) is None
-    progress.hear({"distance_remaining": 5.0}, 99.0)
+    progress.apply_feedback({"distance_remaining": 5.0}, 99.0)
     assert progress.fault(99.0, 30.0) is None
 
 
@@ -70,7 +70,7 @@ def test_what_was_told_long_ago_counts_no_more() -> None:
 def test_feedback_that_is_none_leaves_moves_to_count_alone(odd: Any) -> None:
     assert judged([odd] * 40, number_of_recoveries=odd) is None
     progress = Progress()
-    progress.hear({}, 0.0)
+    progress.apply_feedback({}, 0.0)
     assert progress == Progress()
 
 
@@ -78,7 +78,7 @@ def test_a_drive_whose_action_tells_no_progress_is_given_up_though_the_robot_mov
     house.drive()
     for now_s in range(123):
         house.at("carrier1", 2.5 + 0.2 * (now_s % 2), 2.5, now_s)
-        house.fleet.hear("m:1:0.1", {"distance_to_goal": 6.0}, now_s)
+        house.fleet.apply_feedback("m:1:0.1", {"distance_to_goal": 6.0}, now_s)
         house.fleet.watch(float(now_s))
     assert house.fleet.report()["failed"] == [{"id": 1, "reason": "no progress for 120 s"}]
     assert house.actions.cancelled == ["m:1:0.1"]
@@ -89,12 +89,12 @@ def test_feedback_of_an_earlier_goal_or_of_none_counts_for_nothing(house: House)
     house.fleet.connected(0.0)  # the drive is sent again
     for now_s in range(130):
         house.at("carrier1", 2.5 + 0.05 * now_s, 2.5, now_s)
-        house.fleet.hear("m:1:0.1", {"number_of_recoveries": now_s, "distance_to_goal": 6.0}, now_s)
-        house.fleet.hear("None", {"distance_to_goal": 6.0}, now_s)
+        house.fleet.apply_feedback("m:1:0.1", {"number_of_recoveries": now_s, "distance_to_goal": 6.0}, now_s)
+        house.fleet.apply_feedback("None", {"distance_to_goal": 6.0}, now_s)
         house.fleet.watch(float(now_s))
     assert house.fleet.driving
     house.fleet.ended(ActionResult("m:1:0.2", 4, {}))
-    house.fleet.hear("m:1:0.2", {"distance_to_goal": 6.0}, 131.0)
+    house.fleet.apply_feedback("m:1:0.2", {"distance_to_goal": 6.0}, 131.0)
     assert house.fleet.report()["finished"] == [1]
 
 
@@ -103,7 +103,7 @@ def test_a_robot_that_is_to_stop_has_stopped_when_it_stands_and_not_when_it_gets
     house.command(1, "stop")
     for now_s in range(10):
         house.at("carrier1", 2.5 + 0.2 * now_s, 2.5, now_s)
-        house.fleet.hear("m:1:0.1", {"distance_to_goal": 6.0}, now_s)
+        house.fleet.apply_feedback("m:1:0.1", {"distance_to_goal": 6.0}, now_s)
         house.fleet.watch(float(now_s))
     assert house.fleet.driving
 
@@ -114,8 +114,8 @@ def test_a_drive_that_was_given_up_is_cancelled_again_until_it_is_known_to_have_
         house.at("carrier1", 2.5, 2.5, now_s)
         house.fleet.watch(now_s)
     house.fleet.connected(123.0)
-    house.fleet.abandon(124.0)
+    house.fleet.cancel_all(124.0)
     assert house.actions.cancelled == ["m:1:0.1"] * 3
     house.fleet.ended(ActionResult("m:1:0.1", 5, {}))
-    house.fleet.abandon(125.0)
+    house.fleet.cancel_all(125.0)
     assert house.actions.cancelled == ["m:1:0.1"] * 3

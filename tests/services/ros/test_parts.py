@@ -16,7 +16,7 @@ pytest.importorskip("websockets")
 import numpy as np
 from fake_ros import CARRIER
 from patience import HANG_S
-from ros_parts import House, chart_of, grid_message, moved, settings_of
+from ros_parts import House, grid_message, moved, settings_of, tracker_of
 from websockets.asyncio.server import ServerConnection, serve
 
 from marsupial.cli.main import main
@@ -26,9 +26,9 @@ from marsupial.formats.mapfiles.occupancy import Occupancy
 from marsupial.model.grid import FLOOR, OBSTACLE, TERRAINS, UNKNOWN
 from marsupial_client import AsyncClient
 from marsupial_ros.bridge import Bridge
-from marsupial_ros.chart import Chart
 from marsupial_ros.fleet import SETTLED_S, RobotFleet
 from marsupial_ros.journal import Journal, Record
+from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.messages import link_in, occupancy_in, path_of, update_in
 from marsupial_ros.rosbridge import ActionResult, Rosbridge, Subscription
 from marsupial_ros.settings import read_settings
@@ -42,8 +42,8 @@ FRAME = {"width": 1, "height": 1, "resolution_m": 1.0, "origin_m": [0.0, 0.0, 0.
 
 def test_a_robot_is_found_through_a_chain_of_frames() -> None:
     frames = Frames()
-    frames.tell("map", "odom", moved(1, 2, math.pi / 2), None)
-    frames.tell("odom", "base", moved(3, 0, math.pi / 2), 7.0)
+    frames.add("map", "odom", moved(1, 2, math.pi / 2), None)
+    frames.add("odom", "base", moved(3, 0, math.pi / 2), 7.0)
     found = frames.find("base", "map")
     assert found is not None
     assert (found[0].x, found[0].y, abs(found[0].yaw), found[1]) == pytest.approx((1, 5, math.pi, 7.0))
@@ -52,8 +52,8 @@ def test_a_robot_is_found_through_a_chain_of_frames() -> None:
 
 def test_frames_in_a_circle_are_not_followed_for_ever() -> None:
     frames = Frames()
-    frames.tell("a", "b", moved(0, 0), 1.0)
-    frames.tell("b", "a", moved(0, 0), 1.0)
+    frames.add("a", "b", moved(0, 0), 1.0)
+    frames.add("b", "a", moved(0, 0), 1.0)
     assert frames.find("a", "map") is None
 
 
@@ -84,73 +84,73 @@ def test_a_map_with_too_few_cells_is_refused() -> None:
         occupancy_in(message)
 
 
-# the chart
+# the tracker
 
 
 def test_changed_cells_are_told_once_and_by_the_nearest_robot() -> None:
-    chart = chart_of([0, -1, -1, 0])
-    frame, revealed = chart.news({"a": (0.0, 0.5), "b": (4.0, 0.5)})
+    tracker = tracker_of([0, -1, -1, 0])
+    frame, revealed = tracker.changes({"a": (0.0, 0.5), "b": (4.0, 0.5)})
     assert frame == {"width": 4, "height": 1, "origin_m": [0.0, 0.0, 0.0]}
     assert revealed == [{"robot": "a", "runs": [0, 1, FLOOR]}, {"robot": "b", "runs": [3, 1, FLOOR]}]
-    assert not chart.fresh
-    chart.update(update_in({"x": 3, "y": 0, "width": 1, "height": 1, "data": [-1]}))
-    assert chart.news({"a": (0.0, 0.5)})[1] == [{"robot": "a", "runs": [3, 1, UNKNOWN]}]
-    assert chart.news({"a": (0.0, 0.5)}) == (None, [])
+    assert not tracker.fresh
+    tracker.update(update_in({"x": 3, "y": 0, "width": 1, "height": 1, "data": [-1]}))
+    assert tracker.changes({"a": (0.0, 0.5)})[1] == [{"robot": "a", "runs": [3, 1, UNKNOWN]}]
+    assert tracker.changes({"a": (0.0, 0.5)}) == (None, [])
 
 
 def test_a_map_that_grows_on_all_sides_tells_only_what_is_new() -> None:
-    chart = chart_of([0, 100])
-    chart.news({"a": (0.0, 0.0)})
+    tracker = tracker_of([0, 100])
+    tracker.changes({"a": (0.0, 0.0)})
     grown = grid_message([[100, -1, -1, -1], [-1, 0, 100, 0], [-1, -1, -1, 0]], x=-1, y=-1)
-    chart.take(occupancy_in(grown))
-    frame, revealed = chart.news({"a": (0.0, 0.0)})
+    tracker.take(occupancy_in(grown))
+    frame, revealed = tracker.changes({"a": (0.0, 0.0)})
     assert frame == {"width": 4, "height": 3, "origin_m": [-1.0, -1.0, 0.0]}
     assert revealed == [{"robot": "a", "runs": [0, 1, OBSTACLE, 7, 1, FLOOR, 11, 1, FLOOR]}]
 
 
 def test_a_map_of_other_cells_is_refused_and_the_one_before_stays() -> None:
-    chart = chart_of([0])
+    tracker = tracker_of([0])
     with pytest.raises(MapError, match=r"resolution of the map has changed: it was 1 m, now 0\.5 m"):
-        chart.take(occupancy_in(grid_message([[0]], resolution=0.5)))
+        tracker.take(occupancy_in(grid_message([[0]], resolution=0.5)))
     turned = Occupancy(values=np.zeros((1, 1), np.int8), resolution_m=1.0, origin_m=(0, 0, 1.0))
     with pytest.raises(MapError, match="turned"):
-        chart.take(turned)
-    assert chart.grid.resolution_m == 1.0
+        tracker.take(turned)
+    assert tracker.grid.resolution_m == 1.0
 
 
 def test_an_update_outside_the_map_is_refused() -> None:
     with pytest.raises(MapError, match="lies outside the map"):
-        chart_of([0]).update(update_in({"x": 1, "y": 0, "width": 1, "height": 1, "data": [0]}))
+        tracker_of([0]).update(update_in({"x": 1, "y": 0, "width": 1, "height": 1, "data": [0]}))
 
 
 def test_a_mission_taken_up_tells_only_what_it_does_not_know() -> None:
-    chart = Chart(TERRAINS, FilterMasks(), 0.25, 0.65)
+    tracker = MapTracker(TERRAINS, FilterMasks(), 0.25, 0.65)
     first = {"width": 2, "height": 1, "resolution_m": 1.0, "origin_m": [0, 0, 0]}
     known: Any = {"width": 3, "height": 1, "resolution_m": 1.0, "origin_m": [-1, 0, 0], "runs": [0, 2, FLOOR]}
-    chart.expect(first)
-    chart.take_up(known)
-    chart.take(occupancy_in(grid_message([[0, 0, 100]], x=-1)))
-    assert chart.news({"a": (0.0, 0.0)})[1] == [{"robot": "a", "runs": [2, 1, OBSTACLE]}]
+    tracker.expect(first)
+    tracker.resume(known)
+    tracker.take(occupancy_in(grid_message([[0, 0, 100]], x=-1)))
+    assert tracker.changes({"a": (0.0, 0.0)})[1] == [{"robot": "a", "runs": [2, 1, OBSTACLE]}]
 
 
 def test_a_robot_beside_where_it_can_stand_is_put_there() -> None:
-    chart = chart_of(*[[100, 100, 0, 0, 0, 0, 0]] * 7)
-    assert chart.standing(CARRIER, (4.3, 3.2), 1.0) == (4.3, 3.2)
-    assert chart.standing(CARRIER, (1.8, 3.5), 1.0) == pytest.approx((2.5, 3.5))
-    assert chart.standing(CARRIER, (0.5, 3.5), 1.0) is None
-    assert chart.standing(CARRIER, (99.0, 99.0), 1.0) is None
+    tracker = tracker_of(*[[100, 100, 0, 0, 0, 0, 0]] * 7)
+    assert tracker.standing(CARRIER, (4.3, 3.2), 1.0) == (4.3, 3.2)
+    assert tracker.standing(CARRIER, (1.8, 3.5), 1.0) == pytest.approx((2.5, 3.5))
+    assert tracker.standing(CARRIER, (0.5, 3.5), 1.0) is None
+    assert tracker.standing(CARRIER, (99.0, 99.0), 1.0) is None
 
 
 # the fleet
 
 
 def test_what_a_robot_finished_before_it_was_lost_is_reported_first(house: House) -> None:
-    house.fleet.gathered.finished.append(1)
-    house.fleet.gathered.lost.append({"robot": "carrier1", "reason": "silent"})
+    house.fleet.unreported.finished.append(1)
+    house.fleet.unreported.lost.append({"robot": "carrier1", "reason": "silent"})
     first, second = house.fleet.report(), house.fleet.report()
     assert (first["finished"], first.get("lost")) == ([1], None)
     assert (second.get("finished"), second["lost"]) == (None, [{"robot": "carrier1", "reason": "silent"}])
-    assert not house.fleet.gathered.any
+    assert not house.fleet.unreported.any
 
 
 def test_a_lost_robot_carries_out_no_command(house: House) -> None:
@@ -257,7 +257,7 @@ def test_a_handover_that_never_ends_is_given_up(house: House) -> None:
 def test_nav2_may_take_its_own_way_to_the_end(house: House, tmp_path: Path) -> None:
     path = tmp_path / "fleet.yaml"
     path.write_text(path.read_text().replace("type: carrier}", "type: carrier, drive: navigate_to_pose}"))
-    house.fleet = RobotFleet(read_settings(path), house.frames, chart_of([0]), house.actions, house.said.append)
+    house.fleet = RobotFleet(read_settings(path), house.frames, tracker_of([0]), house.actions, house.said.append)
     house.drive()
     _, action, values = house.actions.sent[-1]
     assert (action, values["pose"]["pose"]["position"]["x"]) == ("/carrier1/navigate_to_pose", 8.5)
@@ -442,7 +442,7 @@ STATE = json.dumps({"version": 1, "mission": "m", "frame": FRAME})
         STATE.replace('"width": 1', '"width": 1e99'),
         STATE.replace('"width": 1', '"width": -1'),
         STATE.replace('"origin_m": [0.0, ', '"origin_m": ['),
-        STATE.replace("}}", '}, "errands": [{}]}'),
+        STATE.replace("}}", '}, "active_commands": [{}]}'),
         STATE.replace("}}", '}, "aboard": 3}'),
     ],
 )

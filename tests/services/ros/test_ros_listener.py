@@ -9,14 +9,14 @@ import pytest
 
 pytest.importorskip("websockets")
 
-from ros_parts import House, chart_of, grid_message, settings_of
+from ros_parts import House, grid_message, settings_of, tracker_of
 
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.masks import FilterMasks
 from marsupial.model.grid import FLOOR, TERRAINS
-from marsupial_ros.chart import Chart
-from marsupial_ros.hearing import Clock, Hearing
+from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.messages import occupancy_in, update_in
+from marsupial_ros.ros_listener import Clock, RosListener
 from marsupial_ros.settings import read_settings
 
 FIRST = {"width": 2, "height": 1, "resolution_m": 0.05, "origin_m": [0.0, 0.0, 0.0]}
@@ -38,13 +38,13 @@ def origin(x: Any = 0.0, yaw: float = 0.0) -> dict[str, Any]:
 class Ears:
     """Hears maps for a mission that is taken up, and transforms of a team."""
 
-    def __init__(self, folder: Path, *, told: bool = True) -> None:
+    def __init__(self, folder: Path, *, simulated: bool = True) -> None:
         self.house = House(folder)
-        self.chart = Chart(TERRAINS, FilterMasks(), 0.25, 0.65)
-        self.chart.expect(FIRST)
-        self.clock = Clock(told=told)
+        self.tracker = MapTracker(TERRAINS, FilterMasks(), 0.25, 0.65)
+        self.tracker.expect(FIRST)
+        self.clock = Clock(simulated=simulated)
         self.said: list[str] = []
-        self.hearing = Hearing(settings_of(folder), self.house.frames, self.chart, self.clock, self.said.append)
+        self.listener = RosListener(settings_of(folder), self.house.frames, self.tracker, self.clock, self.said.append)
 
     def tf(self, name: str, x: Any, stamp_s: float | None, topic: str = "/tf") -> dict[str, Any]:
         """Hear where a robot is on the map, and return the transform."""
@@ -54,7 +54,7 @@ class Ears:
         pose = origin(x)
         parts = {"translation": pose["position"], "rotation": pose["orientation"]}
         link = {"header": header, "child_frame_id": f"{name}/base_link", "transform": parts}
-        self.hearing.message(topic, {"transforms": [link]})
+        self.listener.message(topic, {"transforms": [link]})
         return link
 
     def silent_for(self, now_s: float) -> float:
@@ -80,21 +80,21 @@ class Ears:
 )
 def test_an_odd_first_map_is_passed_over_and_a_fitting_one_taken(tmp_path: Path, odd: Any, why: str) -> None:
     ears = Ears(tmp_path)
-    ears.hearing.message("/map", odd)
-    assert ears.chart.grid is None
+    ears.listener.message("/map", odd)
+    assert ears.tracker.grid is None
     (said,) = ears.said
     assert said.startswith("/map: message ignored: ")
     assert why in said
-    ears.hearing.message("/map", FITTING)
-    assert ears.chart.grid is not None
+    ears.listener.message("/map", FITTING)
+    assert ears.tracker.grid is not None
 
 
 def test_updates_of_a_map_that_was_passed_over_change_nothing() -> None:
-    chart = chart_of([0, 0])
+    tracker = tracker_of([0, 0])
     with pytest.raises(MapError):
-        chart.take(occupancy_in(grid_message([[100]], resolution=2.0)))
-    chart.update(update_in({"x": 0, "y": 0, "width": 1, "height": 1, "data": [100]}))
-    assert chart.grid.cells.tolist() == [[FLOOR, FLOOR]]
+        tracker.take(occupancy_in(grid_message([[100]], resolution=2.0)))
+    tracker.update(update_in({"x": 0, "y": 0, "width": 1, "height": 1, "data": [100]}))
+    assert tracker.grid.cells.tolist() == [[FLOOR, FLOOR]]
 
 
 @pytest.mark.parametrize(
@@ -104,12 +104,12 @@ def test_updates_of_a_map_that_was_passed_over_change_nothing() -> None:
         ({100.0: 40.0, 101.0: 41.0}, 60.0, 5000.0),  # at last one that is stamped ahead
     ],
 )
-def test_a_transform_is_as_old_as_its_stamp_where_time_is_told(
+def test_a_transform_is_as_old_as_its_stamp_where_time_is_simulated(
     tmp_path: Path, heard: dict[float, float], silent_s: float, fresh_s: float
 ) -> None:
     ears = Ears(tmp_path)
     for now_s, stamp_s in heard.items():
-        ears.clock.tell(now_s)
+        ears.clock.set(now_s)
         ears.tf("carrier1", 2.0, stamp_s)
     assert ears.silent_for(now_s) == silent_s
     ears.tf("carrier1", 2.0, fresh_s)
@@ -118,7 +118,7 @@ def test_a_transform_is_as_old_as_its_stamp_where_time_is_told(
 
 @pytest.mark.parametrize("offset_s", [-1e6, 0.0, 1e6])
 def test_clocks_that_differ_make_no_transform_old(tmp_path: Path, offset_s: float) -> None:
-    ears = Ears(tmp_path, told=False)
+    ears = Ears(tmp_path, simulated=False)
     for passed_s in (0.0, 1.0, -50.0, 2.0):  # a clock that is set back is as good as any
         before_s = ears.clock.now_s
         ears.tf("carrier1", 2.0, 1.5e9 + offset_s + passed_s)
@@ -129,7 +129,7 @@ def test_transforms_without_stamps_and_static_ones_never_count_as_repeated(tmp_p
     ears = Ears(tmp_path)
     for stamp_s in (None, 0.0):
         for now_s in (10.0, 20.0):
-            ears.clock.tell(now_s)
+            ears.clock.set(now_s)
             ears.tf("carrier1", 2.0, stamp_s)
         assert ears.silent_for(20.0) == 0.0
     ears.tf("carrier1", 2.0, 0.0, "/tf_static")
@@ -140,14 +140,14 @@ def test_a_robot_is_late_if_its_localisation_is(house: House) -> None:
     frames = house.frames["/tf"]
     identity = frames.find("map", "map")
     assert identity is not None
-    frames.tell("map", "carrier1/odom", identity[0], 3.0)
-    frames.tell("carrier1/odom", "carrier1/base_link", identity[0], 9.0)
+    frames.add("map", "carrier1/odom", identity[0], 3.0)
+    frames.add("carrier1/odom", "carrier1/base_link", identity[0], 9.0)
     assert house.fleet.robots["carrier1"].silent_for("map", 10.0) == 7.0
 
 
 def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) -> None:
     ears = Ears(tmp_path)
-    ears.clock.tell(5.0)
+    ears.clock.set(5.0)
     good = ears.tf("carrier1", 2.0, 4.0)
     for bad in (
         {**good, "transform": None},
@@ -155,10 +155,10 @@ def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) ->
         {**good, "header": {"frame_id": "map", "stamp": {"sec": math.nan, "nanosec": 0}}},
         {**good, "header": {"frame_id": "map", "stamp": "now"}},
     ):
-        ears.clock.tell(ears.clock.now_s + 1)
+        ears.clock.set(ears.clock.now_s + 1)
         stamp = {"sec": int(ears.clock.now_s), "nanosec": 0}
         fresh = {**good, "header": {"frame_id": "map", "stamp": stamp}}
-        ears.hearing.message("/tf", {"transforms": [bad, fresh]})
+        ears.listener.message("/tf", {"transforms": [bad, fresh]})
         assert ears.silent_for(ears.clock.now_s) == 0.0
     assert [text.startswith("/tf: message ignored") for text in ears.said] == [True]
 
@@ -167,13 +167,15 @@ def test_a_clock_that_tells_no_number_is_passed_over(tmp_path: Path) -> None:
     path = tmp_path / "fleet.yaml"
     settings = settings_of(tmp_path)
     path.write_text(path.read_text() + "clock: /clock\n")
-    clock, said = Clock(told=True), []
-    hearing = Hearing(read_settings(path), {}, Chart(settings.terrains, FilterMasks(), 0.25, 0.65), clock, said.append)
-    hearing.message("/clock", json.loads('{"clock": {"sec": NaN, "nanosec": 0}}'))
+    clock, said = Clock(simulated=True), []
+    listener = RosListener(
+        read_settings(path), {}, MapTracker(settings.terrains, FilterMasks(), 0.25, 0.65), clock, said.append
+    )
+    listener.message("/clock", json.loads('{"clock": {"sec": NaN, "nanosec": 0}}'))
     assert not clock.known
     assert said
 
 
 def test_a_mission_waits_for_robots_whose_transforms_are_old(house: House) -> None:
-    assert house.fleet.unplaced(1.0) == []
-    assert house.fleet.unplaced(61.0) == ["carrier1 (no new map -> carrier1/base_link on /tf)"]
+    assert house.fleet.missing_poses(1.0) == []
+    assert house.fleet.missing_poses(61.0) == ["carrier1 (no new map -> carrier1/base_link on /tf)"]

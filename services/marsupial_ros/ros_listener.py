@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from marsupial_ros.chart import Chart
 from marsupial_ros.fleet import RobotFleet
+from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.messages import (
     CLOCK_TYPE,
     MAP_TYPE,
@@ -29,37 +29,37 @@ Reader = Callable[[Mapping[str, Any]], None]
 
 
 class Clock:
-    """Monotonic seconds, and mission time in ms: by this machine or, if `told`, by messages (``/clock``)."""
+    """Monotonic seconds, and mission time in ms: by this machine or, if `simulated`, by messages (``/clock``)."""
 
-    def __init__(self, *, told: bool) -> None:
-        self._told_s: float | None = None
-        self._told = told
+    def __init__(self, *, simulated: bool) -> None:
+        self._time_s: float | None = None
+        self._simulated = simulated
         self._began_s = 0.0
         self._began_ms = 0
 
     @property
     def known(self) -> bool:
         """Whether the time is known."""
-        return not self._told or self._told_s is not None
+        return not self._simulated or self._time_s is not None
 
     @property
     def now_s(self) -> float:
         """The time in seconds since an arbitrary moment."""
-        return (self._told_s or 0.0) if self._told else time.monotonic()
+        return (self._time_s or 0.0) if self._simulated else time.monotonic()
 
     @property
     def mission_ms(self) -> int:
         """The mission time in ms."""
         return self._began_ms + max(0, round(1000 * (self.now_s - self._began_s)))
 
-    def heard_s(self, stamp_s: float) -> float:
+    def received_s(self, stamp_s: float) -> float:
         """Return the time of a message that has just arrived, given its stamp (0: none)."""
         # stamps are by another machine's clock, except with simulated time: then they show the age of a message
-        return min(stamp_s, self.now_s) if self._told and stamp_s else self.now_s
+        return min(stamp_s, self.now_s) if self._simulated and stamp_s else self.now_s
 
-    def tell(self, now_s: float) -> None:
+    def set(self, now_s: float) -> None:
         """Set the time. After a simulator reset, the clock stands still until simulated time catches up."""
-        self._told_s = now_s if self._told_s is None else max(now_s, self._told_s)
+        self._time_s = now_s if self._time_s is None else max(now_s, self._time_s)
 
     def begin(self, at_ms: int = 0) -> None:
         """Set mission time to `at_ms`."""
@@ -78,14 +78,19 @@ def subscriptions(settings: Settings) -> list[Subscription]:
     return found if settings.clock is None else [*found, Subscription(settings.clock, CLOCK_TYPE)]
 
 
-class Hearing:
+class RosListener:
     """Receives messages from rosbridge; unreadable ones are reported once per topic and ignored."""
 
     def __init__(
-        self, settings: Settings, frames: Mapping[str, Frames], chart: Chart, clock: Clock, say: Callable[[str], None]
+        self,
+        settings: Settings,
+        frames: Mapping[str, Frames],
+        tracker: MapTracker,
+        clock: Clock,
+        say: Callable[[str], None],
     ) -> None:
         self._frame = settings.map.frame
-        self._chart = chart
+        self._tracker = tracker
         self._clock = clock
         self._say = say
         self._said: set[str] = set()
@@ -96,7 +101,7 @@ class Hearing:
             self._readers[topic] = partial(self._transforms, known, False)
             self._readers[topic + STATIC] = partial(self._transforms, known, True)
         if settings.clock is not None:
-            self._readers[settings.clock] = lambda message: clock.tell(seconds_of(message["clock"]))
+            self._readers[settings.clock] = lambda message: clock.set(seconds_of(message["clock"]))
 
     def connected(self) -> None:
         self._say("rosbridge: connected")
@@ -118,7 +123,7 @@ class Hearing:
 
     def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
         if self.fleet is not None:
-            self.fleet.hear(goal, values, self._clock.now_s)
+            self.fleet.apply_feedback(goal, values, self._clock.now_s)
 
     def ended(self, end: ActionResult) -> None:
         if self.fleet is not None:
@@ -129,11 +134,11 @@ class Hearing:
 
     def _map(self, message: Mapping[str, Any]) -> None:
         check_frame(message, self._frame)
-        self._chart.take(occupancy_in(message))
+        self._tracker.take(occupancy_in(message))
 
     def _update(self, message: Mapping[str, Any]) -> None:
         check_frame(message, self._frame)
-        self._chart.update(update_in(message))
+        self._tracker.update(update_in(message))
 
     def _transforms(self, frames: Frames, static: bool, message: Mapping[str, Any]) -> None:
         """Store all readable links: unreadable ones may belong to other robots."""
@@ -144,8 +149,8 @@ class Hearing:
             except UNREADABLE as error:
                 faults.append(error)
                 continue
-            at_s = None if static else self._clock.heard_s(stamp_s)
-            frames.tell(parent, child, transform, at_s, stamp_s)
+            at_s = None if static else self._clock.received_s(stamp_s)
+            frames.add(parent, child, transform, at_s, stamp_s)
         if faults:
             raise faults[0]
 

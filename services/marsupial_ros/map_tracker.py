@@ -30,7 +30,7 @@ from marsupial_service.missions.frames import MissionFrame, frame_at, laid_out
 _SAME_RESOLUTION = 1e-6
 
 
-class Chart:
+class MapTracker:
     """The map of a mission, with `masks` painted onto it; thresholds are occupancies from 0 to 1, as in nav2 maps.
 
     It is `fresh` if it has changed since the last call of `news`.
@@ -105,7 +105,7 @@ class Chart:
         )
         self._frame = MissionFrame.of(self._first)
 
-    def take_up(self, known: KnownMap) -> None:
+    def resume(self, known: KnownMap) -> None:
         """Resume the expected mission; `known` is its known map."""
         assert self._first is not None
         x, y, yaw = known["origin_m"]
@@ -117,7 +117,7 @@ class Chart:
         flat[cells_known] = codes
         self._reported = flat.reshape(known["height"], known["width"])
 
-    def news(self, robots: Mapping[str, Point]) -> tuple[ReportFrame | None, list[Revealed]]:
+    def changes(self, robots: Mapping[str, Point]) -> tuple[ReportFrame | None, list[Revealed]]:
         """Return the cells that have changed since they were reported, and their frame; mark them as reported.
 
         `robots` are the places of the robots on the ground, in metres of the map frame.
