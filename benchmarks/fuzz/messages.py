@@ -28,7 +28,7 @@ from marsupial_service.examples.demos import EXAMPLES
 from marsupial_service.http.answers import answer
 from marsupial_service.intake.jobs import ANALYSIS_READER, JOB_READER, VALIDATION_READER
 from marsupial_service.intake.missions import MISSION_READER, REPORT_READER, brief_of
-from marsupial_service.intake.reading import BodyReader, read_elsewhere
+from marsupial_service.intake.reading import BodyReader, read_in_process
 from marsupial_service.intake.simulations import SIMULATION_READER
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.problems import HttpProblem
@@ -59,7 +59,7 @@ def _given(path: str) -> tuple[BodyReader[Any, Any], tuple[Any, ...]]:
 def body(data: bytes, *, path: str) -> None:
     """Read a body, and build the answer if it is wrong."""
     reading, more = _given(path)
-    (found,) = read_elsewhere((data, reading, LIMITS, more))
+    (found,) = read_in_process((data, reading, LIMITS, more))
     if isinstance(found, HttpProblem):
         assert answer(found, path).status_code < 500
 

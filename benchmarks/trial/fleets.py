@@ -118,7 +118,7 @@ class TickingTeam(SimulatedTeam):
     def obey(self, batch: dict[str, Any]) -> int:
         """Start the commands of a batch, and return their number."""
         for command in batch["commands"]:
-            self._obey(command)
+            self._execute(command)
         return len(batch["commands"])
 
     def at(self, t_ms: int) -> dict[str, dict[str, Any]]:
@@ -142,7 +142,7 @@ class TickingTeam(SimulatedTeam):
                     {"robot": robot.name, "runs": runs_of(np.sort(np.concatenate(found)), cells)}
                     for found in ([seen[robot.name]] if robot.name in seen else ())
                 ],
-                "robots": [update_document(self._note(robot))] if robot.cell is not None else [],
+                "robots": [update_document(self._update(robot))] if robot.cell is not None else [],
                 "finished": finished[robot.name],
             }
             for robot in self._world.robots()

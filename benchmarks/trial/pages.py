@@ -24,7 +24,7 @@ from marsupial.model.mission import Status
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import MissionLimits, Scenario
 from marsupial.replay.page import replay_page
-from marsupial_service.store.opening import maintained
+from marsupial_service.store.opening import open_for_maintenance
 
 PAGE = "pages"
 SHOWN_GOAL_S, FRAMES_GOAL_HZ, SIZE_GOAL_KB = 0.1, 30.0, 500.0
@@ -138,7 +138,7 @@ def _of_job(house: House, browser: Browser) -> list[float]:
     browser.run(_SEEN, ".figure-line")
     _ended(house, f"/v1/jobs/{first}", "state", ("queued", "running"))
     _ended(house, f"/v1/jobs/{job}", "state", ("queued", "running"))
-    with maintained(house.data) as store:
+    with open_for_maintenance(house.data) as store:
         sql = "SELECT revision, at_ms FROM plans JOIN jobs ON job = number WHERE id = ?"
         stored = store.read(lambda c: {row["revision"]: row["at_ms"] for row in c.execute(sql, (job,)).fetchall()})
     return _between(browser, stored)
@@ -155,7 +155,7 @@ def _of_mission(house: House, browser: Browser) -> list[float]:
     _ended(house, f"/v1/missions/{mission}", "state", ("running", "paused"))
     sent = list(frames(house.port, f"/v1/missions/{mission}/events"))
     plans = [one.id for one in sent if one.type == "log" and json.loads(one.data)["event"] == "plan"]
-    with maintained(house.data) as store:
+    with open_for_maintenance(house.data) as store:
         sql = "SELECT seq, at_ms FROM mission_events JOIN missions ON mission = number WHERE id = ? ORDER BY seq"
         turns = store.read(lambda c: [(row["seq"], row["at_ms"]) for row in c.execute(sql, (mission,)).fetchall()])
     stored = {i: next(at_ms for last, at_ms in turns if last >= seq) for i, seq in enumerate(plans, 1)}

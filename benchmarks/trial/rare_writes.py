@@ -20,7 +20,7 @@ from marsupial_service.jobs import table as jobs
 from marsupial_service.jobs.records import JobSettings, PackedRequest
 from marsupial_service.missions import table as missions
 from marsupial_service.missions.table import MISSIONS
-from marsupial_service.schemas.words import MissionPhase
+from marsupial_service.schemas.enums import MissionPhase
 from marsupial_service.store import Store, Transaction, open_store
 
 Write = Callable[[Transaction], object]
@@ -70,13 +70,13 @@ def charged(store: Store) -> Write:
 def given_back(store: Store) -> Write:
     """Give up a claim: the server ends, or a mission wants to plan."""
     claim = _claim(store, "ann")
-    return lambda tx: jobs.give_back(tx, claim, "", _SETTINGS, _NOW_MS, _QUOTA, 500)
+    return lambda tx: jobs.requeue(tx, claim, "", _SETTINGS, _NOW_MS, _QUOTA, 500)
 
 
 def given_up(store: Store) -> Write:
     """End a job whose last attempt was lost."""
     claim = _claim(store, "ann")
-    return lambda tx: jobs.give_back(tx, claim, "it was killed", _SETTINGS, _NOW_MS, _QUOTA, 500)
+    return lambda tx: jobs.requeue(tx, claim, "it was killed", _SETTINGS, _NOW_MS, _QUOTA, 500)
 
 
 def recovered(store: Store) -> Write:
@@ -92,33 +92,33 @@ def makes_way(store: Store) -> Write:
     for _ in range(2):
         _claim(store, "ann")
     _job(store, "bob")
-    return lambda tx: jobs.make_way(tx, _SETTINGS, _NOW_MS, (), _QUOTA)
+    return lambda tx: jobs.preempt(tx, _SETTINGS, _NOW_MS, (), _QUOTA)
 
 
 def left(store: Store) -> Write:
     """Leave missions to other servers, as a server does when it ends."""
     _mission(store)
-    return missions.leave
+    return missions.release_all
 
 
 def taken_up(store: Store) -> Write:
     """Take up missions that another server has left."""
     for _ in range(2):
         _mission(store)
-    store.write(missions.leave).result()
-    return lambda tx: missions.take_up(tx, 4, frozenset())
+    store.write(missions.release_all).result()
+    return lambda tx: missions.take_over_orphans(tx, 4, frozenset())
 
 
 def called_off(store: Store) -> Write:
     """Cancel a mission without reports."""
     mission, _ = _mission(store)
-    return lambda tx: missions.call_off(tx, mission, "no report came", _NOW_MS)
+    return lambda tx: missions.cancel_abandoned(tx, mission, "no report came", _NOW_MS)
 
 
 def waits(store: Store) -> Write:
     """Record that a mission waits for its owner's quota."""
     mission, term = _mission(store)
-    return lambda tx: missions.tell_quota(tx, mission, term, "your planning time is used up", 5.0, _NOW_MS)
+    return lambda tx: missions.add_quota_event(tx, mission, term, "your planning time is used up", 5.0, _NOW_MS)
 
 
 def _job(store: Store, owner: str) -> None:

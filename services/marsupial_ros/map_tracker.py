@@ -24,7 +24,7 @@ from marsupial.model.runs import cells_in
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
 from marsupial_ros.messages import Update
 from marsupial_ros.transforms import Point
-from marsupial_service.missions.frames import MissionFrame, frame_at, laid_out
+from marsupial_service.missions.frames import MissionFrame, embedded, frame_at
 
 # relative tolerance of resolutions: messages hold them in single precision, and some publishers calculate them
 _SAME_RESOLUTION = 1e-6
@@ -130,7 +130,7 @@ class MapTracker:
         frame = frame_at(self._first, grid.width, grid.height, grid.origin_m)
         assert frame is not None  # `take` has checked it
         whole = self._frame.grown(frame)
-        reported = laid_out(self._reported, self._frame, whole).copy()
+        reported = embedded(self._reported, self._frame, whole).copy()
         window = reported[frame.y - whole.y :, frame.x - whole.x :][: grid.height, : grid.width]
         changed = np.flatnonzero(window != grid.cells)
         window[:] = grid.cells

@@ -53,7 +53,7 @@ _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
 
 def create_app(settings: ServiceSettings) -> FastAPI:
     """Return the application; it opens its store when it starts."""
-    settings = settings.in_force()
+    settings = settings.effective()
     app = FastAPI(
         title="marsupial",
         version=version("marsupial"),
@@ -107,7 +107,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             failed=metrics.failed,
             lag=metrics.lag,
             may_go_on=lambda owner: (
-                not state.settings.needs_keys or owner == LOCAL_OWNER or state.keys.knows(owner, time.time())
+                not state.settings.needs_keys or owner == LOCAL_OWNER or state.keys.has_valid_key(owner, time.time())
             ),
         ),
         runner=state.runner,
@@ -172,5 +172,5 @@ _PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
     StoreFull: lambda _, error: _later("store-full", str(error), RETRY_AFTER_S),
     TooMany: lambda _, error: _later("too-many", str(error), error.retry_after_s),
     KeyReused: lambda _, error: HttpProblem("key-reused", "the key was used for a different request; use a new key"),
-    StoreError: lambda _, error: _later("not-ready", error.told, _STORE_RETRY_S),
+    StoreError: lambda _, error: _later("not-ready", error.public_message, _STORE_RETRY_S),
 }

@@ -55,7 +55,7 @@ class Key:
         """The id by which an operator tells apart the keys of one name."""
         return self.sha256[:8]
 
-    def holds(self, now_s: float) -> bool:
+    def is_valid(self, now_s: float) -> bool:
         """Return whether the key is valid at that moment."""
         return self.revoked_s is None and now_s < self.expires_s
 
@@ -76,15 +76,15 @@ class Keys(ABC):
         digest = _digest(secret)
         # all are compared, in constant time, so that the time of an answer says nothing about the keys
         found = [key for key in self.all() if hmac.compare_digest(key.sha256, digest)]
-        return next((key for key in found if key.holds(now_s)), None)
+        return next((key for key in found if key.is_valid(now_s)), None)
 
-    def is_good(self, key: Key, now_s: float) -> bool:
+    def is_still_valid(self, key: Key, now_s: float) -> bool:
         """Return whether a key found earlier is still valid."""
-        return any(other.sha256 == key.sha256 and other.holds(now_s) for other in self.all())
+        return any(other.sha256 == key.sha256 and other.is_valid(now_s) for other in self.all())
 
-    def knows(self, name: str, now_s: float) -> bool:
+    def has_valid_key(self, name: str, now_s: float) -> bool:
         """Return whether a name has a valid key."""
-        return any(key.name == name and key.holds(now_s) for key in self.all())
+        return any(key.name == name and key.is_valid(now_s) for key in self.all())
 
     def add(self, name: str, scopes: Iterable[str], days: float, now_s: float) -> str:
         """Create a key and return its secret, which is not stored. Raises UsageError if any argument is invalid."""
@@ -100,7 +100,7 @@ class Keys(ABC):
         key = Key(name=name, sha256=_digest(secret), scopes=scopes, created_s=now_s, expires_s=now_s + 86400 * days)
 
         def added(keys: tuple[Key, ...]) -> tuple[Key, ...]:
-            good = [other.id for other in keys if other.name == name and other.holds(now_s)]
+            good = [other.id for other in keys if other.name == name and other.is_valid(now_s)]
             if len(good) >= MOST_OF_A_NAME:
                 raise UsageError(f"{name!r} already has {len(good)} valid keys, {' and '.join(good)}; revoke one first")
             return (*keys, key)
@@ -159,24 +159,24 @@ class KeyRow(Keys):
     def __init__(self, store: Store) -> None:
         self._store = store
         self._keys: tuple[Key, ...] = ()
-        store.listen(self._hear)
+        store.listen(self._on_news)
         self._read()
 
     def all(self) -> tuple[Key, ...]:
         return self._keys
 
-    def _hear(self, topics: frozenset[str] | None) -> None:
+    def _on_news(self, topics: frozenset[str] | None) -> None:
         if topics is None or TOPIC in topics:
             self._read()
 
     def _read(self) -> None:
-        self._keys = self._store.read(_kept).result()
+        self._keys = self._store.read(_stored_keys).result()
 
     def _change(self, change: Callable[[tuple[Key, ...]], tuple[Key, ...]]) -> None:
         def write(tx: Transaction) -> None:
             tx.lock(_ROW)
-            text = _document(change(_kept(tx)))
-            documents.keep(tx, _ROW, text)
+            text = _document(change(_stored_keys(tx)))
+            documents.store_text(tx, _ROW, text)
             tx.news.add(TOPIC)
 
         self._store.write(write).result()
@@ -196,7 +196,7 @@ def open_keys(place: str | Path) -> Iterator[Keys]:
         store.close()
 
 
-def _kept(reader: StoreReader) -> tuple[Key, ...]:
+def _stored_keys(reader: StoreReader) -> tuple[Key, ...]:
     text = documents.text_of(reader, _ROW)
     return () if text is None else _keys_in(text)
 

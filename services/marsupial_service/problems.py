@@ -18,7 +18,7 @@ from pydantic_core import ErrorDetails
 from marsupial import errors as library
 from marsupial.errors import InputError, MarsupialError, Problem
 from marsupial_service.schemas.answers import ProblemDetailAnswer
-from marsupial_service.schemas.base import NONE_OF, VARIANT
+from marsupial_service.schemas.base import NO_VARIANT, VARIANT
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -141,7 +141,7 @@ def problem_of_shape(error: ValidationError, document: object) -> HttpProblem:
 
 def _place(error: ErrorDetails) -> tuple[str | int, ...]:
     """Return the location of a pydantic error; if one of several fields is required, the likeliest of them."""
-    if error["type"] == NONE_OF:
+    if error["type"] == NO_VARIANT:
         return (*error["loc"], error["ctx"]["keys"].split()[0])
     return error["loc"]
 

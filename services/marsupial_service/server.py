@@ -16,13 +16,19 @@ import uvicorn
 from marsupial.errors import UsageError
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.app import create_app
-from marsupial_service.http.connections import OTHER_FILES, Connections, GuardedProtocol, LoopFaults, allow_files
+from marsupial_service.http.connections import (
+    OTHER_FILES,
+    Connections,
+    GuardedProtocol,
+    LoopExceptionHandler,
+    allow_files,
+)
 from marsupial_service.keys import open_keys
-from marsupial_service.moments import timestamp
 from marsupial_service.planners import planner_infos
 from marsupial_service.settings import ServiceSettings
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError, open_store
+from marsupial_service.timestamps import timestamp
 
 # our packages, which must be the same on all nodes of a cluster
 _PACKAGES = ("marsupial", "marsupial_service")
@@ -37,20 +43,20 @@ log = logging.getLogger("marsupial.cluster")
 class _Server(uvicorn.Server):
     """A server that reports when it is ready, and ends streams as soon as it is asked to stop."""
 
-    def __init__(self, config: uvicorn.Config, leave: Callable[[], None], ready: Callable[[], None]) -> None:
+    def __init__(self, config: uvicorn.Config, begin_shutdown: Callable[[], None], ready: Callable[[], None]) -> None:
         super().__init__(config)
-        self._leave = leave
+        self._begin_shutdown = begin_shutdown
         self._ready = ready
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        asyncio.get_running_loop().set_exception_handler(LoopFaults())
+        asyncio.get_running_loop().set_exception_handler(LoopExceptionHandler())
         await super().startup(sockets)
         if self.started:
             gc.freeze()  # otherwise the garbage collector keeps scanning all imported modules
             self._ready()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        self._leave()  # uvicorn waits for answers, and streams don't end by themselves
+        self._begin_shutdown()  # uvicorn waits for answers, and streams don't end by themselves
         super().handle_exit(sig, frame)
 
 
@@ -84,7 +90,7 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
         )
         host = f"[{settings.host}]" if ":" in settings.host else settings.host
         address = f"http://{host}:{line.getsockname()[1]}"
-        server = _Server(config, state_of(app).leave, lambda: tell(address))
+        server = _Server(config, state_of(app).begin_shutdown, lambda: tell(address))
         try:
             server.run(sockets=[line])
         finally:

@@ -120,7 +120,7 @@ class ServiceSettings:
         """The folder or database of jobs, missions and keys."""
         return self.data if self.store is None else self.store
 
-    def in_force(self) -> ServiceSettings:
+    def effective(self) -> ServiceSettings:
         """Return the settings with the limits in force: limits per key apply only if keys are required.
 
         If keys have a planning quota, no budget may exceed it.

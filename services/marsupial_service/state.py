@@ -9,7 +9,7 @@ from starlette.applications import Starlette
 
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.entries.slots import Slots
-from marsupial_service.intake.supervised import RequestProcesses, Supervised
+from marsupial_service.intake.supervised import RequestProcesses, SupervisedProcesses
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.keys import Keys
 from marsupial_service.missions.service import Missions
@@ -38,7 +38,7 @@ class State:
 
     settings: ServiceSettings
     keys: Keys
-    supervised: Supervised = field(default_factory=Supervised)
+    supervised: SupervisedProcesses = field(default_factory=SupervisedProcesses)
     analyses: RequestProcesses = field(init=False)
     readers: RequestProcesses = field(init=False)
     held_bytes: int = 0
@@ -65,12 +65,12 @@ class State:
             charge=lambda owner, used_s: self.jobs.charge(owner, used_s),
         )
 
-    def leave(self) -> None:
+    def begin_shutdown(self) -> None:
         """End streams and processes of requests, as the service is shutting down."""
-        self.supervised.leave()
+        self.supervised.begin_shutdown()
         if self.started:
-            self.jobs.leave()
-            self.missions.leave()
+            self.jobs.begin_shutdown()
+            self.missions.begin_shutdown()
 
 
 def state_of(app: Starlette) -> State:

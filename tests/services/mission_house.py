@@ -33,10 +33,10 @@ from marsupial_service.missions.values import (
     MissionBrief,
     MissionReport,
     PendingInput,
-    PlanningTurn,
+    PlanningSignal,
 )
+from marsupial_service.schemas.enums import EventType
 from marsupial_service.schemas.missions import MissionBody, ReportBody
-from marsupial_service.schemas.words import EventType
 from marsupial_service.settings import ServiceLimits
 
 
@@ -173,9 +173,9 @@ class Hosted:
     def batch(self, due: PendingInput) -> MissionBatch:
         try:
             self.line.send((due,))
-            while (told := self.line.receive()) is PlanningTurn.WANTED:
-                self.line.send(PlanningTurn.ALLOWED)
-                assert self.line.receive() is PlanningTurn.DONE
+            while (told := self.line.receive()) is PlanningSignal.REQUESTED:
+                self.line.send(PlanningSignal.ALLOWED)
+                assert self.line.receive() is PlanningSignal.DONE
         except (EOFError, OSError):
             self._thread.join(HANG_S)
             raise self._failure[0] from None

@@ -13,13 +13,13 @@ from service_house import problem
 from test_service_maps import map_state
 
 from marsupial_service.app import create_app
-from marsupial_service.intake.supervised import Supervised
+from marsupial_service.intake.supervised import SupervisedProcesses
 from marsupial_service.keys import KeyFile
 from marsupial_service.settings import ServiceLimits, ServiceSettings
 from marsupial_service.state import State, state_of
 
 
-class HeldBack(Supervised):
+class HeldBack(SupervisedProcesses):
     """Processes that begin when the test says so."""
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ async def serving(folder: Path, **limits: float) -> AsyncIterator[Asker]:
     http = httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost", timeout=None)
     async with app.router.lifespan_context(app), http:
         yield Asker(http, state, held, secrets)
-        state.leave()
+        state.begin_shutdown()
 
 
 async def test_a_key_that_floods_the_analyses_waits_behind_one_that_has_none(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from marsupial_service.entries.records import EventRecord
 from marsupial_service.http.events import NO_STORE, _frames
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.keys import KeyRow
-from marsupial_service.schemas.words import JobEventType
+from marsupial_service.schemas.enums import JobEventType
 from marsupial_service.store import Store, StoreError, open_store
 
 

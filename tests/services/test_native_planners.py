@@ -21,7 +21,7 @@ from marsupial.model import Budget, Outcome, Status
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial_client import Client
-from marsupial_service.analyses.situations import reading_of
+from marsupial_service.analyses.situations import parsed_plan
 from marsupial_service.schemas.requests import ActionsPlan
 from marsupial_service.simulation import simulate_by
 
@@ -93,7 +93,7 @@ def test_a_job_is_given_a_valid_plan(running: Server, http: httpx.Client, planne
         job = http.post(links["cancel"]).json()
     assert (job["state"] in ("succeeded", "cancelled"), job["planner"]) == (True, planner)
     situation = situation_of(http.get(job["links"]["situation"]).json()["situation"])
-    plan = reading_of(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation).plan
+    plan = parsed_plan(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation).plan
     assert check(situation, plan).valid
 
 

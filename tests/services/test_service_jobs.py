@@ -11,7 +11,7 @@ from talk import frames
 
 from marsupial.library.situations import situation_of
 from marsupial.planning.checker import check
-from marsupial_service.analyses.situations import reading_of
+from marsupial_service.analyses.situations import parsed_plan
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 
@@ -47,9 +47,9 @@ def test_demo_data_are_planned_for(http: httpx.Client, demo: str) -> None:
     assert (job["state"], job["outcome"] in ("optimal", "satisficing")) == ("succeeded", True)
     found = http.get(job["links"]["situation"]).json()
     situation = situation_of(found["situation"])
-    plan = reading_of(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation).plan
+    plan = parsed_plan(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation).plan
     assert check(situation, plan).valid
-    assert reading_of(TextPlan(ipc=job["best"]["ipc"]), situation).plan == plan
+    assert parsed_plan(TextPlan(ipc=job["best"]["ipc"]), situation).plan == plan
     assert (found["places"] is not None) == (demo == "yard")
     if demo == "yard":
         assert set(situation.places) == set(found["places"])

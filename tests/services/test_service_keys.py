@@ -131,8 +131,8 @@ def test_a_key_that_has_used_up_its_planning_time_is_told_when_there_is_room(
 
 def test_limits_of_one_key_hold_only_where_keys_are_asked_for(tmp_path: Path) -> None:
     limits = ServiceLimits(key_queue=1, key_missions=1, key_bytes=1, key_planning_s=9.0)
-    alone = ServiceSettings(data=tmp_path, limits=limits).in_force().limits
-    keyed = ServiceSettings(data=tmp_path, keys=True, limits=limits).in_force().limits
+    alone = ServiceSettings(data=tmp_path, limits=limits).effective().limits
+    keyed = ServiceSettings(data=tmp_path, keys=True, limits=limits).effective().limits
     assert (alone.key_queue, alone.key_missions, alone.key_bytes) == (limits.queue, limits.missions, limits.store_bytes)
     assert (alone.key_planning_s, alone.budget_s) == (ServiceLimits().key_planning_s, limits.budget_s)
     assert keyed == replace(limits, budget_s=9.0, steps_s=9.0)

@@ -5,13 +5,13 @@ import pytest
 from service_house import serve
 
 from marsupial_service.app import create_app
-from marsupial_service.http.openapi import kept_text
+from marsupial_service.http.openapi import stored_text
 from marsupial_service.settings import ServiceSettings
 from services import generate
 
 
 def test_the_document_kept_is_the_one_served_where_keys_are_needed() -> None:
-    assert generate.openapi_text() == kept_text(), "run `make generated`"
+    assert generate.openapi_text() == stored_text(), "run `make generated`"
 
 
 def test_without_keys_none_are_asked_for(http: httpx.Client) -> None:
@@ -23,7 +23,7 @@ def test_without_keys_none_are_asked_for(http: httpx.Client) -> None:
 
 
 def test_the_command_prints_the_document(capsys: pytest.CaptureFixture[str]) -> None:
-    assert serve(capsys, "--openapi")[:2] == (0, kept_text())
+    assert serve(capsys, "--openapi")[:2] == (0, stored_text())
 
 
 def test_every_error_of_every_route_is_a_problem(tmp_path: Path) -> None:

@@ -151,9 +151,9 @@ def test_a_folder_without_a_store_is_an_error_and_stays_empty(tmp_path: Path) ->
 
 def test_a_store_of_another_version_is_refused(place: str) -> None:
     store = open_store(place)
-    number = "UPDATE marsupial SET version = 2" if "://" in place else "PRAGMA user_version = 2"
+    number = "UPDATE marsupial SET version = 9" if "://" in place else "PRAGMA user_version = 9"
     store.write(lambda tx: tx.execute(number)).result()
     store.close()
     for act in (open_store, upkeep.info):
-        with pytest.raises(StoreError, match="its tables have version 2, version 1 is required"):
+        with pytest.raises(StoreError, match="its tables have version 9, version 2 is required"):
             act(place)

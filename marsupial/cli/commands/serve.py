@@ -82,14 +82,14 @@ def run(
     from marsupial.cli.display.tables import print_text
     from marsupial.cli.process.interrupt import Interrupted
     from marsupial.wording import unknown_name
-    from marsupial_service.http.openapi import kept_text
+    from marsupial_service.http.openapi import stored_text
     from marsupial_service.server import serve as run_server
     from marsupial_service.settings import CLUSTER_SLOTS, PREFIX, ServiceLimits, ServiceSettings, limits_from
 
     if openapi:
         if others := options_given(context, "openapi"):
             raise UsageError(f"--openapi takes no {' and no '.join(others)}: it only prints a document")
-        print_text(kept_text())
+        print_text(stored_text())
         return
     if log_level.lower() not in ("debug", "info", "warning", "error"):
         raise UsageError(f"--log-level: must be debug, info, warning or error, got {log_level!r}")
@@ -153,7 +153,7 @@ def list_keys(data: Data = DEFAULT_DATA, store: Shared = None) -> None:
         rows = []
         for key in kept.all():
             day = time.strftime("%Y-%m-%d", time.gmtime(key.expires_s))
-            rows.append((key.name, key.id, ", ".join(key.scopes), day, "yes" if key.holds(now_s) else "no"))
+            rows.append((key.name, key.id, ", ".join(key.scopes), day, "yes" if key.is_valid(now_s) else "no"))
     print_table(("name", "id", "scopes", "expires", "valid"), rows)
 
 

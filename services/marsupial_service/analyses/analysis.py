@@ -67,16 +67,22 @@ def _places(state: MapState) -> Iterator[FeatureAnswer]:
     for place, poses in survey.poses.items():
         more = {"reveal_m2": float(reveal[place])} if place in reveal else {}
         for kind, cell in sorted(poses.items()):
-            told = {"what": kinds.get(place, "start"), "name": place, "robot_type": kind, "cell": list(cell), **more}
-            yield _feature(f"{place}/{kind}", "Point", _centre(state, cell), told)
+            properties = {
+                "what": kinds.get(place, "start"),
+                "name": place,
+                "robot_type": kind,
+                "cell": list(cell),
+                **more,
+            }
+            yield _feature(f"{place}/{kind}", "Point", _centre(state, cell), properties)
 
 
 def _frontiers(state: MapState) -> Iterator[FeatureAnswer]:
     width = state.grid.width
     for target in state.survey.targets:
         points = [_centre(state, Cell(int(i) % width, int(i) // width)) for i in target.cells]
-        told = {"what": "frontier", "name": target.name, "explorers": sorted(target.viewpoints)}
-        yield _feature(f"{target.name}/frontier", "MultiPoint", points, told)
+        properties = {"what": "frontier", "name": target.name, "explorers": sorted(target.viewpoints)}
+        yield _feature(f"{target.name}/frontier", "MultiPoint", points, properties)
 
 
 def _reach(state: MapState) -> Iterator[FeatureAnswer]:
@@ -87,8 +93,8 @@ def _reach(state: MapState) -> Iterator[FeatureAnswer]:
             for polygon in polygons(mask)
         ]
         area_m2 = float(np.count_nonzero(mask) * state.grid.cell_area_m2)
-        told = {"what": "reach", "robot_type": kind, "area_m2": area_m2}
-        yield _feature(f"reach/{kind}", "MultiPolygon", rings, told)
+        properties = {"what": "reach", "robot_type": kind, "area_m2": area_m2}
+        yield _feature(f"reach/{kind}", "MultiPolygon", rings, properties)
 
 
 def _costs(state: MapState) -> Iterator[FeatureAnswer]:
@@ -99,8 +105,14 @@ def _costs(state: MapState) -> Iterator[FeatureAnswer]:
             travel_ms = situation.travel(kind, origin, goal)
             if travel_ms is not None:
                 ends = [_centre(state, poses[place][kind]) for place in (origin, goal)]
-                told = {"what": "cost", "robot_type": kind, "origin": origin, "place": goal, "travel_ms": travel_ms}
-                yield _feature(f"cost/{kind}/{origin}/{goal}", "LineString", ends, told)
+                properties = {
+                    "what": "cost",
+                    "robot_type": kind,
+                    "origin": origin,
+                    "place": goal,
+                    "travel_ms": travel_ms,
+                }
+                yield _feature(f"cost/{kind}/{origin}/{goal}", "LineString", ends, properties)
 
 
 def _centre(state: MapState, cell: Cell) -> list[float]:
@@ -157,7 +169,7 @@ def _rings(edges: dict[Corner, list[int]]) -> list[Ring]:
         start = corner = next(iter(edges))
         heading, walk = edges[start][0], list[tuple[Corner, int]]()
         while not walk or corner != start:
-            heading = _take(edges, corner, heading)
+            heading = _next_edge(edges, corner, heading)
             walk.append((corner, heading))
             corner = (corner[0] + _TURNS[heading][0], corner[1] + _TURNS[heading][1])
         headings = [heading, *(one for _, one in walk)]
@@ -166,7 +178,7 @@ def _rings(edges: dict[Corner, list[int]]) -> list[Ring]:
     return rings
 
 
-def _take(edges: dict[Corner, list[int]], corner: Corner, last: int) -> int:
+def _next_edge(edges: dict[Corner, list[int]], corner: Corner, last: int) -> int:
     """Take the edge on which an outline goes on; where two rings touch it turns left, round the same cell."""
     left = (last + 1) % 4
     heading = left if left in edges[corner] else edges[corner][0]

@@ -121,14 +121,14 @@ def _grid(body: MapBody, terrains: tuple[Terrain, ...], limits: ServiceLimits, n
         origin = body.origin_m or ORIGIN
         grid = Grid(cells=cells, resolution_m=body.resolution_m, origin_m=origin) if cells.size else None
     else:
-        grid = _pictured(body, limits, notes)
+        grid = _grid_of_image(body, limits, notes)
     grid = None if grid is None else replace(grid, terrains=terrains)
     if grid is not None and body.mask is not None:
-        grid = _masked(grid, body.mask, limits, notes.below("mask"))
+        grid = _with_mask(grid, body.mask, limits, notes.below("mask"))
     return grid if len(notes.problems) == before else None
 
 
-def _pictured(body: ImageMapBody | Nav2MapBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
+def _grid_of_image(body: ImageMapBody | Nav2MapBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
     if isinstance(body, Nav2MapBody):
         notes = notes.below("nav2")
         header, image = yaml_header(body.nav2.yaml, notes), decoded_image(body.nav2.image, limits, notes)
@@ -178,7 +178,7 @@ def decoded_image(text: str, limits: ServiceLimits, notes: Notes, field: str = "
     return None
 
 
-def _masked(grid: Grid, body: MaskBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
+def _with_mask(grid: Grid, body: MaskBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
     before = len(notes.problems)
     codes = mask_codes(body.greys.items(), grid.terrains, notes.below("greys"))
     image = decoded_image(body.image, limits, notes)

@@ -15,7 +15,7 @@ from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 from marsupial_service.settings import ServiceLimits
 
 
-def refuse(path: str, text: str) -> InputError:
+def field_error(path: str, text: str) -> InputError:
     """Return the error for one field."""
     return InputError([Problem(path, text)])
 
@@ -38,11 +38,11 @@ def budget_of(budget: Budget | None, limits: ServiceLimits, default_s: float) ->
     given_and_most = {"seconds": (budget.seconds, limits.budget_s), "steps": (budget.steps, limits.budget_steps)}
     for key, (given, most) in given_and_most.items():
         if given is not None and given > most:
-            raise refuse(f"budget.{key}", f"must be at most {most:g}, got {given:g}")
+            raise field_error(f"budget.{key}", f"must be at most {most:g}, got {given:g}")
     return budget
 
 
-def reading_of(body: ActionsPlan | TextPlan, situation: Situation) -> Reading:
+def parsed_plan(body: ActionsPlan | TextPlan, situation: Situation) -> Reading:
     """Return the plan of a request (field ``plan``), valid or not. Raises PlanTextError if its text can't be read."""
     if isinstance(body, ActionsPlan):
         return Reading(plan=Plan(actions=tuple(body.actions)))

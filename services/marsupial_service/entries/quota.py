@@ -42,33 +42,33 @@ class Quota:
         """Return whether there is a quota at all."""
         return self.seconds < UNBOUNDED_S
 
-    def asked_s(self, seconds: float | None) -> float:
+    def required_s(self, seconds: float | None) -> float:
         """Return how many seconds a budget (None: one in steps) can take."""
         return self.steps_s if seconds is None else seconds
 
     def reserved_s(self, seconds: float | None) -> float:
         """Return how many seconds a job with such a budget reserves."""
-        return max(PREPARATION_S, self.asked_s(seconds))
+        return max(PREPARATION_S, self.required_s(seconds))
 
-    def check(self, reader: StoreReader, owner: str, asked_s: float, now_ms: int) -> None:
-        """Raise TooMany if the owner has less than `asked_s` left."""
-        wait_s = self.wait_s(reader, owner, asked_s, now_ms)
+    def check(self, reader: StoreReader, owner: str, required_s: float, now_ms: int) -> None:
+        """Raise TooMany if the owner has less than `required_s` left."""
+        wait_s = self.wait_s(reader, owner, required_s, now_ms)
         if wait_s > 0:
-            raise TooMany(self.told(asked_s, wait_s), math.ceil(wait_s))
+            raise TooMany(self.wait_reason(required_s, wait_s), math.ceil(wait_s))
 
-    def told(self, asked_s: float, wait_s: float) -> str:
+    def wait_reason(self, required_s: float, wait_s: float) -> str:
         """Return why an owner has to wait."""
         return (
             f"your planning quota of {self.seconds:g} s per hour (key_planning_s) is used up or reserved by your jobs;"
-            f" {asked_s:g} s may be available in {math.ceil(wait_s)} s"
+            f" {required_s:g} s may be available in {math.ceil(wait_s)} s"
         )
 
-    def wait_s(self, reader: StoreReader, owner: str, asked_s: float, now_ms: int) -> float:
-        """Return how long until an owner has `asked_s` left, if no job ends meanwhile; 0: now."""
+    def wait_s(self, reader: StoreReader, owner: str, required_s: float, now_ms: int) -> float:
+        """Return how long until an owner has `required_s` left, if no job ends meanwhile; 0: now."""
         if not self.is_bounded:
             return 0.0
         # a request for more than the hourly quota would wait forever
-        missing_s = min(asked_s, self.seconds) - self.left_s(reader, now_ms, owner)[owner]
+        missing_s = min(required_s, self.seconds) - self.left_s(reader, now_ms, owner)[owner]
         return max(0.0, missing_s * HOUR_S / self.seconds)
 
     def left_s(self, reader: StoreReader, now_ms: int, owner: str | None = None) -> dict[str, float]:
@@ -93,7 +93,7 @@ class Quota:
         name = _DOCUMENT + owner
         tx.lock(name)
         free_ms = max(now_ms, int(documents.text_of(tx, name) or "0"))
-        documents.keep(tx, name, str(free_ms + math.ceil(used_ms * HOUR_S / self.seconds)))
+        documents.store_text(tx, name, str(free_ms + math.ceil(used_ms * HOUR_S / self.seconds)))
 
 
 NO_QUOTA = Quota()

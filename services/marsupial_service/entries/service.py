@@ -124,7 +124,7 @@ class Entries(Generic[E]):
                 if len(batch.events) < _BATCH:
                     await news.wait()
 
-    async def is_told(self, entry: str, after: int) -> bool:
+    async def is_exhausted(self, entry: str, after: int) -> bool:
         """Return whether no event follows number `after`, now or later."""
         batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=1))
         return not batch.events and not batch.is_open
@@ -145,7 +145,7 @@ class Entries(Generic[E]):
         self._start("take up", self._watch)
         self._start("sweep", self._sweep)
 
-    def leave(self) -> None:
+    def begin_shutdown(self) -> None:
         """End streams and begin nothing new: `stop` will follow."""
         self._stop.set()
         self.subscriptions.notify(None)
@@ -169,35 +169,35 @@ class Entries(Generic[E]):
         """Start a background task; metrics and the log name it by the kind of entry and `what`."""
         return self.background.start(f"{self._table.noun} {what}", work, restart=restart)
 
-    async def _take_up(self) -> None:
+    async def _recover(self) -> None:
         """Take over the entries that dead servers have left. Raises StoreError."""
         raise NotImplementedError
 
     async def _watch(self) -> None:
         """Take over entries of other servers: on a goodbye message, and by polling, as a killed server sends none."""
-        with self.subscriptions.subscribe(self._table.left) as news:
+        with self.subscriptions.subscribe(self._table.orphaned_topic) as news:
             while not self.stopping:
                 news.clear()
                 pause_s = _WATCH_S
                 try:
-                    await self._take_up()
+                    await self._recover()
                 except StoreError:
                     pause_s = RETRY_S
                 await pause(news, pause_s)
 
     async def _sweep(self) -> None:
         """Remove old entries now and then and free their space, in small steps so that others can write."""
-        settled = True
+        checkpointed = True
         while not self.stopping:
             removed = await self.write_until_stored(
                 lambda tx: self._table.remove_old(tx, self._limits.retention_s, self._kept, self.now_ms())
             )
             more = await self.write_until_stored(lambda tx: tx.shrink())
-            settled = settled and not removed and not more
+            checkpointed = checkpointed and not removed and not more
             if removed or more:
                 continue
-            settled = settled or await asyncio.to_thread(self._store.settle)
-            await self._pause(_SWEEP_S if settled else RETRY_S)
+            checkpointed = checkpointed or await asyncio.to_thread(self._store.checkpoint)
+            await self._pause(_SWEEP_S if checkpointed else RETRY_S)
 
     async def write_until_stored(self, write: Callable[[Transaction], T]) -> T | None:
         """Run `write` in a transaction, and retry while the store fails; return None if it still fails at `stop`."""

@@ -2,8 +2,8 @@
 
 A mission's planning comes before any job. If all slots are taken, it preempts the newest job, which goes back into the
 queue with its best plan and the rest of its budget. Waiting owners are served in turn: first the one with the fewest
-slots, and among equals the one who has waited longest. Jobs wait in the store's queue, whose turns follow the same
-rule (`jobs.turns`).
+slots, and among equals the one who has waited longest. Jobs wait in the store's queue, which follows the same rule
+(`jobs.scheduling`).
 """
 
 import asyncio
@@ -15,13 +15,13 @@ from contextlib import contextmanager
 class Slot:
     """A slot taken by `owner` (None: by a job).
 
-    `breaks` preempts the holder, if that is possible; `is_wanted` if that was done, so that a mission gets the slot.
+    `preempt` stops the holder, if that is possible; `is_preempted` if that was done, so that a mission gets the slot.
     """
 
     def __init__(self, owner: str | None) -> None:
         self.owner = owner
-        self.breaks: Callable[[], None] | None = None
-        self.is_wanted = False
+        self.preempt: Callable[[], None] | None = None
+        self.is_preempted = False
 
 
 class Slots:
@@ -45,24 +45,24 @@ class Slots:
     async def for_owner(self, owner: str) -> Slot:
         """Take a slot in turn with other owners, before any job; preempt a job if no slot is free."""
         if len(self._taken) >= self.count:
-            self._break_off()
+            self._preempt()
         return await self._wait(self._owners.setdefault(owner, deque()))
 
     def waiting(self, owner: str) -> int:
         """Return the number of slots that an owner is waiting for."""
-        return sum(not turn.done() for turn in self._owners.get(owner, ()))
+        return sum(not waiter.done() for waiter in self._owners.get(owner, ()))
 
-    def let_break(self, slot: Slot, breaks: Callable[[], None]) -> None:
+    def allow_preemption(self, slot: Slot, preempt: Callable[[], None]) -> None:
         """Mark the holder of a slot as preemptible. Preempt it at once if an owner is still waiting."""
-        slot.breaks = breaks
+        slot.preempt = preempt
         # slots already being preempted will go to waiting owners
-        if sum(map(self.waiting, self._owners)) > sum(one.is_wanted for one in self._taken):
-            self._break_off()
+        if sum(map(self.waiting, self._owners)) > sum(one.is_preempted for one in self._taken):
+            self._preempt()
 
     def free(self, slot: Slot) -> None:
         """Release a slot."""
         self._taken.remove(slot)
-        self._hand_out()
+        self._assign()
 
     @contextmanager
     def taken(self, slot: Slot) -> Iterator[Slot]:
@@ -73,25 +73,25 @@ class Slots:
             self.free(slot)
 
     async def _wait(self, queue: deque[asyncio.Future[Slot]]) -> Slot:
-        turn: asyncio.Future[Slot] = asyncio.get_running_loop().create_future()
-        queue.append(turn)
-        self._hand_out()
+        waiter: asyncio.Future[Slot] = asyncio.get_running_loop().create_future()
+        queue.append(waiter)
+        self._assign()
         try:
-            return await turn
+            return await waiter
         except asyncio.CancelledError:
             # the slot may have been assigned in the same iteration of the loop: nobody else would release it
-            if turn.done() and not turn.cancelled():
-                self.free(turn.result())
+            if waiter.done() and not waiter.cancelled():
+                self.free(waiter.result())
             raise
 
-    def _hand_out(self) -> None:
+    def _assign(self) -> None:
         while len(self._taken) < self.count:
-            owner, turn = self._next()
-            if turn is None:
+            owner, waiter = self._next()
+            if waiter is None:
                 return
             slot = Slot(owner)
             self._taken.append(slot)
-            turn.set_result(slot)
+            waiter.set_result(slot)
 
     def _next(self) -> tuple[str | None, asyncio.Future[Slot] | None]:
         """Return the waiting owner (None: a job) whose turn it is, and the future to resolve (None: nobody waits)."""
@@ -99,25 +99,25 @@ class Slots:
         while self._owners:
             owner = min(self._owners, key=has.__getitem__)
             queue = self._owners.pop(owner)
-            turn = _first(queue)
+            waiter = _first(queue)
             if queue:
                 self._owners[owner] = queue  # behind the others
-            if turn is not None:
-                return owner, turn
+            if waiter is not None:
+                return owner, waiter
         return None, _first(self._jobs)
 
-    def _break_off(self) -> None:
+    def _preempt(self) -> None:
         for slot in reversed(self._taken):
-            if slot.breaks is not None:
-                breaks, slot.breaks = slot.breaks, None
-                slot.is_wanted = True
-                breaks()
+            if slot.preempt is not None:
+                preempt, slot.preempt = slot.preempt, None
+                slot.is_preempted = True
+                preempt()
                 return
 
 
 def _first(queue: deque[asyncio.Future[Slot]]) -> asyncio.Future[Slot] | None:
     while queue:
-        turn = queue.popleft()
-        if not turn.done():
-            return turn
+        waiter = queue.popleft()
+        if not waiter.done():
+            return waiter
     return None

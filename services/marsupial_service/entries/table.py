@@ -29,7 +29,7 @@ W = TypeVar("W", bound=StrEnum)
 R = TypeVar("R", bound="DataclassInstance")
 
 
-def made_of(kind: type[R], row: StoreRow, **more: object) -> R:
+def record_of(kind: type[R], row: StoreRow, **more: object) -> R:
     """Return a record from the columns named like its fields (`created_ms` for `created_at_ms`), and `more`."""
     names = [field.name for field in fields(kind) if field.name not in more]
     return kind(**{name: row[name.replace("_at_ms", "_ms")] for name in names}, **more)
@@ -40,7 +40,7 @@ class EntryTable(Generic[E]):
     """A table of entries and the table of their events.
 
     `noun` names an entry, and is the column of the events table that refers to it. `select` returns the columns that
-    `record` turns into records. `moves` has the states that may follow each state: none if it is final.
+    `record` turns into records. `transitions` has the states that may follow each state: none if it is final.
     """
 
     name: str
@@ -49,10 +49,10 @@ class EntryTable(Generic[E]):
     select: str
     record: Callable[[StoreRow], E]
     event_type: type[StrEnum]
-    moves: Mapping[StrEnum, frozenset[StrEnum]]
+    transitions: Mapping[StrEnum, frozenset[StrEnum]]
 
     @property
-    def left(self) -> str:
+    def orphaned_topic(self) -> str:
         """The topic of entries whose holder has left them."""
         return f"{self.name}/left"
 
@@ -62,12 +62,12 @@ class EntryTable(Generic[E]):
         Only one server at a time adds to a table, so counts that `add` makes stay correct.
         """
         tx.lock(self.name)
-        known = self.made_before(tx, new)
+        known = self.find_replayed(tx, new)
         if known is None:
             add()
         return Created(self.existing(tx, known or new.id), replayed=known is not None)
 
-    def made_before(self, reader: StoreReader, new: NewEntry) -> str | None:
+    def find_replayed(self, reader: StoreReader, new: NewEntry) -> str | None:
         """Return the id of the entry that an earlier request with that key created, if any. Raises KeyReused."""
         if new.key is None:
             return None
@@ -98,14 +98,14 @@ class EntryTable(Generic[E]):
             raise UnknownEntry(self.noun)
         return record
 
-    def hold(self, tx: Transaction, entry: str) -> None:
+    def lock(self, tx: Transaction, entry: str) -> None:
         """Lock an entry, if it exists, against other servers until the end of the transaction."""
         if tx.row_lock:  # otherwise there is only one writer
             tx.execute(f"SELECT 1 FROM {self.name} WHERE id = ?{tx.row_lock}", (entry,)).fetchone()
 
-    def held(self, tx: Transaction, entry: str) -> E:
+    def locked(self, tx: Transaction, entry: str) -> E:
         """Lock an entry against other servers until the end of the transaction, and return it. Raises UnknownEntry."""
-        self.hold(tx, entry)
+        self.lock(tx, entry)
         return self.existing(tx, entry)
 
     def newest(
@@ -120,11 +120,11 @@ class EntryTable(Generic[E]):
         sql = f"{self.select} WHERE {' AND '.join(conditions)} ORDER BY {self.name}.number DESC LIMIT ?"
         return tuple(self.record(row) for row in reader.execute(sql, (*conditions.values(), limit)))
 
-    def move(self, tx: Transaction, number: int, state: StrEnum, now_ms: int, **more: object) -> bool:
+    def transition(self, tx: Transaction, number: int, state: StrEnum, now_ms: int, **more: object) -> bool:
         """Move an entry to another state and set `more` columns; return whether its old state allowed that."""
-        if not self.moves[state]:
+        if not self.transitions[state]:
             more["finished_ms"] = now_ms
-        before = [former for former, states in self.moves.items() if state in states]
+        before = [former for former, states in self.transitions.items() if state in states]
         return self._set(tx, {"number": (number,), "state": before}, state=state, **more)
 
     def change(self, tx: Transaction, number: int, **columns: object) -> None:
@@ -144,7 +144,7 @@ class EntryTable(Generic[E]):
         given = (*columns.values(), *(value for values in where.values() for value in values))
         return tx.execute(f"UPDATE {self.name} SET {changes} WHERE {which}", given).rowcount > 0
 
-    def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: object) -> None:
+    def add_event(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: object) -> None:
         """Add the next event of an entry, with `more` columns; its followers are notified after the commit."""
         sql = f"UPDATE {self.name} SET events = events + 1, bytes = bytes + ? WHERE number = ? RETURNING id, events"
         row = tx.execute(sql, (ROW_BYTES + len(data), number)).fetchone()
@@ -187,13 +187,13 @@ class EntryTable(Generic[E]):
         left = _SWEPT_ROWS
         for number, entry in rows:
             tx.news.add(entry)
-            left -= self._empty(tx, number, left)
+            left -= self._remove_rows(tx, number, left)
             if left <= 0:  # hide the entry; the next call removes the rest of it
                 self.change(tx, number, id=f"removed/{number}", owner="", idempotency_key=None)
                 break
             tx.execute(f"DELETE FROM {self.name} WHERE number = ?", (number,))
         return len(rows)
 
-    def _empty(self, tx: Transaction, number: int, most: int) -> int:
+    def _remove_rows(self, tx: Transaction, number: int, most: int) -> int:
         """Remove about `most` rows of an entry, fewer if deleting the entry deletes the rest; return how many."""
         return 0

@@ -14,7 +14,7 @@ from marsupial_service.schemas import answers
 from marsupial_service.schemas.answers import JobSummaryAnswer, MissionAnswer, ProblemAnswer
 from marsupial_service.schemas.base import Answer
 
-UNKEPT = {"Cache-Control": "no-store"}
+NOT_CACHED = {"Cache-Control": "no-store"}
 """Headers of answers that must not be cached."""
 
 
@@ -25,7 +25,7 @@ def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | No
 
 def text_answer(text: bytes, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
     """Return a response with a body that is already JSON text."""
-    return Response(text, status_code=status, headers={**UNKEPT, **(headers or {})}, media_type="application/json")
+    return Response(text, status_code=status, headers={**NOT_CACHED, **(headers or {})}, media_type="application/json")
 
 
 def summary_answer(job: JobRecord) -> JobSummaryAnswer:

@@ -47,7 +47,7 @@ class Connections:
         """Return the number of connections."""
         return len(self._addresses)
 
-    def enter(self, connection: GuardedProtocol, address: str) -> bool:
+    def add(self, connection: GuardedProtocol, address: str) -> bool:
         """Count a new connection; False if there is no room for it."""
         if len(self) >= self._most and not self._make_room(None):
             return False
@@ -57,7 +57,7 @@ class Connections:
         self._counts[address] += 1
         return True
 
-    def leave(self, connection: GuardedProtocol) -> None:
+    def remove(self, connection: GuardedProtocol) -> None:
         """Stop counting a connection."""
         self._idle.pop(connection, None)
         address = self._addresses.pop(connection, None)
@@ -66,7 +66,7 @@ class Connections:
             if not self._counts[address]:
                 del self._counts[address]
 
-    def note(self, connection: GuardedProtocol, *, busy: bool) -> None:
+    def set_busy(self, connection: GuardedProtocol, *, busy: bool) -> None:
         """Note whether a connection has a request."""
         if busy:
             self._idle.pop(connection, None)
@@ -77,7 +77,7 @@ class Connections:
         """Close the connection (of that address) that has been idle for longest; False if there is none."""
         for connection in self._idle:
             if address is None or self._addresses[connection] == address:
-                self.leave(connection)
+                self.remove(connection)
                 connection.transport.abort()
                 return True
         return False
@@ -88,22 +88,22 @@ class GuardedProtocol(H11Protocol):
 
     def __init__(self, connections: Connections, **more: Any) -> None:
         super().__init__(**more)
-        self._census = connections
-        self._due: asyncio.TimerHandle | None = None
-        self._stall: asyncio.TimerHandle | None = None
+        self._connections = connections
+        self._header_timer: asyncio.TimerHandle | None = None
+        self._stall_timer: asyncio.TimerHandle | None = None
         self._unsent = 0
         self._has_sent = False
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
-        if self._census.enter(self, self.client[0] if self.client else ""):
-            self._look()
+        if self._connections.add(self, self.client[0] if self.client else ""):
+            self._update_timer()
         else:
             self._refuse(HttpProblem("too-many", "too many open connections", headers={"Retry-After": "1"}))
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self._census.leave(self)
-        for timer in (self._due, self._stall):
+        self._connections.remove(self)
+        for timer in (self._header_timer, self._stall_timer):
             if timer is not None:
                 timer.cancel()
         super().connection_lost(exc)
@@ -112,12 +112,12 @@ class GuardedProtocol(H11Protocol):
         if not self.transport.is_closing():
             self._has_sent = True
             super().data_received(data)
-            self._look()
+            self._update_timer()
 
     def on_response_complete(self) -> None:
         self._has_sent = False
         super().on_response_complete()
-        self._look()
+        self._update_timer()
 
     def timeout_keep_alive_handler(self) -> None:
         """Close the connection, even if the client doesn't read the remaining data."""
@@ -131,11 +131,11 @@ class GuardedProtocol(H11Protocol):
     def _watch_unsent(self) -> None:
         """Start the timer that checks whether the client has received anything."""
         self._unsent = self.transport.get_write_buffer_size()
-        self._stall = self.loop.call_later(self._census.limits.stall_s, self._stalled)
+        self._stall_timer = self.loop.call_later(self._connections.limits.stall_s, self._stalled)
 
     def resume_writing(self) -> None:
-        if self._stall is not None:
-            self._stall.cancel()
+        if self._stall_timer is not None:
+            self._stall_timer.cancel()
         super().resume_writing()
 
     def send_400_response(self, msg: str) -> None:
@@ -145,17 +145,17 @@ class GuardedProtocol(H11Protocol):
         else:
             self.transport.abort()
 
-    def _look(self) -> None:
+    def _update_timer(self) -> None:
         """Run the timer while there is no request."""
         busy = self.cycle is not None and not self.cycle.response_complete
-        self._census.note(self, busy=busy)
-        if busy and self._due is not None:
-            self._due.cancel()
-            self._due = None
-        elif not busy and self._due is None:
-            self._due = self.loop.call_later(self._census.limits.header_s, self._late)
+        self._connections.set_busy(self, busy=busy)
+        if busy and self._header_timer is not None:
+            self._header_timer.cancel()
+            self._header_timer = None
+        elif not busy and self._header_timer is None:
+            self._header_timer = self.loop.call_later(self._connections.limits.header_s, self._headers_late)
 
-    def _late(self) -> None:
+    def _headers_late(self) -> None:
         if self._has_sent and self.conn.our_state is h11.IDLE:
             self._refuse(HttpProblem("too-slow", "the headers did not arrive in time"))
         else:
@@ -177,10 +177,10 @@ class GuardedProtocol(H11Protocol):
         self._abort_soon()
 
     def _abort_soon(self) -> None:
-        self.loop.call_later(self._census.limits.stall_s, self.transport.abort)
+        self.loop.call_later(self._connections.limits.stall_s, self.transport.abort)
 
 
-class LoopFaults:
+class LoopExceptionHandler:
     """The exception handler of an event loop: logs faults."""
 
     def __init__(self) -> None:

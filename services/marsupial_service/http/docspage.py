@@ -67,11 +67,11 @@ def _operation(path: str, method: str, operation: Mapping[str, Any]) -> Iterator
     yield f'<h3 id="{escape(operation["operationId"])}"><code><span class="method">{method.upper()}</span> '
     yield f"{escape(path)}</code></h3><p>{_prose(operation.get('description', ''))}</p><table>"
     for one in operation.get("parameters", ()):
-        name = f"<code>{escape(one['name'])}</code> in {escape(one['in'])}{_must(one.get('required', False))}"
+        name = f"<code>{escape(one['name'])}</code> in {escape(one['in'])}{_required_mark(one.get('required', False))}"
         yield _row(name, _kind(one["schema"]), one.get("description", ""))
     body = operation.get("requestBody")
     if body is not None:
-        yield _row(f"body{_must(body.get('required', False))}", _kinds_of(body), "")
+        yield _row(f"body{_required_mark(body.get('required', False))}", _kinds_of(body), "")
     for status, response in operation["responses"].items():
         yield _row(f"response <code>{escape(status)}</code>", _kinds_of(response), response["description"])
     yield "</table>"
@@ -82,11 +82,11 @@ def _operation(path: str, method: str, operation: Mapping[str, Any]) -> Iterator
 
 def _kinds_of(part: Mapping[str, Any]) -> str:
     """Return the media types of a body, with the schema of each."""
-    told = []
+    parts = []
     for media, content in part.get("content", {}).items():
         kind = _kind(content.get("itemSchema") or content.get("schema", {}))
-        told.append(f"<code>{escape(media)}</code> {kind}")
-    return "<br>".join(told)
+        parts.append(f"<code>{escape(media)}</code> {kind}")
+    return "<br>".join(parts)
 
 
 def _schema(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
@@ -97,7 +97,9 @@ def _schema(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
         return
     yield "<table>"
     for field, what in schema["properties"].items():
-        yield _row(f"<code>{escape(field)}</code>{_must(field in required)}", _kind(what), what.get("description", ""))
+        yield _row(
+            f"<code>{escape(field)}</code>{_required_mark(field in required)}", _kind(what), what.get("description", "")
+        )
     yield "</table>"
 
 
@@ -110,7 +112,7 @@ def _prose(text: str) -> str:
     return _CODE.sub(r"<code>\1</code>", escape(text))
 
 
-def _must(required: bool) -> str:
+def _required_mark(required: bool) -> str:
     return ' <span class="must">required</span>' if required else ""
 
 
@@ -133,5 +135,5 @@ def _kind(schema: Mapping[str, Any], level: int = 0) -> str:
     if kind == "array" and level < _LEVELS:
         return f"list of {_kind(schema.get('items', {}), level + 1)}"
     bounds = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "maxLength": "at most characters"}
-    told = [f"{word} {schema[key]}" for key, word in bounds.items() if key in schema]
-    return escape(" ".join([str(kind), *told]))
+    parts = [f"{word} {schema[key]}" for key, word in bounds.items() if key in schema]
+    return escape(" ".join([str(kind), *parts]))

@@ -23,8 +23,8 @@ from marsupial_service.state import State
 log = logging.getLogger("marsupial.service")
 
 _METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
-_READING = frozenset({"GET", "HEAD", "OPTIONS"})
-_OUR_SITE = frozenset({"same-origin", "none"})
+_SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+_OWN_SITES = frozenset({"same-origin", "none"})
 _GONE = 499  # nginx's status for a client that left before its answer
 
 
@@ -40,20 +40,20 @@ class Edge:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        passage = _Passage(send)
+        tracked = _TrackedAnswer(send)
         begun = time.perf_counter()
         try:
             problem = self._refusal(scope["method"], Headers(scope=scope))
             app = self._app if problem is None else answer(problem, scope["path"])
-            await app(scope, receive, passage.send)
+            await app(scope, receive, tracked.send)
         except Exception:
-            log.exception("request failed", extra={"request": passage.id, "path": scope["path"]})
+            log.exception("request failed", extra={"request": tracked.id, "path": scope["path"]})
             # once an answer has begun, nothing can be sent in its place
-            if passage.status is None:
-                problem = HttpProblem("internal", f"see request {passage.id} in the server log")
-                await answer(problem, scope["path"])(scope, receive, passage.send)
+            if tracked.status is None:
+                problem = HttpProblem("internal", f"see request {tracked.id} in the server log")
+                await answer(problem, scope["path"])(scope, receive, tracked.send)
         finally:
-            self._note(scope, passage, time.perf_counter() - begun)
+            self._log(scope, tracked, time.perf_counter() - begun)
 
     def _refusal(self, method: str, headers: Headers) -> HttpProblem | None:
         """Return the problem if a request must not reach any route, else None."""
@@ -71,23 +71,23 @@ class Edge:
             return HttpProblem("misdirected", "without API keys, only requests for localhost are accepted")
         # browsers write host and port into both headers alike; the origin "null" has none
         elsewhere = any(origin.partition("://")[2].lower() != host.lower() for origin in headers.getlist("origin"))
-        if method not in _READING and (elsewhere or headers.get("sec-fetch-site", "none") not in _OUR_SITE):
+        if method not in _SAFE_METHODS and (elsewhere or headers.get("sec-fetch-site", "none") not in _OWN_SITES):
             said = "without API keys, only the service's own pages may send this request"
             return HttpProblem("cross-origin", said)
         return None
 
-    def _note(self, scope: Scope, passage: _Passage, seconds: float) -> None:
-        status = passage.status or _GONE
+    def _log(self, scope: Scope, tracked: _TrackedAnswer, seconds: float) -> None:
+        status = tracked.status or _GONE
         route = getattr(scope.get("route"), "path", "none")
         method = scope["method"] if scope["method"] in _METHODS else "other"
         self._state.metrics.request(method, route, status, seconds)
-        more: dict[str, Any] = {"request": passage.id, "method": method, "route": route, "status": status}
+        more: dict[str, Any] = {"request": tracked.id, "method": method, "route": route, "status": status}
         about = scope.get("path_params") or {}
         more |= {"ms": round(1000 * seconds, 2)} | {key: about[key] for key in ("job", "mission") if key in about}
         log.info("request", extra=more)
 
 
-class _Passage:
+class _TrackedAnswer:
     """An answer on its way: its status, and the id of its request."""
 
     def __init__(self, send: Send) -> None:

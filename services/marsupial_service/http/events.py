@@ -21,10 +21,10 @@ KEEP_ALIVE_S = 15.0
 # pause between checks whether the key of a stream is still valid
 KEY_S = 2.0
 
-_PIECE_BYTES = 16_384
+_CHUNK_BYTES = 16_384
 
 NO_KEY = b": the key has expired or was revoked\n\n"
-BYE = b": the service is shutting down; resume this stream later\n\n"
+SHUTTING_DOWN = b": the service is shutting down; resume this stream later\n\n"
 NO_STORE = b": the store can't be read; resume this stream later\n\n"
 
 
@@ -34,7 +34,7 @@ class EventStream(StreamingResponse):
     media_type = "text/event-stream"
 
 
-class _Counted(EventStream):
+class _CountedStream(EventStream):
     """A stream that calls `close` once it is over, for whatever reason."""
 
     def __init__(self, frames: AsyncIterator[bytes], close: Callable[[], None]) -> None:
@@ -50,45 +50,45 @@ class _Counted(EventStream):
 
 
 async def stream(
-    state: State, owner: str, holds: Callable[[], bool], entries: Entries[E], entry: str, last_event_id: str | None
+    state: State, owner: str, is_valid: Callable[[], bool], entries: Entries[E], entry: str, last_event_id: str | None
 ) -> Response:
     """Return the answer that streams the events of an entry after the last one that was seen. Raises TooMany.
 
-    The stream ends when the key of the request no longer `holds`.
+    The stream ends when the key of the request no longer `is_valid`.
     """
     after = int(last_event_id or 0)
     # 204 makes a browser stop reconnecting; after an empty stream it would continue
-    if last_event_id is not None and await entries.is_told(entry, after):
+    if last_event_id is not None and await entries.is_exhausted(entry, after):
         return Response(status_code=204, headers={"Cache-Control": "no-store"})
     if state.streams[owner] >= state.settings.limits.streams:
         raise TooMany(f"the limit of {state.settings.limits.streams} open event streams is reached", retry_after_s=5)
     state.streams[owner] += 1
-    frames = _frames(entries, entry, after, holds)
-    return _Counted(frames, partial(state.streams.subtract, (owner,)))
+    frames = _frames(entries, entry, after, is_valid)
+    return _CountedStream(frames, partial(state.streams.subtract, (owner,)))
 
 
-async def _frames(entries: Entries[E], entry: str, after: int, holds: Callable[[], bool]) -> AsyncIterator[bytes]:
+async def _frames(entries: Entries[E], entry: str, after: int, is_valid: Callable[[], bool]) -> AsyncIterator[bytes]:
     yield b": events\n\n"
     events = entries.follow(entry, after)
-    coming: asyncio.Future[tuple[EventRecord, ...] | None] | None = None
-    told_s = checked_s = time.monotonic()
+    pending: asyncio.Future[tuple[EventRecord, ...] | None] | None = None
+    sent_s = checked_s = time.monotonic()
     try:
         while True:
-            coming = coming or asyncio.ensure_future(_next(events))
-            await asyncio.wait({coming}, timeout=KEY_S)
+            pending = pending or asyncio.ensure_future(_next(events))
+            await asyncio.wait({pending}, timeout=KEY_S)
             now_s = time.monotonic()
             if now_s - checked_s >= KEY_S:
                 checked_s = now_s
-                if not holds():
+                if not is_valid():
                     yield NO_KEY
                     return
-            if not coming.done():
-                if now_s - told_s >= KEEP_ALIVE_S:
-                    told_s = now_s
+            if not pending.done():
+                if now_s - sent_s >= KEEP_ALIVE_S:
+                    sent_s = now_s
                     yield b": keep-alive\n\n"
                 continue
-            told_s = now_s
-            done, coming = coming, None
+            sent_s = now_s
+            done, pending = pending, None
             try:
                 found = done.result()
             except StoreError:
@@ -96,28 +96,28 @@ async def _frames(entries: Entries[E], entry: str, after: int, holds: Callable[[
                 return
             if found is None:
                 break
-            for piece in _pieces(found):
-                yield piece
+            for chunk in _chunks(found):
+                yield chunk
         if entries.stopping:
-            yield BYE
+            yield SHUTTING_DOWN
     finally:
-        if coming is not None:
-            coming.cancel()
+        if pending is not None:
+            pending.cancel()
             with suppress(asyncio.CancelledError):
-                await coming
+                await pending
         await events.aclose()
 
 
-def _pieces(events: Sequence[EventRecord]) -> Iterator[bytes]:
-    """Yield the bytes of events, many small ones at once, as each piece costs as much as a small request."""
-    piece = b""
+def _chunks(events: Sequence[EventRecord]) -> Iterator[bytes]:
+    """Yield the bytes of events, many small ones at once, as each chunk costs as much as a small request."""
+    chunk = b""
     for event in events:
-        piece += f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()
-        if len(piece) >= _PIECE_BYTES:
-            yield piece
-            piece = b""
-    if piece:
-        yield piece
+        chunk += f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()
+        if len(chunk) >= _CHUNK_BYTES:
+            yield chunk
+            chunk = b""
+    if chunk:
+        yield chunk
 
 
 async def _next(events: AsyncIterator[tuple[EventRecord, ...]]) -> tuple[EventRecord, ...] | None:

@@ -60,7 +60,7 @@ def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
         schemas[model.__name__] = schema
     for path in found["paths"].values():
         for operation in path.values():
-            _tidy(operation, needs_keys)
+            _clean(operation, needs_keys)
     for name, example in EXAMPLES.items():
         found["paths"][name]["post"]["requestBody"]["content"]["application/json"]["example"] = example()
     if needs_keys:
@@ -70,7 +70,7 @@ def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
     return tidied
 
 
-def kept_text() -> str:
+def stored_text() -> str:
     """Return the document stored with the code."""
     return (files("marsupial_service.http") / FILE).read_text(encoding="utf-8")
 
@@ -80,7 +80,7 @@ def text_of(found: dict[str, Any]) -> str:
     return json.dumps(found, indent=1, sort_keys=True) + "\n"
 
 
-def _tidy(operation: dict[str, Any], needs_keys: bool) -> None:
+def _clean(operation: dict[str, Any], needs_keys: bool) -> None:
     for parameter in operation.get("parameters", ()):
         variants = [v for v in parameter["schema"].pop("anyOf", ()) if v != {"type": "null"}]
         for variant in variants[:1]:

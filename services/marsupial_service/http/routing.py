@@ -13,7 +13,7 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 
-from marsupial_service.intake.reading import Sent
+from marsupial_service.intake.reading import ReceivedBody
 from marsupial_service.keys import Scope
 from marsupial_service.problems import HttpProblem
 from marsupial_service.schemas.answers import ProblemDetailAnswer
@@ -41,7 +41,7 @@ class Route(APIRoute):
             self._check_query(request)
             if self.body_field is None:
                 return await handle(request)
-            read = _ReadRequest(request.scope, request.receive)
+            read = _BodyRequest(request.scope, request.receive)
             try:
                 await read.receive_body()
                 return await handle(read)
@@ -59,12 +59,12 @@ class Route(APIRoute):
         scheme, _, secret = request.headers.get("authorization", "").partition(" ")
         key = state.keys.find(secret.strip(), time.time()) if scheme.lower() == "bearer" else None
         if key is None:
-            said = (
+            text = (
                 "the key is unknown, expired or revoked"
                 if scheme
                 else "the header Authorization: Bearer <key> is missing"
             )
-            raise HttpProblem("no-key", said, headers={"WWW-Authenticate": "Bearer"})
+            raise HttpProblem("no-key", text, headers={"WWW-Authenticate": "Bearer"})
         if self.scope not in key.scopes:
             raise HttpProblem("no-scope", f"requires scope {self.scope}; the key has {', '.join(key.scopes)}")
         request.state.key = key
@@ -93,10 +93,10 @@ class AdminRoute(Route):
     scope = Scope.ADMIN
 
 
-class _ReadRequest(Request):
+class _BodyRequest(Request):
     """A request that receives its body, whose bytes count among those that the service holds, for `intake.reading`."""
 
-    _sent: Sent
+    _sent: ReceivedBody
     _held = 0
 
     async def receive_body(self) -> None:
@@ -116,16 +116,16 @@ class _ReadRequest(Request):
         try:
             async with asyncio.timeout_at(due_s) as timeout:
                 async for chunk in self.stream():
-                    self._hold(len(chunk))
+                    self._count_bytes(len(chunk))
                     body += chunk
                     timeout.reschedule(due_s + len(body) / limits.body_rate)
         except TimeoutError:
             raise HttpProblem("too-slow", headers={"Connection": "close"}) from None
         except ClientDisconnect:  # nobody reads the answer; its status is for the log and the metrics
             raise HttpProblem("bad-request", "the body is incomplete") from None
-        self._sent = Sent(bytes(body), self.state.owner)
+        self._sent = ReceivedBody(bytes(body), self.state.owner)
 
-    def _hold(self, count: int) -> None:
+    def _count_bytes(self, count: int) -> None:
         """Count received bytes. Raises HttpProblem if there are too many for this body or in all."""
         state = state_of(self.app)
         limits = state.settings.limits

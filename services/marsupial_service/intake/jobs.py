@@ -7,7 +7,7 @@ from marsupial.model.planning import EngineInfo
 from marsupial.planning.checker import check
 from marsupial_service.analyses.analysis import INCLUDE, analysis
 from marsupial_service.analyses.maps import MapState, image_cells, map_state_of
-from marsupial_service.analyses.situations import budget_of, reading_of, refuse, situation_of
+from marsupial_service.analyses.situations import budget_of, field_error, parsed_plan, situation_of
 from marsupial_service.entries.documents import line
 from marsupial_service.examples.demos import DEMOS
 from marsupial_service.intake import counts
@@ -29,7 +29,7 @@ def job_of(body: JobBody, sent: ParsedBody, limits: ServiceLimits, planners: Map
     info = _planner(job.planner, planners)
     budget = budget_of(job.budget, limits, DEFAULT_BUDGET_S)
     if budget.steps is not None and not info.deterministic_steps:
-        raise refuse("budget.steps", f"planner {job.planner!r} does not support steps; give a budget in seconds")
+        raise field_error("budget.steps", f"planner {job.planner!r} does not support steps; give a budget in seconds")
     if isinstance(job, SituationJobBody):  # only to check that it can be read: the worker reads it again
         situation_of(job.situation, limits)
     else:
@@ -40,14 +40,14 @@ def job_of(body: JobBody, sent: ParsedBody, limits: ServiceLimits, planners: Map
 def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:
     names = planner_names(planners)
     if name not in names:
-        raise refuse("planner", f"unknown planner {name!r}; available: {', '.join(sorted(names))}")
+        raise field_error("planner", f"unknown planner {name!r}; available: {', '.join(sorted(names))}")
     info = planner_info(name, planners)
     if info.missing is not None:
-        raise refuse("planner", f"planner {name!r} is not available here: {info.missing}")
+        raise field_error("planner", f"planner {name!r} is not available here: {info.missing}")
     return info
 
 
-def tell_map(asked: tuple[str, ServiceLimits]) -> Iterator[bytes | None]:
+def encode_job_map(asked: tuple[str, ServiceLimits]) -> Iterator[bytes | None]:
     """Yield the map in what was sent for a job, as JSON, None if there is none; the function of a job."""
     source, limits = asked
     job = JobBody.model_validate(json.loads(source)).root
@@ -65,7 +65,7 @@ def situation_text(source: str) -> bytes | None:
     return line({"situation": sent["situation"], "places": None}).encode() if "situation" in sent else None
 
 
-def tell_situation(source: str) -> Iterator[bytes | None]:
+def encode_situation(source: str) -> Iterator[bytes | None]:
     """Yield the situation in what was sent for a job; the function of a job."""
     yield situation_text(source)
 
@@ -78,7 +78,7 @@ def analysis_of(body: AnalysisBody, _: ParsedBody, limits: ServiceLimits) -> tup
 def verdict_of(body: ValidationBody, _: ParsedBody, limits: ServiceLimits) -> answers.VerdictAnswer:
     """Return the verdict on a plan. Raises InputError if it, or its situation, can't be read."""
     situation = situation_of(body.situation, limits)
-    reading = reading_of(body.plan, situation)
+    reading = parsed_plan(body.plan, situation)
     actions, retimed = len(reading.plan.actions), len(reading.mended)
     return answers.VerdictAnswer.of(check(situation, reading.plan), actions=actions, retimed=retimed)
 

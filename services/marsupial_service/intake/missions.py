@@ -16,7 +16,7 @@ from marsupial.model.runs import Runs, cells_in, drawn, known_runs, runs_fault
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.sizes import Extent
 from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
-from marsupial_service.analyses.situations import budget_of, refuse
+from marsupial_service.analyses.situations import budget_of, field_error
 from marsupial_service.analyses.team import ORIGIN, Types, cell_of, entries_of, types_of
 from marsupial_service.entries.documents import text_of
 from marsupial_service.entries.records import canonical_text, digest_of
@@ -39,7 +39,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     """
     check_count("/frame", body.frame.width * body.frame.height, limits.cells, "cells")
     budget, engine = budget_of(body.budget, limits, DEFAULT_BUDGET_S), _engine(body, commands)
-    grid, types = _field(body, limits)
+    grid, types = _map_and_types(body, limits)
     notes = Notes()
     entries = entries_of(body.team, types, grid, notes.below("team"))
     _check_starts(entries, body, types, grid)
@@ -63,21 +63,21 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     try:
         decider = strategy(brief.strategy, planner=engine, budget=budget)
     except (UsageError, EngineUnavailable) as error:
-        raise refuse("planner", brief.without_command(str(error))) from error
+        raise field_error("planner", brief.without_command(str(error))) from error
     try:
         check_suits(decider, [types[robot.type].role for robot in brief.robots])
     except ScenarioError as error:
-        raise refuse("strategy", str(error)) from error
+        raise field_error("strategy", str(error)) from error
     return brief
 
 
 def _check_starts(entries: Sequence[MemberEntry], body: MissionBody, types: Types, grid: Grid) -> None:
     """Note robots on ground that is known to be none for them; where it is unknown, the mission waits for a map."""
     for kind in types.values():
-        hopeful = replace(grid, cells=np.where(grid.cells == UNKNOWN, np.uint8(min(kind.terrains)), grid.cells))
+        explored = replace(grid, cells=np.where(grid.cells == UNKNOWN, np.uint8(min(kind.terrains)), grid.cells))
         for entry, sent in zip(entries, body.team, strict=True):
             start = entry.member.start
-            if entry.member.type == kind.name and start is not None and not fits(hopeful, kind, start):
+            if entry.member.type == kind.name and start is not None and not fits(explored, kind, start):
                 fault = standing_fault(grid, kind, start)
                 key = "cell" if sent.pose_m is None else "pose_m"
                 entry.notes.wrong(key, f"a {kind.name} can't stand at [{start.x}, {start.y}]: {fault}")
@@ -85,13 +85,13 @@ def _check_starts(entries: Sequence[MemberEntry], body: MissionBody, types: Type
 
 def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
     if not is_strategy(body.strategy):
-        raise refuse("strategy", f"unknown strategy {body.strategy!r}; available: {', '.join(strategy_names())}")
+        raise field_error("strategy", f"unknown strategy {body.strategy!r}; available: {', '.join(strategy_names())}")
     if ":" in body.planner and body.planner not in commands:
-        raise refuse("planner", "must be the name of a planner, not a command line")
+        raise field_error("planner", "must be the name of a planner, not a command line")
     return commands.get(body.planner, body.planner)
 
 
-def _field(body: MissionBody, limits: ServiceLimits) -> tuple[Grid, Types]:
+def _map_and_types(body: MissionBody, limits: ServiceLimits) -> tuple[Grid, Types]:
     """Return the known map, and the robot types for it."""
     frame = body.frame
     notes = Fields({"terrains": body.terrains, "robot_types": body.robot_types}, "", [])
@@ -130,11 +130,11 @@ def report_of(
     `frame` is that of the mission when the report comes; None for the one that it was created with.
     """
     notes, first = Notes(), MissionFrame.of(brief.grid)
-    told = frame or first
+    own = frame or first
     if body.frame is not None:
-        told = _frame(body.frame, brief.grid, notes, (limits or ServiceLimits()).cells) or told
+        own = _frame(body.frame, brief.grid, notes, (limits or ServiceLimits()).cells) or own
         notes.check(ScenarioError)
-    grid = told.grid(brief.grid, np.broadcast_to(np.uint8(UNKNOWN), (told.height, told.width)))
+    grid = own.grid(brief.grid, np.broadcast_to(np.uint8(UNKNOWN), (own.height, own.width)))
     _check_names(body, {robot.name for robot in brief.robots}, notes)
     _check_map(body, grid, notes)
     robots = []
@@ -162,7 +162,7 @@ def report_of(
         failed=tuple((failed.id, failed.reason) for failed in body.failed),
         lost=tuple((lost.robot, lost.reason) for lost in body.lost),
         robot=body.robot,
-        frame=None if told == first else told,
+        frame=None if own == first else own,
     )
 
 
@@ -174,13 +174,13 @@ def reports_of(
     Cells of each are of the frame that those before it leave.
     """
     is_batch = isinstance(body.root, BatchBody)
-    told = sum(sum(seen.runs[1::3]) for one in _bodies(body) for seen in one.revealed)  # lengths of runs
-    check_count("/reports" if is_batch else "/revealed", told, max(limits.cells, frame.size), "cells")
+    revealed = sum(sum(seen.runs[1::3]) for one in _bodies(body) for seen in one.revealed)  # lengths of runs
+    check_count("/reports" if is_batch else "/revealed", revealed, max(limits.cells, frame.size), "cells")
     if isinstance(body.root, ReportBody):
         return [(report_of(body.root, brief, frame, limits), sent.digest)], False
     # the maps of a batch may have no more cells in all than one map may have: few runs make many cells
     frames = [one.frame for one in body.root.reports if one.map is not None]
-    cells = sum(frame.size if told is None else told.width * told.height for told in frames)
+    cells = sum(frame.size if one is None else one.width * one.height for one in frames)
     check_count("/reports", cells if len(frames) > 1 else 0, limits.cells, "cells in their maps")
     digests = [digest_of(canonical_text(one)) for one in sent.document["reports"]]
     reports: list[MissionReport] = []
@@ -211,9 +211,9 @@ def _check_names(body: ReportBody, known: set[str], notes: Notes) -> None:
     """Note robots that are not of the team, and duplicates."""
     names = [(f"robots[{i}].name", note.name) for i, note in enumerate(body.robots)]
     lost = [(f"lost[{i}].robot", one.robot) for i, one in enumerate(body.lost)]
-    teller = [] if body.robot is None else [("robot", body.robot)]
-    seers = [(f"revealed[{i}].robot", seen.robot) for i, seen in enumerate(body.revealed)]
-    for path, name in (*teller, *names, *lost, *seers):
+    reporter = [] if body.robot is None else [("robot", body.robot)]
+    observers = [(f"revealed[{i}].robot", seen.robot) for i, seen in enumerate(body.revealed)]
+    for path, name in (*reporter, *names, *lost, *observers):
         if name not in known:
             notes.wrong(path, f"unknown robot {name!r}")
     ids = [(f"finished[{i}]", number) for i, number in enumerate(body.finished)]
@@ -266,6 +266,6 @@ def known_map_text(known: Grid) -> bytes:
     return text_of(KnownMapAnswer.of(known, runs=known_runs(known.cells))).encode()
 
 
-def tell_known_map(known: Grid) -> Iterator[bytes]:
+def encode_known_map(known: Grid) -> Iterator[bytes]:
     """Yield a map as JSON; the function of a job."""
     yield known_map_text(known)

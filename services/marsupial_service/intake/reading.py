@@ -31,7 +31,7 @@ B = TypeVar("B", bound=BaseModel)
 T = TypeVar("T")
 
 
-class Sent(NamedTuple):
+class ReceivedBody(NamedTuple):
     """A received body and its sender."""
 
     data: bytes
@@ -65,27 +65,29 @@ class ParsedBody(NamedTuple):
         return digest_of(self.text)
 
 
-async def read(readers: RequestProcesses, limits: ServiceLimits, sent: Sent, reader: BodyReader[B, T], *more: Any) -> T:
+async def read(
+    readers: RequestProcesses, limits: ServiceLimits, sent: ReceivedBody, reader: BodyReader[B, T], *more: Any
+) -> T:
     """Return the value of a body; a large one is read by `readers`. Raises HttpProblem."""
     if len(sent.data) <= INLINE_BYTES:
         document = parse(sent.data)
         body = _validated(document, reader, limits)
         if len(sent.data) <= QUICK_BYTES and reader.is_quick is not None and reader.is_quick(body):
-            return _made(document, body, reader, limits, more)
+            return _converted(document, body, reader, limits, more)
         if reader.cells is None or reader.cells(body) <= INLINE_CELLS:
-            return await asyncio.to_thread(_made, document, body, reader, limits, more)
-    found = await readers.value_of(sent.owner, read_elsewhere, (sent.data, reader, limits, more))
+            return await asyncio.to_thread(_converted, document, body, reader, limits, more)
+    found = await readers.value_of(sent.owner, read_in_process, (sent.data, reader, limits, more))
     if isinstance(found, HttpProblem):
         raise found
     return found  # type: ignore[return-value]
 
 
-def read_elsewhere(job: tuple[bytes, BodyReader[B, T], ServiceLimits, tuple[Any, ...]]) -> Iterator[T | HttpProblem]:
+def read_in_process(job: tuple[bytes, BodyReader[B, T], ServiceLimits, tuple[Any, ...]]) -> Iterator[T | HttpProblem]:
     """Yield the value of a body, or what is wrong with it; the function of a job."""
     data, reader, limits, more = job
     try:
         document = parse(data)
-        yield _made(document, _validated(document, reader, limits), reader, limits, more)
+        yield _converted(document, _validated(document, reader, limits), reader, limits, more)
     except HttpProblem as problem:
         yield problem
 
@@ -98,7 +100,7 @@ def _validated(document: Any, reader: BodyReader[B, T], limits: ServiceLimits) -
         raise problem_of_shape(error, document) from None
 
 
-def _made(document: Any, body: B, reader: BodyReader[B, T], limits: ServiceLimits, more: tuple[Any, ...]) -> T:
+def _converted(document: Any, body: B, reader: BodyReader[B, T], limits: ServiceLimits, more: tuple[Any, ...]) -> T:
     try:
         return reader.make(body, ParsedBody(document, canonical_text(document)), limits, *more)
     except MarsupialError as error:

@@ -20,7 +20,7 @@ from marsupial.model.grid import MapReading
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Scenario
 from marsupial_service.analyses.maps import decoded_image, yaml_header
-from marsupial_service.analyses.situations import budget_of, refuse
+from marsupial_service.analyses.situations import budget_of, field_error
 from marsupial_service.intake.missions import DEFAULT_BUDGET_S, brief_of
 from marsupial_service.intake.reading import INLINE_CELLS, BodyReader, ParsedBody
 from marsupial_service.missions.simulated import mission_document
@@ -56,13 +56,13 @@ def simulation_of(
         try:
             scenario = bare_map_scenario(asked.map.name, reading.grid, asked.carriers, asked.rovers, limits.sizes)
         except ScenarioError as error:
-            raise refuse("map.yaml", str(error)) from error
+            raise field_error("map.yaml", str(error)) from error
         warnings = describe(scenario.grid, scenario.robot_types, reading=reading).warnings
     team = _placed(asked, scenario, warnings)
     try:
         planner = str(planner_for(asked.strategy, asked.planner))
     except EngineUnavailable as error:
-        raise refuse("strategy", str(error)) from error
+        raise field_error("strategy", str(error)) from error
     document = mission_document(
         scenario,
         team,
@@ -80,7 +80,7 @@ def simulation_of(
 def _built_in(asked: ScenarioSimulationBody, limits: ServiceLimits) -> Scenario:
     if asked.scenario not in SCENARIOS:
         said = unknown("scenario", asked.scenario, SCENARIOS)
-        raise refuse("scenario", f"{said}; available: {', '.join(SCENARIOS)}")
+        raise field_error("scenario", f"{said}; available: {', '.join(SCENARIOS)}")
     scenario = builtin_scenario(asked.scenario, asked.carriers, asked.rovers)
     check_count("/scenario", scenario.grid.cells.size, limits.cells, "cells")
     return scenario
@@ -95,7 +95,9 @@ def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
     assert image is not None
     meant = PureWindowsPath(header.image)  # whose separators are those of all systems
     if body.image_name is not None and PureWindowsPath(body.image_name).stem != meant.stem:
-        raise refuse("map.image_base64", f"must be the image that the yaml names, {meant.name}, got {body.image_name}")
+        raise field_error(
+            "map.image_base64", f"must be the image that the yaml names, {meant.name}, got {body.image_name}"
+        )
     return understand_image(header, image)
 
 
@@ -110,9 +112,9 @@ def _placed(asked: Asked, scenario: Scenario, warnings: Sequence[str]) -> tuple[
         raise InputError([said, *(Problem("map", f"warning: {text}") for text in warnings)]) from error
 
 
-def _elsewhere(_: SimulationBody) -> int:
+def _never_inline(_: SimulationBody) -> int:
     # never in the server's process: placing a team takes a while
     return INLINE_CELLS + 1
 
 
-SIMULATION_READER = BodyReader(model=SimulationBody, counts=(), make=simulation_of, cells=_elsewhere)
+SIMULATION_READER = BodyReader(model=SimulationBody, counts=(), make=simulation_of, cells=_never_inline)

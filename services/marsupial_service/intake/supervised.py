@@ -22,20 +22,20 @@ from marsupial_service.problems import HttpProblem
 _TRIES = 3
 _RETRY_S = 2
 # ends that the process caused itself: a restart would not help
-_OWN = (Ending.TIMEOUT, Ending.MEMORY, Ending.CRASHED)
+_OWN_FAULTS = (Ending.TIMEOUT, Ending.MEMORY, Ending.CRASHED)
 # how long to wait for room on a cluster, which has room as long as it has a node
 _ROOM_S = 5.0
 # most processes at a time. They have their own threads, so that starting processes never blocks other work
-_MOST = 16
+_MOST_PROCESSES = 16
 
 log = logging.getLogger("marsupial.service")
 
 
-class Supervised:
-    """Supervised processes; `leave` ends all current and future ones."""
+class SupervisedProcesses:
+    """Supervised processes; `begin_shutdown` ends all current and future ones."""
 
     def __init__(self) -> None:
-        self._threads = ThreadPoolExecutor(_MOST, "supervised")
+        self._threads = ThreadPoolExecutor(_MOST_PROCESSES, "supervised")
         self._lock = threading.Lock()
         self._runs: set[processes.JobRun] = set()
         self._leaving = False
@@ -47,7 +47,7 @@ class Supervised:
         job = Job(function=function, argument=argument, limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes))
         return await asyncio.get_running_loop().run_in_executor(self._threads, self._first, job)
 
-    def leave(self) -> None:
+    def begin_shutdown(self) -> None:
         """End all processes; return at once."""
         with self._lock:
             self._leaving = True
@@ -57,14 +57,14 @@ class Supervised:
     def _first(self, job: Job) -> object:
         for _ in range(_TRIES):
             event = self._event(job)
-            if isinstance(event, Message) or event.ending in _OWN:
+            if isinstance(event, Message) or event.ending in _OWN_FAULTS:
                 break
         return _value_in(event)
 
     def _event(self, job: Job) -> Message | Ended:
         if self._leaving:
-            raise _not_now("the service is shutting down")
-        run = _begun(processes.run, job)
+            raise _unavailable("the service is shutting down")
+        run = _started(processes.run, job)
         with self._lock:
             self._runs.add(run)
             if self._leaving:  # meanwhile
@@ -80,28 +80,28 @@ class Supervised:
 async def value_on(
     runner: Runner, function: Callable[[Any], Iterable[object]], argument: object, *, seconds: float, memory_bytes: int
 ) -> object:
-    """Return the first value of a function that is run by `runner`, as `Supervised.value_of` does on this machine."""
+    """Return the first value of a function run by `runner`, as `SupervisedProcesses.value_of` does on this machine."""
     job = Job(function=function, argument=argument, limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes))
     with closing(runner.reserve(0)) as reservation:
         try:
             async with asyncio.timeout(_ROOM_S):
                 await asyncio.to_thread(reservation.wait)
         except TimeoutError:
-            raise _not_now("no cluster node is ready") from None
+            raise _unavailable("no cluster node is ready") from None
         return _value_in(await asyncio.to_thread(_event_in, reservation, job))
 
 
 def _event_in(reservation: Reservation, job: Job) -> Message | Ended:
-    with closing(_begun(reservation.run, job)) as run:
+    with closing(_started(reservation.run, job)) as run:
         return next(run)
 
 
-def _begun(run: Callable[[Job], processes.JobRun], job: Job) -> processes.JobRun:
+def _started(run: Callable[[Job], processes.JobRun], job: Job) -> processes.JobRun:
     try:
         return run(job)
     except InternalError as error:
         log.error("a process can't be started", extra={"reason": str(error)})
-        raise _not_now("no process can be started; see the server log") from error
+        raise _unavailable("no process can be started; see the server log") from error
 
 
 def _value_in(event: Message | Ended) -> object:
@@ -112,18 +112,18 @@ def _value_in(event: Message | Ended) -> object:
     if event.ending is Ending.CRASHED:
         log.error("a process crashed", extra={"reason": event.detail, "output": event.output})
         raise HttpProblem("internal", "the process for this request crashed; see the server log")
-    raise _not_now("the process for this request was killed")
+    raise _unavailable("the process for this request was killed")
 
 
-def _not_now(said: str) -> HttpProblem:
-    return HttpProblem("not-ready", said, headers={"Retry-After": str(_RETRY_S)})
+def _unavailable(text: str) -> HttpProblem:
+    return HttpProblem("not-ready", text, headers={"Retry-After": str(_RETRY_S)})
 
 
 @dataclass(slots=True, kw_only=True)
 class RequestProcesses:
-    """Processes that serve one request each, a limited number at a time: keys take turns, and are charged for use."""
+    """Processes that serve one request each, a limited number at a time; keys take turns, and are charged for use."""
 
-    supervised: Supervised
+    supervised: SupervisedProcesses
     slots: Slots
     seconds: float  # limits of each process: its time, and below its memory
     memory_bytes: int
@@ -134,18 +134,18 @@ class RequestProcesses:
     ) -> object:
         """Return the first value of `function`, run in a process as soon as it is the owner's turn.
 
-        Raises TooMany if there was no turn within `wait_s`, or the owner waits for as many turns as there are slots
-        already; HttpProblem if there is no value within the limits.
+        Raises TooMany if no slot was free within `wait_s`, or the owner already waits for as many slots as there are;
+        HttpProblem if there is no value within the limits.
         """
         slots = self.slots
-        said = f"at most {slots.count} such requests run at a time, and as many of one key wait"
+        text = f"at most {slots.count} such requests run at a time, and as many of one key wait"
         if wait_s is not None and slots.waiting(owner) >= slots.count:
-            raise TooMany(said)
+            raise TooMany(text)
         try:
             async with asyncio.timeout(wait_s):
                 slot = await slots.for_owner(owner)
         except TimeoutError:
-            raise TooMany(said) from None
+            raise TooMany(text) from None
         with slots.taken(slot):
             begun_s = time.monotonic()
             try:

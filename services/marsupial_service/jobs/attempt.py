@@ -16,7 +16,7 @@ from marsupial.processes.runner import Reservation
 from marsupial_service.jobs import table
 from marsupial_service.jobs.records import Analysed, Closed, Found, JobSettings, WorkerTask
 from marsupial_service.jobs.work import GAVE_UP, solve
-from marsupial_service.schemas.words import JobOutcome
+from marsupial_service.schemas.enums import JobOutcome
 from marsupial_service.store import Store, StoreError, Transaction
 
 # how long a planner that enforces its own budget may exceed it before it is stopped: ours, an operator's
@@ -25,7 +25,7 @@ _SLACK_S, _COMMAND_SLACK_S = 1.0, 0.5
 # a slow disk does not block a planner at once; a planner that floods the store waits
 _MOST_UNSTORED = 16
 # pause before a failed write is repeated
-_AGAIN_S = 1.0
+_RETRY_S = 1.0
 
 _OUTCOMES: Mapping[Ending, JobOutcome] = {
     Ending.FINISHED: JobOutcome.ENGINE_FAILED,
@@ -108,7 +108,7 @@ class Attempt:
             run.close()
             # by the supervisor's clock, if possible: waiting for the store is not planning
             self.took_s = time.monotonic() - self._begun_s if ended is None else self.took_s + ended.wall_s
-        return self._closed or self._judge(ended)
+        return self._closed or self._outcome_of(ended)
 
     def _job(self) -> Job:
         claim, settings = self.claim, self._settings
@@ -127,14 +127,14 @@ class Attempt:
         match value:
             case Found() as found:
                 self._has_plan = True
-                self._keep(lambda tx: table.add_plan(tx, claim, found, now_ms))
+                self._store_later(lambda tx: table.add_plan(tx, claim, found, now_ms))
             case Analysed() as analysed:
-                self._keep(lambda tx: table.add_analysis(tx, claim, analysed))
+                self._store_later(lambda tx: table.add_analysis(tx, claim, analysed))
             case Closed() as closed:
                 self._closed = closed
         self._wait_stored(_MOST_UNSTORED)
 
-    def _keep(self, write: Callable[[Transaction], bool]) -> None:
+    def _store_later(self, write: Callable[[Transaction], bool]) -> None:
         self._unstored.append((write, self._store.write(write)))
 
     def _wait_stored(self, at_most: int) -> None:
@@ -142,11 +142,11 @@ class Attempt:
         while len(self._unstored) > at_most:
             write, written = self._unstored.popleft()
             while (error := written.exception()) is not None:
-                if not isinstance(error, StoreError) or self._cancelled.wait(_AGAIN_S):
+                if not isinstance(error, StoreError) or self._cancelled.wait(_RETRY_S):
                     raise error
                 written = self._store.write(write)
 
-    def _judge(self, ended: Ended) -> Closed | AttemptLost:
+    def _outcome_of(self, ended: Ended) -> Closed | AttemptLost:
         """Convert the end of the processes to an end of the attempt."""
         if self._cancelled.is_set() or ended.ending in (Ending.KILLED, Ending.CANCELLED):
             return self._lost(ended.detail)

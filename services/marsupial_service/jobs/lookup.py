@@ -5,12 +5,12 @@ import zlib
 from marsupial.model.planning import Budget
 from marsupial_service.entries.documents import line, text_with
 from marsupial_service.entries.records import UnknownEntry
-from marsupial_service.entries.table import EntryTable, made_of
-from marsupial_service.jobs.records import MOVES, Analysed, JobRecord
-from marsupial_service.moments import timestamp
-from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
+from marsupial_service.entries.table import EntryTable, record_of
+from marsupial_service.jobs.records import TRANSITIONS, Analysed, JobRecord
+from marsupial_service.schemas.enums import JobEventType, JobOutcome, JobState
 from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.transaction import StoreReader
+from marsupial_service.timestamps import timestamp
 
 _SELECT = """
 SELECT jobs.*, plans.makespan_ms
@@ -42,7 +42,7 @@ def source_text(reader: StoreReader, job: str) -> str | None:
 
 
 def _job(row: StoreRow) -> JobRecord:
-    return made_of(
+    return record_of(
         JobRecord,
         row,
         state=JobState(row["state"]),
@@ -52,6 +52,12 @@ def _job(row: StoreRow) -> JobRecord:
 
 
 JOBS = EntryTable(
-    name="jobs", events_name="events", noun="job", select=_SELECT, record=_job, event_type=JobEventType, moves=MOVES
+    name="jobs",
+    events_name="events",
+    noun="job",
+    select=_SELECT,
+    record=_job,
+    event_type=JobEventType,
+    transitions=TRANSITIONS,
 )
 """The table of jobs."""

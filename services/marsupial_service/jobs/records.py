@@ -14,7 +14,7 @@ from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial_service.entries.records import EntrySettings, StoredEntry
-from marsupial_service.schemas.words import JobOutcome, JobState
+from marsupial_service.schemas.enums import JobOutcome, JobState
 from marsupial_service.settings import ServiceLimits
 
 STATE_OF: Mapping[JobOutcome, JobState] = {
@@ -27,7 +27,7 @@ STATE_OF: Mapping[JobOutcome, JobState] = {
 
 FINAL = frozenset(STATE_OF.values())
 
-MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
+TRANSITIONS: Mapping[StrEnum, frozenset[StrEnum]] = {
     JobState.QUEUED: frozenset({JobState.RUNNING, JobState.CANCELLED}),
     JobState.RUNNING: frozenset({JobState.QUEUED, *FINAL}),
     **dict.fromkeys(FINAL, frozenset[StrEnum]()),

@@ -2,7 +2,7 @@
 
 Everything here runs in one event loop. Blocking work runs elsewhere: reads and writes in the store's threads, each
 running job in its slot's thread, planning in separate processes. Each slot waits for a job in the queue and for room
-on a machine, and only then claims the job, as another server might run it meanwhile. `turns` decides which job is
+on a machine, and only then claims the job, as another server might run it meanwhile. `scheduling` decides which job is
 next and which is preempted; `attempt` runs one.
 """
 
@@ -21,13 +21,13 @@ from marsupial.processes.runner import LOCAL, Reservation, Runner
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slot, Slots
-from marsupial_service.jobs import table, turns, work
+from marsupial_service.jobs import scheduling, table, work
 from marsupial_service.jobs.attempt import Attempt, AttemptLost
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.records import Closed, JobRecord, JobSettings, Metrics, PackedRequest
-from marsupial_service.moments import wall_clock_ms
-from marsupial_service.schemas.words import JobOutcome
+from marsupial_service.schemas.enums import JobOutcome
 from marsupial_service.store import Store, StoreError
+from marsupial_service.timestamps import wall_clock_ms
 
 # modules that all workers need, loaded before the fork
 PRELOAD = (*engines.PRELOAD, work.load_planners)
@@ -35,14 +35,14 @@ PRELOAD = (*engines.PRELOAD, work.load_planners)
 _CPUS = 1.0
 
 _BUSY_RETRY_S = 1
-_HANG_S = 1.0
+_STOP_S = 1.0
 # pause between checks whether to preempt a running job, while others wait
-_LOOK_S = 0.25
+_CHECK_S = 0.25
 
 log = logging.getLogger("marsupial.jobs")
 
 
-class _Claimed(NamedTuple):
+class _ClaimedJob(NamedTuple):
     """A claimed job and where it will run; leaving `held` releases the slot and the reservation."""
 
     claim: table.Claim
@@ -66,31 +66,31 @@ class Jobs(Entries[JobRecord]):
         self._settings = settings
         self._slots = slots or Slots(self._limits.slots)
         self._threads = ThreadPoolExecutor(self._limits.slots, "job")
-        self._anew = engines.PROCESSES | settings.commands.keys()
+        self._restarting = engines.PROCESSES | settings.commands.keys()
         self._attempts: set[Attempt] = set()
         self._ours: set[tuple[int, int]] = set()
         self._is_claiming = False
         self._storing = 0
         self._claiming = asyncio.Lock()
-        self._asked: Reservation | None = None
+        self._reservation: Reservation | None = None
 
     async def start(self) -> None:
         """Recover the jobs that an earlier run left, and begin to run jobs."""
         await self._begin(PRELOAD)
-        self._start("make way", self._make_way)
+        self._start("preempt", self._preempt)
         for _ in range(self._limits.slots):
             self._start("slot", self._slot)
 
     async def stop(self, grace_s: float = 2.0) -> None:
         """End streams and processes; running jobs go back into the queue and continue after the next start."""
-        self.leave()
-        if self._asked is not None:
-            self._asked.close()
+        self.begin_shutdown()
+        if self._reservation is not None:
+            self._reservation.close()
         for attempt in self._attempts:
             attempt.cancel()
         if not self.background.running:
             return
-        _, left = await asyncio.wait(self.background.running, timeout=min(_HANG_S, grace_s))
+        _, left = await asyncio.wait(self.background.running, timeout=min(_STOP_S, grace_s))
         if left:  # for example slots that wait for the fork server
             await asyncio.to_thread(self._runner.shutdown)
             _, left = await asyncio.wait(left, timeout=grace_s)
@@ -135,19 +135,19 @@ class Jobs(Entries[JobRecord]):
         """Return counts for operators."""
         return await self.read(lambda reader: table.counts(reader, self._slots))
 
-    async def _take_up(self) -> None:
+    async def _recover(self) -> None:
         ours = None if self._is_claiming else frozenset(self._ours)
         await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), ours, self.quota))
 
-    async def _make_way(self) -> None:
+    async def _preempt(self) -> None:
         """Preempt jobs on any server for owners who have none running."""
-        while await self._some_wait():
-            await self._pause(_LOOK_S)
+        while await self._wait_for_queue():
+            await self._pause(_CHECK_S)
             with suppress(StoreError):
-                if not await self.read(lambda reader: turns.unserved(reader, self.now_ms())):
+                if not await self.read(lambda reader: scheduling.starved_owners(reader, self.now_ms())):
                     continue
                 job = await self.write(
-                    lambda tx: table.make_way(tx, self._settings, self.now_ms(), self._anew, self.quota)
+                    lambda tx: table.preempt(tx, self._settings, self.now_ms(), self._restarting, self.quota)
                 )
                 if job is not None:
                     log.info("job preempted for another key", extra={"job": job})
@@ -158,25 +158,25 @@ class Jobs(Entries[JobRecord]):
             await asyncio.to_thread(self._runner.warm_up, wait=True)
         while not self.stopping:
             async with self._claiming:  # one slot at a time: otherwise all would wait for the same job
-                claimed = await self._claimed()
+                claimed = await self._next_claimed()
             if claimed is not None:
                 with claimed.held:
-                    await self._attend(claimed)
+                    await self._run_claimed(claimed)
 
-    async def _claimed(self) -> _Claimed | None:
+    async def _next_claimed(self) -> _ClaimedJob | None:
         """Wait for a job, a slot and room; only then claim a job, as it might run elsewhere by then. None at `stop`."""
-        while await self._some_wait():
+        while await self._wait_for_queue():
             with ExitStack() as held:
                 slot = held.enter_context(self._slots.taken(await self._slots.for_job()))
                 reservation = held.enter_context(closing(self._runner.reserve(_CPUS)))
-                if not await self._is_there(reservation, slot):
+                if not await self._wait_for_room(reservation, slot):
                     continue
                 claim = await self._claim()
                 if claim is not None:
-                    return _Claimed(claim, slot, reservation, held.pop_all())
+                    return _ClaimedJob(claim, slot, reservation, held.pop_all())
         return None
 
-    async def _some_wait(self) -> bool:
+    async def _wait_for_queue(self) -> bool:
         """Wait until there is a job in the queue, then return True; return False at `stop`."""
         with self.subscriptions.subscribe(table.QUEUE) as news:
             while not self.stopping:
@@ -190,7 +190,7 @@ class Jobs(Entries[JobRecord]):
         """Claim a job, if one waits; from now on it is among this server's."""
         self._is_claiming = True
         try:
-            claim = await self.write_until_stored(lambda tx: table.claim(tx, self.now_ms(), self._anew))
+            claim = await self.write_until_stored(lambda tx: table.claim(tx, self.now_ms(), self._restarting))
             if claim is not None:
                 self._ours.add((claim.number, claim.term))
         finally:
@@ -202,25 +202,25 @@ class Jobs(Entries[JobRecord]):
             return await self.read(table.is_queued)
         return True  # the attempt to claim a job waits for the store
 
-    async def _is_there(self, reservation: Reservation, slot: Slot) -> bool:
+    async def _wait_for_room(self, reservation: Reservation, slot: Slot) -> bool:
         """Wait for room, until `stop`; a mission that needs the slot meanwhile gets it."""
-        self._slots.let_break(slot, reservation.close)
-        self._asked = reservation
+        self._slots.allow_preemption(slot, reservation.close)
+        self._reservation = reservation
         there = not self.stopping and await asyncio.get_running_loop().run_in_executor(self._threads, reservation.wait)
-        slot.breaks = self._asked = None
-        return there and not slot.is_wanted and not self.stopping
+        slot.preempt = self._reservation = None
+        return there and not slot.is_preempted and not self.stopping
 
-    async def _attend(self, claimed: _Claimed) -> None:
+    async def _run_claimed(self, claimed: _ClaimedJob) -> None:
         """Run an attempt at a job and store how it ended."""
         claim = claimed.claim
         attempt = Attempt(claim, claimed.reservation, self._store, self._settings, self.now_ms)
         end = await self._attempt(attempt, claimed.slot)
         self._settings.planned(claim.owner, attempt.took_s)
         try:
-            await self._settle(attempt, end)
+            await self._store_end(attempt, end)
         except Exception as error:
             log.exception("the end of a job could not be stored", extra={"job": claim.id})
-            await self._settle(attempt, _failed(error))
+            await self._store_end(attempt, _failed(error))
         finally:
             self._ours.discard((claim.number, claim.term))
 
@@ -228,7 +228,7 @@ class Jobs(Entries[JobRecord]):
         claim = attempt.claim
         self._attempts.add(attempt)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
-        self._slots.let_break(slot, attempt.cancel)
+        self._slots.allow_preemption(slot, attempt.cancel)
         watch = self._start("cancellation", partial(self._watch_cancellation, attempt))
         try:
             if self.stopping:
@@ -239,24 +239,24 @@ class Jobs(Entries[JobRecord]):
             return _failed(error)
         finally:
             watch.cancel()
-            slot.breaks = None
+            slot.preempt = None
             self._attempts.discard(attempt)
 
     async def _watch_cancellation(self, attempt: Attempt) -> None:
         """Cancel an attempt when its job is cancelled or preempted, by any server."""
-        with self.subscriptions.subscribe(table.broken_off(attempt.claim.id)) as news:
-            while await self._goes_on(attempt.claim):
+        with self.subscriptions.subscribe(table.interrupted(attempt.claim.id)) as news:
+            while await self._is_running(attempt.claim):
                 await news.wait()
                 news.clear()
             attempt.cancel()
 
-    async def _goes_on(self, claim: table.Claim) -> bool:
+    async def _is_running(self, claim: table.Claim) -> bool:
         while True:
             with suppress(StoreError):
                 return await self.read(lambda reader: table.is_running(reader, claim))
             await asyncio.sleep(RETRY_S)  # the job can't be cancelled while the store is unavailable
 
-    async def _settle(self, attempt: Attempt, end: Closed | AttemptLost) -> None:
+    async def _store_end(self, attempt: Attempt, end: Closed | AttemptLost) -> None:
         """Store how an attempt ended. Its time up to a cancellation is charged already; add the rest."""
         claim, took_ms = attempt.claim, round(1000 * attempt.took_s)
         if isinstance(end, Closed):
@@ -267,7 +267,7 @@ class Jobs(Entries[JobRecord]):
                 log.info("job ended", extra={"job": claim.id, "outcome": end.outcome.value})
         else:
             in_time = await self.write_until_stored(
-                lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms(), self.quota, took_ms)
+                lambda tx: table.requeue(tx, claim, end.reason, self._settings, self.now_ms(), self.quota, took_ms)
             )
             if in_time:
                 why = end.reason or "the server is shutting down, or a mission needs the slot"

@@ -17,8 +17,8 @@ from marsupial_service.entries.documents import line, plan_of, text_of, text_wit
 from marsupial_service.entries.quota import NO_QUOTA, PREPARATION_S, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.slots import Slots
-from marsupial_service.entries.table import made_of
-from marsupial_service.jobs import turns
+from marsupial_service.entries.table import record_of
+from marsupial_service.jobs import scheduling
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.records import (
     STATE_OF,
@@ -30,18 +30,18 @@ from marsupial_service.jobs.records import (
     Metrics,
     PackedRequest,
 )
-from marsupial_service.moments import timestamp
+from marsupial_service.schemas.enums import JobEventType, JobOutcome, JobState
 from marsupial_service.schemas.events import JobEndData, JobStateData
-from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
 from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction, documents
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 from marsupial_service.store.transaction import StoreReader
+from marsupial_service.timestamps import timestamp
 
 # the topic of jobs that wait to be claimed
 QUEUE = "queue"
 # with an owner's name, the document with the time when a job was last preempted for this owner, or one of theirs was
-_WAY = "way/"
+_PREEMPTIONS = "preemption/"
 # budget of a job that was interrupted when its time was up
 _LEAST_S = 0.1
 
@@ -97,7 +97,7 @@ def insert(
             bytes=ENTRY_BYTES + ROW_BYTES + len(job.request.source),
         )
         tx.insert("payloads", job=number, source=job.request.source)
-        _tell_state(tx, number, now_ms)
+        _add_state_event(tx, number, now_ms)
         tx.news.add(QUEUE)
 
     return JOBS.create(tx, job, add)
@@ -112,9 +112,9 @@ def _check_queue(tx: Transaction, owner: str, limits: ServiceLimits) -> None:
             raise queue_full(min(_LONGEST_RETRY_S, max(1, retry_s)), yours=bool(more))
 
 
-def broken_off(job: str) -> str:
+def interrupted(job: str) -> str:
     """Return the topic of a job's cancellation or preemption."""
-    return f"{job}/broken_off"
+    return f"{job}/interrupted"
 
 
 def queue_full(retry_after_s: int, *, yours: bool = False) -> TooMany:
@@ -129,13 +129,13 @@ def is_queued(reader: StoreReader) -> bool:
     return reader.execute(sql, (JobState.QUEUED,)).fetchone() is not None
 
 
-def claim(tx: Transaction, now_ms: int, anew: Collection[str] = ()) -> Claim | None:
+def claim(tx: Transaction, now_ms: int, restarting: Collection[str] = ()) -> Claim | None:
     """Claim a job, if one waits: its state becomes running.
 
-    Interrupted attempts have used up part of its budget. Planners in `anew`, which start from scratch, get the whole
-    budget again, unless all attempts together would take more than twice the budget.
+    Interrupted attempts have used up part of its budget. Planners in `restarting`, which start from scratch, get the
+    whole budget again, unless all attempts together would take more than twice the budget.
     """
-    number = turns.first(tx)
+    number = scheduling.first(tx)
     if number is None:
         return None
     row = tx.execute(
@@ -145,17 +145,17 @@ def claim(tx: Transaction, now_ms: int, anew: Collection[str] = ()) -> Claim | N
     ).fetchone()
     attempt = row["attempts"] + 1
     started_ms = now_ms if row["started_ms"] is None else row["started_ms"]
-    JOBS.move(tx, number, JobState.RUNNING, now_ms, attempts=attempt, started_ms=started_ms)
+    JOBS.transition(tx, number, JobState.RUNNING, now_ms, attempts=attempt, started_ms=started_ms)
     term = JOBS.take_over(tx, number, claimed_ms=now_ms)
-    _tell_state(tx, number, now_ms)
+    _add_state_event(tx, number, now_ms)
     best = _best(tx, number)
     seconds = row["seconds"]
     if seconds is not None:
-        all_s = 2 * seconds if row["planner"] in anew else seconds
+        all_s = 2 * seconds if row["planner"] in restarting else seconds
         seconds = max(_LEAST_S, min(seconds, all_s - row["spent_ms"] / 1000))
     budget = Budget(seconds=seconds, steps=row["steps"])
     start = None if best is None else plan_of(json.loads(best[1]))
-    return made_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
+    return record_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
 
 
 def counts(reader: StoreReader, slots: Slots) -> Metrics:
@@ -176,7 +176,7 @@ def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
         return False
     sql = "UPDATE payloads SET situation = ?, places = ? WHERE job = ?"
     tx.execute(sql, (analysed.situation, analysed.places, claim.number))
-    _grow(tx, claim.number, len(analysed.situation) + len(analysed.places))
+    _add_bytes(tx, claim.number, len(analysed.situation) + len(analysed.places))
     return True
 
 
@@ -203,10 +203,10 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
         actions=found.actions,
         ipc=found.ipc,
     )
-    _grow(tx, claim.number, ROW_BYTES + len(found.actions) + len(found.ipc))
+    _add_bytes(tx, claim.number, ROW_BYTES + len(found.actions) + len(found.ipc))
     head = {"revision": revision, "makespan_ms": found.makespan_ms, "found_after_ms": after_ms}
     data = text_with({**head, "at": timestamp(now_ms)}, actions=found.actions)  # as `JobPlanData`: they may be many
-    JOBS.tell(tx, claim.number, JobEventType.PLAN, data, now_ms)
+    JOBS.add_event(tx, claim.number, JobEventType.PLAN, data, now_ms)
     return True
 
 
@@ -219,13 +219,13 @@ def finish(
 
 def cancel(tx: Transaction, job: str, now_ms: int, quota: Quota = NO_QUOTA) -> JobRecord:
     """Cancel a job, unless its state is final already. Raises UnknownEntry."""
-    number = JOBS.held(tx, job).number
+    number = JOBS.locked(tx, job).number
     _end(tx, number, Closed(outcome=JobOutcome.CANCELLED, detail="cancelled by a client"), now_ms, quota)
-    tx.news.add(broken_off(job))
+    tx.news.add(interrupted(job))
     return JOBS.existing(tx, job)
 
 
-def give_back(
+def requeue(
     tx: Transaction,
     claim: Claim,
     reason: str,
@@ -239,29 +239,29 @@ def give_back(
     With an empty `reason` this server ended the attempt: it does not count, but its time is charged (`took_ms`: see
     `_charge`).
     """
-    return _is_running(tx, claim) and _try_again(tx, claim.number, reason, settings, now_ms, quota, took_ms)
+    return _is_running(tx, claim) and _requeue(tx, claim.number, reason, settings, now_ms, quota, took_ms)
 
 
-def make_way(
-    tx: Transaction, settings: JobSettings, now_ms: int, anew: Collection[str], quota: Quota = NO_QUOTA
+def preempt(
+    tx: Transaction, settings: JobSettings, now_ms: int, restarting: Collection[str], quota: Quota = NO_QUOTA
 ) -> str | None:
     """Requeue a running job if an owner without running jobs has waited too long; return the job's id.
 
-    `anew`: see `turns.yielding`.
+    `restarting`: see `scheduling.preemptible`.
     """
     # servers decide one at a time, or each would preempt a job for the same owner
-    tx.lock(_WAY)
-    for owner in turns.unserved(tx, now_ms):
+    tx.lock(_PREEMPTIONS)
+    for owner in scheduling.starved_owners(tx, now_ms):
         # this owner may be about to get a slot, or has just lost one
-        if now_ms - int(documents.text_of(tx, _WAY + owner) or "0") < turns.PATIENCE_MS:
+        if now_ms - int(documents.text_of(tx, _PREEMPTIONS + owner) or "0") < scheduling.PATIENCE_MS:
             continue
-        job = turns.yielding(tx, now_ms, anew)
+        job = scheduling.preemptible(tx, now_ms, restarting)
         if job is None:
             break
         for one in (owner, job["owner"]):
-            documents.keep(tx, _WAY + one, str(now_ms))
-        _try_again(tx, job["number"], "", settings, now_ms, quota)
-        tx.news.add(broken_off(job["id"]))
+            documents.store_text(tx, _PREEMPTIONS + one, str(now_ms))
+        _requeue(tx, job["number"], "", settings, now_ms, quota)
+        tx.news.add(interrupted(job["id"]))
         return str(job["id"])
     return None
 
@@ -273,7 +273,7 @@ def recover(
     ours: Collection[tuple[int, int]] | None = None,
     quota: Quota = NO_QUOTA,
 ) -> None:
-    """Requeue jobs that were running when their server died, as `give_back` does.
+    """Requeue jobs that were running when their server died, as `requeue` does.
 
     Also requeue jobs of this server that are not among `ours` (number and term): the connection to the database broke
     right after the commit of the claim, so this server never learned of it and never began them.
@@ -281,12 +281,12 @@ def recover(
     sql = "SELECT number, term FROM jobs WHERE state = ? AND finished_ms IS NULL AND "
     orphaned = f"{sql}(holder IS NULL OR holder NOT IN ({tx.live})){tx.skip_locked}"
     for row in tx.execute(orphaned, (JobState.RUNNING,)).fetchall():
-        _try_again(tx, row["number"], "the server ended during the attempt", settings, now_ms, quota)
+        _requeue(tx, row["number"], "the server ended during the attempt", settings, now_ms, quota)
     if ours is not None:
         for row in tx.execute(f"{sql}holder = ?{tx.skip_locked}", (JobState.RUNNING, tx.server)).fetchall():
             if (row["number"], row["term"]) not in ours:
                 tx.execute("UPDATE jobs SET claimed_ms = NULL WHERE number = ?", (row["number"],))
-                _try_again(tx, row["number"], "", settings, now_ms, quota)
+                _requeue(tx, row["number"], "", settings, now_ms, quota)
 
 
 def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
@@ -306,7 +306,7 @@ def _is_running(tx: Transaction, claim: Claim) -> bool:
     return is_running(tx, claim, tx.row_lock)
 
 
-def _try_again(
+def _requeue(
     tx: Transaction,
     number: int,
     reason: str,
@@ -322,10 +322,10 @@ def _try_again(
         return False
     took_ms = _charge(tx, number, now_ms, quota, took_ms)
     counted = attempts if reason else attempts - 1
-    JOBS.move(tx, number, JobState.QUEUED, now_ms, attempts=counted, queued_ms=now_ms)
+    JOBS.transition(tx, number, JobState.QUEUED, now_ms, attempts=counted, queued_ms=now_ms)
     if not reason:
         tx.execute("UPDATE jobs SET spent_ms = spent_ms + ? WHERE number = ?", (took_ms, number))
-    _tell_state(tx, number, now_ms)
+    _add_state_event(tx, number, now_ms)
     tx.news.add(QUEUE)
     return True
 
@@ -342,7 +342,7 @@ def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota, took_ms: in
         return 0
     if took_ms is None:
         # at most the time that it can have taken: its server may have died long ago
-        most_s = quota.asked_s(row["seconds"]) + PREPARATION_S
+        most_s = quota.required_s(row["seconds"]) + PREPARATION_S
         took_ms = max(0, round(min(now_ms - row["claimed_ms"], 1000 * most_s)))
     quota.charge(tx, row["owner"], took_ms, now_ms)
     return took_ms
@@ -353,20 +353,20 @@ def _end(tx: Transaction, number: int, closed: Closed, now_ms: int, quota: Quota
     state = STATE_OF[closed.outcome]
     detail = closed.detail.encode(errors="replace").decode()[:_LONGEST_DETAIL]
     bound_ms = closed.lower_bound_ms
-    if not JOBS.move(tx, number, state, now_ms, outcome=closed.outcome, detail=detail, lower_bound_ms=bound_ms):
+    if not JOBS.transition(tx, number, state, now_ms, outcome=closed.outcome, detail=detail, lower_bound_ms=bound_ms):
         return False
     (plans,) = tx.execute("SELECT plans FROM jobs WHERE number = ?", (number,)).fetchone()
     at = timestamp(now_ms)
     end = JobEndData(state=state, outcome=closed.outcome, detail=detail, plans=plans, lower_bound_ms=bound_ms, at=at)
-    JOBS.tell(tx, number, JobEventType.END, text_of(end), now_ms)
+    JOBS.add_event(tx, number, JobEventType.END, text_of(end), now_ms)
     return True
 
 
-def _grow(tx: Transaction, number: int, more: int) -> None:
+def _add_bytes(tx: Transaction, number: int, more: int) -> None:
     tx.execute("UPDATE jobs SET bytes = bytes + ? WHERE number = ?", (more, number))
 
 
-def _tell_state(tx: Transaction, number: int, now_ms: int) -> None:
+def _add_state_event(tx: Transaction, number: int, now_ms: int) -> None:
     row = tx.execute("SELECT state, attempts FROM jobs WHERE number = ?", (number,)).fetchone()
     state = JobStateData(state=row["state"], attempts=row["attempts"], at=timestamp(now_ms))
-    JOBS.tell(tx, number, JobEventType.STATE, text_of(state), now_ms)
+    JOBS.add_event(tx, number, JobEventType.STATE, text_of(state), now_ms)

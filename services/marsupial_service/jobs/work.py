@@ -25,8 +25,8 @@ from marsupial_service.analyses.situations import situation_of
 from marsupial_service.entries.documents import actions_text, line
 from marsupial_service.jobs.records import Analysed, Closed, Found, WorkerTask
 from marsupial_service.problems import HttpProblem, summary
+from marsupial_service.schemas.enums import JobOutcome
 from marsupial_service.schemas.requests import JobBody, SituationJobBody
-from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.settings import ServiceLimits
 
 _LEAST_S = 0.05
@@ -63,7 +63,7 @@ def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
         asked = engine(work.engine)
         # this process is the worker already: the planner needs no process of its own
         search = asked.solve_here if isinstance(asked, ProcessEngine) else asked.solve
-        yield from told(search(situation, budget, start=work.start), situation, work.start)
+        yield from checked(search(situation, budget, start=work.start), situation, work.start)
     except HttpProblem as error:  # the limits were larger when the job was accepted
         yield Closed(outcome=JobOutcome.INVALID_INPUT, detail=summary(error.errors, len(error.errors)))
     except InputError as error:
@@ -80,7 +80,7 @@ def task_in(source: bytes, limits: ServiceLimits) -> Situation | MapState:
     return map_state_of(sent.map_state, limits)
 
 
-def told(steps: Iterator[Improved | Finished], situation: Situation, start: Plan | None) -> Iterator[Found | Closed]:
+def checked(steps: Iterator[Improved | Finished], situation: Situation, start: Plan | None) -> Iterator[Found | Closed]:
     """Yield the better plans and the end of a search; `start` is the best plan known before it."""
     incumbent = Incumbent(situation)
     if start is not None:

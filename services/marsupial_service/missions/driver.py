@@ -41,11 +41,11 @@ class Driver:
     """Makes the robots of one mission report; `take` stores a report, or raises StoreFull or TooMany."""
 
     def __init__(self, speed: float | None, take: Callable[[StoredReport], Awaitable[None]]) -> None:
-        self._pace = MissionClock(speed)
+        self._clock = MissionClock(speed)
         self._take = take
         self._next: StoredReport | None = None
 
-    def hear(self, batches: Sequence[MissionBatch]) -> None:
+    def observe(self, batches: Sequence[MissionBatch]) -> None:
         """Remember the report that is due after these batches."""
         for batch in batches:
             self._next = batch.next or self._next
@@ -56,7 +56,7 @@ class Driver:
             await news.wait()
             return
         now_s = monotonic()
-        left_s = self._pace.due_s(self._next[0].t_ms, now_s) - now_s
+        left_s = self._clock.due_s(self._next[0].t_ms, now_s) - now_s
         if left_s > 0:
             await pause(news, left_s)
             if news.is_set():

@@ -69,11 +69,11 @@ def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, 
     return MissionFrame(lowest.x, lowest.y, width, height)
 
 
-def laid_out(cells: CellArray, before: MissionFrame, now: MissionFrame) -> CellArray:
+def embedded(cells: CellArray, before: MissionFrame, now: MissionFrame) -> CellArray:
     """Return the cells (height, width) of a frame within a larger one, unknown around them."""
     return cells if before == now else before.shift_to(now).laid_out(cells, UNKNOWN)
 
 
-def placed(indices: npt.NDArray[np.int64], of: MissionFrame, now: MissionFrame) -> npt.NDArray[np.int64]:
+def reindexed(indices: npt.NDArray[np.int64], of: MissionFrame, now: MissionFrame) -> npt.NDArray[np.int64]:
     """Return the row-major indices of cells of one frame within a larger one."""
     return indices if of == now else of.shift_to(now).indices(indices)

@@ -6,9 +6,9 @@ The events of a batch are lines of text: type, then data.
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from marsupial_service.missions.kept import input_in, input_text
+from marsupial_service.missions.encoding import decode_input, encode_input
 from marsupial_service.missions.values import Input, StoredEvent
-from marsupial_service.schemas.words import EventType
+from marsupial_service.schemas.enums import EventType
 from marsupial_service.store import Transaction, packing
 from marsupial_service.store.tables import ROW_BYTES
 from marsupial_service.store.transaction import StoreReader
@@ -20,24 +20,24 @@ _IN_ORDER = "ORDER BY seq, part"
 
 def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes | None, now_ms: int) -> None:
     """Store an input of mission `number`; only reports have a digest."""
-    stored = packing.pack(input_text(data))
+    stored = packing.pack(encode_input(data))
     more = len(stored) + ROW_BYTES + len(digest or b"")
     tx.execute("UPDATE missions SET inputs = ?, bytes = bytes + ? WHERE number = ?", (seq, more, number))
     head: dict[str, Any] = {"mission": number, "seq": seq, "at_ms": now_ms}
-    for part, piece in packing.pieces(stored):
+    for part, piece in packing.split(stored):
         tx.insert("mission_inputs", **head, part=part, digest=None if part else digest, data=piece)
 
 
 def inputs_from(reader: StoreReader, number: int, seq: int, most: int) -> tuple[bytes, ...]:
     """Return the stored texts of at most `most` inputs of a mission, from number `seq` on."""
     rows = reader.execute(f"{_INPUTS} AND seq >= ? AND seq < ? {_IN_ORDER}", (number, seq, seq + most))
-    return tuple(data for _, data in packing.whole(rows))
+    return tuple(data for _, data in packing.joined(rows))
 
 
 def inputs_after(reader: StoreReader, number: int, seq: int) -> Iterator[tuple[Input, bytes | None]]:
     """Yield the inputs after number `seq`, with their digests."""
-    for row, data in packing.whole(reader.execute(f"{_INPUTS} AND seq > ? {_IN_ORDER}", (number, seq))):
-        yield input_in(data), row["digest"]
+    for row, data in packing.joined(reader.execute(f"{_INPUTS} AND seq > ? {_IN_ORDER}", (number, seq))):
+        yield decode_input(data), row["digest"]
 
 
 def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[StoredEvent]], now_ms: int) -> None:
@@ -50,15 +50,15 @@ def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[Stor
     last = row["events"] - count
     for batch, data in stored.items():
         last += len(batches[batch])
-        for part, piece in packing.pieces(data):
-            head = {"mission": number, "seq": last, "part": part, "turn": batch}
+        for part, piece in packing.split(data):
+            head = {"mission": number, "seq": last, "part": part, "batch": batch}
             tx.insert("mission_events", **head, data=piece, at_ms=now_ms)
     tx.news.add(row["id"])
 
 
 def events_of_batch(reader: StoreReader, number: int, batch: int) -> tuple[StoredEvent, ...]:
     """Return the events of a batch."""
-    rows = reader.execute(f"{_EVENTS} AND turn = ? {_IN_ORDER}", (number, batch))
+    rows = reader.execute(f"{_EVENTS} AND batch = ? {_IN_ORDER}", (number, batch))
     return tuple(event for _, event in _events(rows, 0))
 
 
@@ -87,7 +87,7 @@ def remove(tx: Transaction, number: int, most: int) -> int:
 
 
 def _events(rows: Any, after: int) -> Iterator[tuple[int, StoredEvent]]:
-    for row, data in packing.whole(rows):
+    for row, data in packing.joined(rows):
         lines = data.decode().split("\n")
         first = row["seq"] - len(lines) + 1
         for seq, line in enumerate(lines, start=first):

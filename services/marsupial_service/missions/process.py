@@ -21,7 +21,7 @@ from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.entries.documents import line, plan_of, rounded, text_of
-from marsupial_service.missions.kept import input_in, input_text
+from marsupial_service.missions.encoding import decode_input, encode_input
 from marsupial_service.missions.reported import RobotCommand
 from marsupial_service.missions.simulated import planning_of, simulated_team
 from marsupial_service.missions.values import (
@@ -30,13 +30,14 @@ from marsupial_service.missions.values import (
     MissionBatch,
     MissionBrief,
     PendingInput,
-    PlanningTurn,
+    PlanningSignal,
     StoredEvent,
     StoredReport,
 )
 from marsupial_service.missions.world import RemoteWorld
 from marsupial_service.schemas.answers import ActionAnswer
 from marsupial_service.schemas.base import Answer
+from marsupial_service.schemas.enums import EventType
 from marsupial_service.schemas.events import (
     Command,
     CommandsData,
@@ -49,7 +50,6 @@ from marsupial_service.schemas.events import (
     StopCommand,
     UndockCommand,
 )
-from marsupial_service.schemas.words import EventType
 
 
 def load_missions() -> None:
@@ -81,13 +81,13 @@ class MissionProcess(Observer):
 
     def __init__(self, brief: MissionBrief, channel: Channel) -> None:
         self._brief = brief
-        self._inner = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
-        self.name = self._inner.name
-        own = getattr(self._inner, "replanning", None)
+        self._strategy = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
+        self.name = self._strategy.name
+        own = getattr(self._strategy, "replanning", None)
         if own is not None:
             self.replanning = own
         self._channel = channel
-        self._robots = simulated_team(brief)
+        self._simulated_team = simulated_team(brief)
         self._next: StoredReport | None = None
         self._encoder = LogEncoder()
         self._events: list[StoredEvent] = []
@@ -111,12 +111,12 @@ class MissionProcess(Observer):
             self._ended = event
         elif isinstance(event, FrameGrown):
             self._grid = replace(self._grid, origin_m=event.origin_m)
-            self._tell(EventType.FRAME, FrameData.of(event, resolution_m=self._grid.resolution_m))
-        self._tell(EventType.LOG, self._encoder.line(event))
+            self._add_event(EventType.FRAME, FrameData.of(event, resolution_m=self._grid.resolution_m))
+        self._add_event(EventType.LOG, self._encoder.line(event))
 
     def waiting(self, reason: str) -> None:
         """Send an event that the mission waits for a map on which its robots can stand, or that it continues."""
-        self._tell_state("waiting" if reason else "running", reason or None)
+        self._add_state_event("waiting" if reason else "running", reason or None)
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the predecessor's decision if there is one, else make one."""
@@ -127,16 +127,16 @@ class MissionProcess(Observer):
             decision = Decision(plan=plan_of(fields["actions"]), report=planning_of(fields))
         else:
             self._send_batches()
-            self._channel.send(PlanningTurn.WANTED)
-            assert self._channel.receive() is PlanningTurn.ALLOWED
-            decision = self._inner.decide(briefing)
-            say, report = self._brief.without_command, decision.report
-            report = replace(report, planner=say(report.planner), detail=say(report.detail))
+            self._channel.send(PlanningSignal.REQUESTED)
+            assert self._channel.receive() is PlanningSignal.ALLOWED
+            decision = self._strategy.decide(briefing)
+            redact, report = self._brief.without_command, decision.report
+            report = replace(report, planner=redact(report.planner), detail=redact(report.detail))
             decision = replace(decision, report=report)
-            self._channel.send(PlanningTurn.DONE)
+            self._channel.send(PlanningSignal.DONE)
             actions = [ActionAnswer.of(action) for action in decision.plan.actions]
             text = text_of(DecisionData(**asdict(report), actions=actions))
-        self._tell(EventType.DECISION, text)
+        self._add_event(EventType.DECISION, text)
         return decision
 
     def order(self, order: RobotCommand, *, stop: bool = False) -> None:
@@ -152,7 +152,7 @@ class MissionProcess(Observer):
         self._end_batch(over=False)
         answer = self._next_input()
         assert answer.input is not None
-        taken: Input = input_in(answer.input) if isinstance(answer.input, bytes) else answer.input
+        taken: Input = decode_input(answer.input) if isinstance(answer.input, bytes) else answer.input
         self._decisions = deque(answer.decisions)
         if not isinstance(taken, Control):
             self._t_ms = max(self._t_ms, taken.t_ms)
@@ -161,9 +161,9 @@ class MissionProcess(Observer):
             else:
                 self._counts[taken.robot] = taken.n
         elif taken is not Control.CANCEL:
-            if self._robots is not None:
-                self._robots.paused = taken is Control.PAUSE
-            self._tell_state("paused" if taken is Control.PAUSE else "running")
+            if self._simulated_team is not None:
+                self._simulated_team.paused = taken is Control.PAUSE
+            self._add_state_event("paused" if taken is Control.PAUSE else "running")
         return taken
 
     def end(self, t_ms: int) -> None:
@@ -171,15 +171,15 @@ class MissionProcess(Observer):
         if self._commands:
             self._send_commands(None)
         assert self._ended is not None
-        self._tell(EventType.END, MissionEndData(status=self._ended.status, reason=self._ended.reason, t_ms=t_ms))
+        self._add_event(EventType.END, MissionEndData(status=self._ended.status, reason=self._ended.reason, t_ms=t_ms))
         self._end_batch(over=True)
         self._send_batches()
 
-    def _tell(self, kind: EventType, data: str | Answer) -> None:
+    def _add_event(self, kind: EventType, data: str | Answer) -> None:
         self._events.append(StoredEvent(kind, data if isinstance(data, str) else text_of(data)))
 
-    def _tell_state(self, state: Literal["paused", "running", "waiting"], reason: str | None = None) -> None:
-        self._tell(EventType.STATE, MissionStateData(state=state, reason=reason, t_ms=self._t_ms))
+    def _add_state_event(self, state: Literal["paused", "running", "waiting"], reason: str | None = None) -> None:
+        self._add_event(EventType.STATE, MissionStateData(state=state, reason=reason, t_ms=self._t_ms))
 
     def _send_commands(self, until_ms: int | None) -> None:
         self._sent += 1
@@ -194,10 +194,10 @@ class MissionProcess(Observer):
         )
         self._commands = []
         data = batch.model_dump()
-        self._tell(EventType.COMMANDS, line(data))
-        if self._robots is not None and (report := self._robots.report(data)) is not None:
+        self._add_event(EventType.COMMANDS, line(data))
+        if self._simulated_team is not None and (report := self._simulated_team.report(data)) is not None:
             # the same in every process of the mission, so that a report stored before is recognized
-            self._next = report, hashlib.sha256(input_text(report)).digest()
+            self._next = report, hashlib.sha256(encode_input(report)).digest()
 
     def _end_batch(self, *, over: bool) -> None:
         events = tuple(self._events)
@@ -213,23 +213,23 @@ class MissionProcess(Observer):
         """Return the next input to answer; before waiting for it, send all batches."""
         if not self._pending:
             self._send_batches()
-            told = self._channel.receive()
-            assert isinstance(told, tuple)
-            self._pending.extend(told)
+            inputs = self._channel.receive()
+            assert isinstance(inputs, tuple)
+            self._pending.extend(inputs)
         return self._pending.popleft()
 
 
 def _command(order: RobotCommand, revision: int, place: str | None, grid: Grid, *, stop: bool) -> Command:
     """Return a command in the form sent to clients; positions are cells and metres of the map frame."""
-    said: dict[str, Any] = {"id": order.id, "robot": order.robot, "revision": revision}
+    fields: dict[str, Any] = {"id": order.id, "robot": order.robot, "revision": revision}
     if stop:
-        return StopCommand(name="stop", **said)
-    said["place"] = place
+        return StopCommand(name="stop", **fields)
+    fields["place"] = place
     if order.carrier is None:
         centres = [rounded(grid.centre_m(cell)) for cell in order.route]
-        return DriveCommand(name="drive", route=list(map(list, order.route)), route_m=centres, **said)
-    said["carrier"] = order.carrier
+        return DriveCommand(name="drive", route=list(map(list, order.route)), route_m=centres, **fields)
+    fields["carrier"] = order.carrier
     if order.name == ActionName.DOCK:
-        return DockCommand(name="dock", **said)
+        return DockCommand(name="dock", **fields)
     assert order.cell is not None
-    return UndockCommand(name="undock", cell=list(order.cell), point_m=rounded(grid.centre_m(order.cell)), **said)
+    return UndockCommand(name="undock", cell=list(order.cell), point_m=rounded(grid.centre_m(order.cell)), **fields)

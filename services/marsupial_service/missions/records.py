@@ -8,10 +8,10 @@ from marsupial_service.entries.records import EntrySettings, StoredEntry
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control
 from marsupial_service.schemas.answers import SimulationAnswer
-from marsupial_service.schemas.words import MissionPhase
+from marsupial_service.schemas.enums import MissionPhase
 
 # the states that may follow each state
-MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
+TRANSITIONS: Mapping[StrEnum, frozenset[StrEnum]] = {
     MissionPhase.RUNNING: frozenset({MissionPhase.PAUSED, MissionPhase.CANCELLING, MissionPhase.ENDED}),
     MissionPhase.PAUSED: frozenset({MissionPhase.RUNNING, MissionPhase.CANCELLING, MissionPhase.ENDED}),
     MissionPhase.CANCELLING: frozenset({MissionPhase.ENDED}),

@@ -17,7 +17,7 @@ from marsupial.model.mission import ActionEnd
 from marsupial.model.plan import ActionName
 from marsupial.model.runs import cells_in
 from marsupial.model.team import Whereabouts
-from marsupial_service.missions.frames import MissionFrame, laid_out, placed
+from marsupial_service.missions.frames import MissionFrame, embedded, reindexed
 from marsupial_service.missions.values import MissionReport
 
 
@@ -46,7 +46,7 @@ class ReportedMap:
         before, self.frame = self.frame, self.frame_with(report)
         if before == self.frame:
             return None
-        self.cells = laid_out(self.cells, before, self.frame)
+        self.cells = embedded(self.cells, before, self.frame)
         return before.shift_to(self.frame)
 
     def draw(self, report: MissionReport) -> list[MapChange]:
@@ -55,9 +55,9 @@ class ReportedMap:
         changes = []
         for name, runs in report.revealed:
             indices, codes = cells_in(runs)
-            changes.append(self._set(name, placed(indices, of, self.frame), codes))
+            changes.append(self._set(name, reindexed(indices, of, self.frame), codes))
         if report.map is not None:
-            changes.append(self.redraw(laid_out(report.map, of, self.frame)))
+            changes.append(self.redraw(embedded(report.map, of, self.frame)))
         return changes
 
     def redraw(self, cells: CellArray) -> MapChange:

@@ -15,19 +15,18 @@ from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
 from marsupial_service.entries.slots import Slots
-from marsupial_service.missions import process as host
-from marsupial_service.missions import table
+from marsupial_service.missions import process, table
 from marsupial_service.missions.driver import Driver
-from marsupial_service.missions.kept import brief_in, brief_text
+from marsupial_service.missions.encoding import decode_brief, encode_brief
 from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings
 from marsupial_service.missions.state import MissionState, MissionStates, ReportConflict, brief
 from marsupial_service.missions.supervisor import MissionSupervisor
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Control, MissionBrief, StoredReport
-from marsupial_service.moments import wall_clock_ms
 from marsupial_service.schemas.answers import LastReportsAnswer
 from marsupial_service.store import Store, StoreError, Transaction, packing
 from marsupial_service.store.engine import Connection
+from marsupial_service.timestamps import wall_clock_ms
 
 # missions per transaction, so that several servers share those of a dead one
 _AT_A_TIME = 4
@@ -58,18 +57,18 @@ class Missions(Entries[MissionRecord]):
 
     async def start(self) -> None:
         """Begin to take over open missions that other servers or an earlier run have left."""
-        await self._begin((host.load_missions,))
+        await self._begin((process.load_missions,))
 
     async def stop(self) -> None:
         """End streams and processes; open missions continue at the next start, or on another server."""
-        self.leave()
+        self.begin_shutdown()
         for task in self.background.running:
             task.cancel()
         if self.background.running:
             await asyncio.wait(self.background.running)
         self._threads.shutdown(wait=False)
         with suppress(StoreError):
-            await self.write(table.leave)
+            await self.write(table.release_all)
 
     async def create(
         self, brief: MissionBrief, digest: bytes, *, owner: str, idempotency_key: str | None = None
@@ -78,7 +77,7 @@ class Missions(Entries[MissionRecord]):
 
         Raises TooMany, KeyReused, StoreError.
         """
-        kept, packed = await asyncio.to_thread(_as_kept, brief)
+        kept, packed = await asyncio.to_thread(_stored_form, brief)
         new = table.NewMission(
             id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=digest, brief=kept, packed=packed
         )
@@ -116,19 +115,19 @@ class Missions(Entries[MissionRecord]):
 
     async def known(self, record: MissionRecord) -> Grid:
         """Return the map after the last report."""
-        frame, cells = await self._look(record, lambda state: (state.frame, state.cells.copy()))
+        frame, cells = await self._on_state(record, lambda state: (state.frame, state.cells.copy()))
         return frame.grid((await self.brief(record)).grid, cells)
 
     async def last_reports(self, record: MissionRecord) -> LastReportsAnswer:
         """Return the numbers of the last reports."""
-        return await self._look(record, lambda state: LastReportsAnswer.of(state, robots=state.counts))
+        return await self._on_state(record, lambda state: LastReportsAnswer.of(state, robots=state.counts))
 
-    async def _look(self, record: MissionRecord, look: Callable[[MissionState], T]) -> T:
-        """Return the result of `look` on the state of a mission after its last report."""
+    async def _on_state(self, record: MissionRecord, read: Callable[[MissionState], T]) -> T:
+        """Return the result of `read` on the state of a mission after its last report."""
 
         def found(reader: Connection) -> T:
             with self._showing:
-                return look(self._shown.of(reader, MISSIONS.existing(reader, record.id)))
+                return read(self._shown.of(reader, MISSIONS.existing(reader, record.id)))
 
         return await self.read(found)
 
@@ -148,17 +147,17 @@ class Missions(Entries[MissionRecord]):
             self._creating.discard(new.id)
         return created
 
-    async def _take_up(self) -> None:
-        await self._call_off()
-        while found := await self._taken():
+    async def _recover(self) -> None:
+        await self._cancel_abandoned()
+        while found := await self._take_over():
             for record in found:
                 self._open(record, await self.brief(record))
 
-    def _taken(self) -> Awaitable[tuple[MissionRecord, ...]]:
+    def _take_over(self) -> Awaitable[tuple[MissionRecord, ...]]:
         ours = frozenset(self._supervisors) | self._creating
-        return self.write(lambda tx: table.take_up(tx, _AT_A_TIME, ours))
+        return self.write(lambda tx: table.take_over_orphans(tx, _AT_A_TIME, ours))
 
-    async def _call_off(self) -> None:
+    async def _cancel_abandoned(self) -> None:
         """Cancel missions that no longer get reports, or whose owner has no valid key left."""
         idle_s, now_ms = self._limits.idle_s, self.now_ms()
         for mission, owner, is_idle in await self.read(lambda r: table.abandoned(r, idle_s, now_ms)):
@@ -168,34 +167,34 @@ class Missions(Entries[MissionRecord]):
                 reason = f"no report for {idle_s:g} s"
             else:
                 continue
-            await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))
+            await self.write(partial(table.cancel_abandoned, mission=mission, reason=reason, now_ms=now_ms))
 
     def _open(self, record: MissionRecord, brief: MissionBrief) -> None:
         supervisor = MissionSupervisor(record, brief, self, self._slots, self._threads, self._runner, self._settings)
         if record.simulation is not None:
-            supervisor.driver = Driver(record.simulation.speed, partial(self._simulated, record))
+            supervisor.driver = Driver(record.simulation.speed, partial(self._store_simulated, record))
         self._supervisors[record.id] = supervisor
-        # not restarted: `_take_up` picks up a mission without a supervisor
-        self._start("supervisor", partial(self._keep, supervisor), restart=False)
+        # not restarted: `_recover` picks up a mission without a supervisor
+        self._start("supervisor", partial(self._supervise, supervisor), restart=False)
 
-    async def _simulated(self, record: MissionRecord, told: StoredReport) -> None:
+    async def _store_simulated(self, record: MissionRecord, report: StoredReport) -> None:
         """Store a report of simulated robots, unless the mission is over or belongs to another server."""
 
         def add(tx: Transaction) -> None:
-            if table.held(tx, record.id, record.term) is not None:
-                table.add_reports(tx, self._states, record.id, [told], self._limits, self.now_ms(), self._capacity)
+            if table.locked(tx, record.id, record.term) is not None:
+                table.add_reports(tx, self._states, record.id, [report], self._limits, self.now_ms(), self._capacity)
 
         await self.write(add)
 
-    async def _keep(self, supervisor: MissionSupervisor) -> None:
+    async def _supervise(self, supervisor: MissionSupervisor) -> None:
         try:
-            await supervisor.keep()
+            await supervisor.run()
         finally:
             if not self.stopping and self._supervisors.get(supervisor.record.id) is supervisor:
                 del self._supervisors[supervisor.record.id]
 
 
-def _as_kept(brief: MissionBrief) -> tuple[MissionBrief, bytes]:
+def _stored_form(brief: MissionBrief) -> tuple[MissionBrief, bytes]:
     """Return a brief as every process of its mission reads it, and its stored text."""
-    text = brief_text(brief)
-    return brief_in(text), packing.pack(text)
+    text = encode_brief(brief)
+    return decode_brief(text), packing.pack(text)

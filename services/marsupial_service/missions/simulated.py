@@ -56,7 +56,7 @@ class SimulatedTeam:
         Returns None if the batch wants no report: it is the last, or answers an earlier report than the last.
         """
         for command in batch["commands"]:
-            self._obey(command)
+            self._execute(command)
         if batch["n"] != self._n or batch["until_ms"] is None or (self.paused and not self._ids):
             return None
         before = self._state()
@@ -71,7 +71,7 @@ class SimulatedTeam:
             t_ms=news.t_ms,
             revealed=tuple((name, tuple(runs_of(seen, cells))) for name, seen in news.revealed),
             robots=tuple(
-                self._note(new)
+                self._update(new)
                 for old, (new, driven) in zip(before, self._state(), strict=True)
                 if (new, driven) != old and new.cell is not None
             ),
@@ -82,7 +82,7 @@ class SimulatedTeam:
     def _state(self) -> list[tuple[RobotReport, float]]:
         return [(robot, self._world.distance_m(robot.name)) for robot in self._world.robots()]
 
-    def _obey(self, command: Mapping[str, Any]) -> None:
+    def _execute(self, command: Mapping[str, Any]) -> None:
         robot, name = command["robot"], command["name"]
         if name == "stop":
             self._world.stop(robot)
@@ -97,7 +97,7 @@ class SimulatedTeam:
         else:
             self._world.undock(robot, command["carrier"], Cell(*command["cell"]))
 
-    def _note(self, robot: RobotReport) -> RobotUpdate:
+    def _update(self, robot: RobotReport) -> RobotUpdate:
         return RobotUpdate(
             name=robot.name,
             cell=robot.cell,

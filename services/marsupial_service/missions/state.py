@@ -22,12 +22,12 @@ from marsupial.model.mission import ActionEnd
 from marsupial.model.runs import cells_in
 from marsupial.model.team import Whereabouts
 from marsupial_service.missions import packed
+from marsupial_service.missions.encoding import decode_brief
 from marsupial_service.missions.frames import MissionFrame
-from marsupial_service.missions.kept import brief_in
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.reported import ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
 from marsupial_service.missions.values import MissionBrief, MissionReport, StoredEvent, StoredReport
-from marsupial_service.schemas.words import EventType
+from marsupial_service.schemas.enums import EventType
 from marsupial_service.store import packing
 from marsupial_service.store.transaction import StoreReader
 
@@ -51,7 +51,7 @@ class MissionState:
     def __init__(self, brief: MissionBrief) -> None:
         self.n = self.t_ms = self.revision = 0
         self.map = ReportedMap(brief.grid.cells.copy(), MissionFrame.of(brief.grid))
-        self._told_ms: dict[str, int] = {}
+        self._robot_t_ms: dict[str, int] = {}
         self._team = ReportedTeam(
             {
                 robot.name: ReportedRobot(Whereabouts(_GROUND if robot.cell is not None else None, robot.carrier))
@@ -85,8 +85,8 @@ class MissionState:
             return False
         if n > len(digests):
             whose = "" if robot is None else f" of {robot}"
-            said = f"must be {len(digests) + 1}, one more than the last report{whose}, got {n}"
-            raise ReportConflict(Problem("n", said))
+            text = f"must be {len(digests) + 1}, one more than the last report{whose}, got {n}"
+            raise ReportConflict(Problem("n", text))
         if digests[n - 1] != digest:
             raise ReportConflict(Problem("n", f"report {n} was sent before with other content"))
         return True
@@ -96,8 +96,8 @@ class MissionState:
         problems = tuple(self._faults(report))
         size = self.map.frame_with(report).size
         if size > most_cells:
-            said = f"the map of the mission would have {size} cells, more than the limit of {most_cells:g}"
-            problems += (Problem("frame", said),)
+            text = f"the map of the mission would have {size} cells, more than the limit of {most_cells:g}"
+            problems += (Problem("frame", text),)
         if problems:
             raise ReportConflict(*problems)
 
@@ -108,7 +108,7 @@ class MissionState:
         if report.robot is None:
             self.n = report.n
         else:
-            self._told_ms[report.robot] = report.t_ms
+            self._robot_t_ms[report.robot] = report.t_ms
         self.map.grow(report)
         self.map.draw(report)
         for number in report.finished:
@@ -132,7 +132,7 @@ class MissionState:
         return self._team.robots[name].lost
 
     def _faults(self, report: MissionReport) -> Iterator[Problem]:
-        last_ms = self.t_ms if report.robot is None else self._told_ms.get(report.robot, 0)
+        last_ms = self.t_ms if report.robot is None else self._robot_t_ms.get(report.robot, 0)
         if report.t_ms < last_ms:
             yield Problem("t_ms", f"must be at least {last_ms}, the time of the last report, got {report.t_ms}")
         if report.robot is not None and self._is_lost(report.robot):
@@ -190,7 +190,7 @@ def new_reports(state: MissionState, sent: Sequence[StoredReport], most_cells: f
 
 
 @dataclass(slots=True)
-class _Known:
+class _CachedState:
     """A state, and how many of the mission's inputs and events it includes."""
 
     brief: MissionBrief
@@ -203,46 +203,46 @@ class MissionStates:
     """A cache of the most recently used states. Only `brief` may be called by any thread, the rest by one."""
 
     def __init__(self) -> None:
-        self._known: OrderedDict[str, _Known] = OrderedDict()
+        self._cache: OrderedDict[str, _CachedState] = OrderedDict()
 
     def brief(self, mission: str) -> MissionBrief | None:
         """Return the brief of a mission, None if its state is not cached; any thread may call this."""
-        known = self._known.get(mission)
-        return None if known is None else known.brief
+        cached = self._cache.get(mission)
+        return None if cached is None else cached.brief
 
     def of(self, reader: StoreReader, record: MissionRecord) -> MissionState:
         """Return the state of a mission with everything stored applied, commands before reports."""
-        known = self._known.get(record.id)
-        if known is None:
+        cached = self._cache.get(record.id)
+        if cached is None:
             found = brief(reader, record)
-            known = self._known[record.id] = _Known(found, MissionState(found))
-        self._known.move_to_end(record.id)
-        if record.events > known.events:
-            for _, event in packed.events_after(reader, record.number, known.events):
-                known.state.publish(event)
-            known.events = record.events
-        if record.inputs > known.inputs:
-            for report, digest in packed.inputs_after(reader, record.number, known.inputs):
+            cached = self._cache[record.id] = _CachedState(found, MissionState(found))
+        self._cache.move_to_end(record.id)
+        if record.events > cached.events:
+            for _, event in packed.events_after(reader, record.number, cached.events):
+                cached.state.publish(event)
+            cached.events = record.events
+        if record.inputs > cached.inputs:
+            for report, digest in packed.inputs_after(reader, record.number, cached.inputs):
                 if digest is not None:
                     assert isinstance(report, MissionReport)
-                    known.state.take(report, digest)
-            known.inputs = record.inputs
+                    cached.state.take(report, digest)
+            cached.inputs = record.inputs
         # the latest one stays, however large it is
-        while len(self._known) > 1 and sum(one.state.cells.size for one in self._known.values()) > _MOST_CELLS:
-            self._known.popitem(last=False)
-        return known.state
+        while len(self._cache) > 1 and sum(one.state.cells.size for one in self._cache.values()) > _MOST_CELLS:
+            self._cache.popitem(last=False)
+        return cached.state
 
     def replace(self, record: MissionRecord, state: MissionState) -> None:
         """Replace a cached state by `state`, which includes all inputs of `record`."""
-        known = self._known[record.id]
-        known.state, known.inputs = state, record.inputs
+        cached = self._cache[record.id]
+        cached.state, cached.inputs = state, record.inputs
 
     def drop(self, mission: str) -> None:
         """Remove a state from the cache."""
-        self._known.pop(mission, None)
+        self._cache.pop(mission, None)
 
 
 def brief(reader: StoreReader, record: MissionRecord) -> MissionBrief:
     """Return the brief of a mission."""
     row = reader.execute("SELECT brief FROM mission_briefs WHERE mission = ?", (record.number,)).fetchone()
-    return brief_in(packing.unpack(row["brief"]))
+    return decode_brief(packing.unpack(row["brief"]))

@@ -14,16 +14,16 @@ So a process holds no state that can't be rebuilt, and may be killed at any mome
 equal those stored, as clients have acted on them: if one differs, `Diverged` ends the mission.
 
 The store decides who may write. Each server that takes over a mission begins a new term of it, and every write names
-its term: a write of an earlier term changes nothing, and its supervisor ends with `Dismissed`. So a server that hangs
+its term: a write of an earlier term changes nothing, and its supervisor ends with `Superseded`. So a server that hangs
 and recovers does no harm, and two supervisors of a mission can't both continue.
 
 The messages between supervisor and process, always in this order:
 
-    supervisor   inputs                ---->   process     up to 32 at a time
-                 PlanningTurn.WANTED   <----               it has no stored decision and waits
-                 PlanningTurn.ALLOWED  ---->               once the owner's quota and a slot allow it
-                 PlanningTurn.DONE     <----               the slot is free again
-                 batches               <----               one for each input, in one piece or several
+    supervisor   inputs                     ---->   process     up to 32 at a time
+                 PlanningSignal.REQUESTED   <----               it has no stored decision and waits
+                 PlanningSignal.ALLOWED     ---->               once the owner's quota and a slot allow it
+                 PlanningSignal.DONE        <----               the slot is free again
+                 batches                    <----               one for each input, in one piece or several
 
 Otherwise a mission fails only if its process crashes or exceeds its memory repeatedly without new results in between.
 If the process was killed or can't be started, that is not the mission's fault: the supervisor starts it again, with
@@ -49,9 +49,9 @@ from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.state import ReportConflict
-from marsupial_service.missions.values import MissionBatch, MissionBrief, PendingInput, PlanningTurn, StoredEvent
+from marsupial_service.missions.values import MissionBatch, MissionBrief, PendingInput, PlanningSignal, StoredEvent
+from marsupial_service.schemas.enums import EventType, MissionPhase
 from marsupial_service.schemas.events import QuotaData
-from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.store import StoreError
 from marsupial_service.store.engine import Connection
 
@@ -64,13 +64,13 @@ _AT_A_TIME = 32
 # how much work of a mission, in seconds, is charged at once: each charge is a transaction
 _CHARGED_S = 0.5
 # how often a mission that waits for its owner's quota checks: jobs that end may return some
-_LOOK_S = 1.0
+_POLL_S = 1.0
 # pause before a process is restarted: it doubles each time, from the first value up to the second
 _PAUSE_S, _LONGEST_PAUSE_S = 0.1, 10.0
 # missions end by their own time limit; this one ends a stuck process
 _WALL_S = 7 * 86400.0
 # how long the last messages and the end of the process may be apart, whichever comes first
-_LAST_WORDS_S = 0.5
+_LAST_MESSAGES_S = 0.5
 
 log = logging.getLogger("marsupial.missions")
 
@@ -79,7 +79,7 @@ class Diverged(Exception):
     """A new process produced different batches from the same inputs: the mission can't be continued."""
 
 
-class Dismissed(Exception):
+class Superseded(Exception):
     """The mission has ended, or another server has taken it over."""
 
 
@@ -101,27 +101,27 @@ class MissionSupervisor:
     def __post_init__(self) -> None:
         self._batches = self.record.batches
 
-    async def keep(self) -> None:
+    async def run(self) -> None:
         """Keep the mission going until it has ended or belongs to another server."""
-        failure = await self._resume()
+        failure = await self._run_processes()
         if failure is not None:
             missions = self.missions
             await missions.write_until_stored(
                 lambda tx: table.fail(tx, self.record.id, self.record.term, failure, missions.now_ms())
             )
 
-    async def _resume(self) -> str | None:
+    async def _run_processes(self) -> str | None:
         """Run one process after another; return why the mission has failed, None if there is no more to do."""
         crashes = losses = 0
         while True:
             before = self._batches
             try:
-                ended = await self._live()
+                ended = await self._run_process()
             except StoreError:
-                if not await self._is_still_ours():
+                if not await self._is_ours():
                     return None
                 continue
-            except Dismissed:
+            except Superseded:
                 return None
             except InternalError as error:  # nothing can be started at the moment
                 ended = Ended(ending=Ending.KILLED, detail=str(error))
@@ -143,31 +143,31 @@ class MissionSupervisor:
                 return ended.detail
             await asyncio.sleep(min(_PAUSE_S * 2 ** min(losses - 1, 10), _LONGEST_PAUSE_S))
 
-    async def _is_still_ours(self) -> bool:
+    async def _is_ours(self) -> bool:
         """Wait until the store can be read again; return whether the mission is open and still this server's."""
         while True:
             await asyncio.sleep(RETRY_S)
             with suppress(StoreError):
                 record = await self.missions.read(
-                    lambda reader: table.of_term(reader, self.record.id, self.record.term)
+                    lambda reader: table.current_in_term(reader, self.record.id, self.record.term)
                 )
                 # a failed write may be stored after all: the connection may have broken right after the commit
                 if record is not None:
                     self._batches = record.batches
                 return record is not None
 
-    async def _live(self) -> Ended | None:
+    async def _run_process(self) -> Ended | None:
         """Run one process to its end; return None if that was the mission's end too."""
         limits = JobLimits(wall_s=_WALL_S, memory_bytes=self.settings.limits.memory_bytes)
-        run = await self._started(Job(function=run_mission, argument=self.brief, limits=limits, talks=True))
-        loop, told = asyncio.get_running_loop(), asyncio.Queue[object]()
+        run = await self._start_process(Job(function=run_mission, argument=self.brief, limits=limits, talks=True))
+        loop, messages = asyncio.get_running_loop(), asyncio.Queue[object]()
         ended = loop.run_in_executor(
-            self.threads, run.follow, lambda value: loop.call_soon_threadsafe(told.put_nowait, value)
+            self.threads, run.follow, lambda value: loop.call_soon_threadsafe(messages.put_nowait, value)
         )
-        talk = asyncio.create_task(self._talk(run, told))
+        talk = asyncio.create_task(self._converse(run, messages))
         try:
             await asyncio.wait((ended, talk), return_when=asyncio.FIRST_COMPLETED)
-            await asyncio.wait((ended, talk), timeout=_LAST_WORDS_S)
+            await asyncio.wait((ended, talk), timeout=_LAST_MESSAGES_S)
         finally:
             talk.cancel()
             run.cancel()
@@ -178,7 +178,7 @@ class MissionSupervisor:
         await talk
         return None
 
-    async def _started(self, job: Job) -> JobRun:
+    async def _start_process(self, job: Job) -> JobRun:
         """Start a process where there is room; on cancellation, end it as soon as it has started."""
         reservation = self.runner.reserve(_CPUS)
         starting = self.threads.submit(lambda: reservation.run(job) if reservation.wait() else None)
@@ -189,35 +189,35 @@ class MissionSupervisor:
             starting.add_done_callback(_close)
             raise
         if run is None:
-            raise Dismissed
+            raise Superseded
         return run
 
-    async def _talk(self, run: JobRun, told: asyncio.Queue[object]) -> None:
+    async def _converse(self, run: JobRun, messages: asyncio.Queue[object]) -> None:
         """Send inputs and store batches, until the last batch."""
-        number = asked = 0
+        number = sent = 0
         with self.missions.subscriptions.subscribe(table.inputs_of(self.record.id)) as news:
             news.set()
             while True:
-                if number == asked:
-                    asked += await self._ask(run, number, news)
-                match await self._next(told, is_new=number >= self._batches):
+                if number == sent:
+                    sent += await self._send_inputs(run, number, news)
+                match await self._next(messages, is_new=number >= self._batches):
                     case tuple(batches):
-                        await self._take(number, batches)
+                        await self._store_batches(number, batches)
                         if self.driver is not None:
-                            self.driver.hear(batches)
+                            self.driver.observe(batches)
                         number += len(batches)
                         if batches[-1].over:
                             return
-                    case PlanningTurn.WANTED:
-                        await self._plan(run, told)
+                    case PlanningSignal.REQUESTED:
+                        await self._plan(run, messages)
                     case other:
                         raise AssertionError(other)
 
-    async def _next(self, told: asyncio.Queue[object], *, is_new: bool) -> object:
+    async def _next(self, messages: asyncio.Queue[object], *, is_new: bool) -> object:
         """Return the next message of the process; charge its work unless an earlier process has done the same work."""
         begun_s = time.monotonic()
         try:
-            return await told.get()
+            return await messages.get()
         finally:
             self._worked_s += time.monotonic() - begun_s if is_new else 0.0
             if self._worked_s >= _CHARGED_S:
@@ -229,14 +229,14 @@ class MissionSupervisor:
         if used_s:
             self.missions.charge(self.record.owner, used_s)
 
-    async def _plan(self, run: JobRun, told: asyncio.Queue[object]) -> None:
+    async def _plan(self, run: JobRun, messages: asyncio.Queue[object]) -> None:
         """Allow a planning once there are quota and a slot; charge it however it ends."""
         await self._wait_for_quota()
         with self.slots.taken(await self.slots.for_owner(self.record.owner)):
             begun_s = time.monotonic()
             try:
-                await self._send(run, PlanningTurn.ALLOWED)
-                assert await told.get() is PlanningTurn.DONE
+                await self._send(run, PlanningSignal.ALLOWED)
+                assert await messages.get() is PlanningSignal.DONE
             finally:
                 self._charge(time.monotonic() - begun_s)
 
@@ -247,46 +247,46 @@ class MissionSupervisor:
             return
         # the previous server may have sent the event before this one took over the mission
         last = await missions.read(lambda reader: packed.events_of_batch(reader, self.record.number, self._batches))
-        told = [QuotaData.model_validate_json(event.data) for event in last if event.type is EventType.QUOTA]
-        waited = bool(told) and told[-1].state == "waiting"
+        messages = [QuotaData.model_validate_json(event.data) for event in last if event.type is EventType.QUOTA]
+        waited = bool(messages) and messages[-1].state == "waiting"
         while wait_s := await missions.read(self._quota_wait_s):
             if not waited:
                 waited = True
-                await self._tell_quota(missions.quota.told(table.asked_s(self.brief), wait_s), wait_s)
-            await asyncio.sleep(min(wait_s, _LOOK_S))
+                await self._add_quota_event(missions.quota.wait_reason(table.required_s(self.brief), wait_s), wait_s)
+            await asyncio.sleep(min(wait_s, _POLL_S))
         if waited:
-            await self._tell_quota("", 0.0)
+            await self._add_quota_event("", 0.0)
 
     def _quota_wait_s(self, reader: Connection) -> float:
-        """Return how long the owner must wait to plan; a mission being cancelled does not wait. Raises Dismissed."""
-        if self._still(reader).state is MissionPhase.CANCELLING:
+        """Return how long the owner must wait to plan; a mission being cancelled does not wait. Raises Superseded."""
+        if self._current(reader).state is MissionPhase.CANCELLING:
             return 0.0
         missions = self.missions
-        return missions.quota.wait_s(reader, self.record.owner, table.asked_s(self.brief), missions.now_ms())
+        return missions.quota.wait_s(reader, self.record.owner, table.required_s(self.brief), missions.now_ms())
 
-    def _still(self, reader: Connection) -> MissionRecord:
-        """Return the mission as it is now. Raises Dismissed."""
-        record = table.of_term(reader, self.record.id, self.record.term)
+    def _current(self, reader: Connection) -> MissionRecord:
+        """Return the mission as it is now. Raises Superseded."""
+        record = table.current_in_term(reader, self.record.id, self.record.term)
         if record is None:
-            raise Dismissed
+            raise Superseded
         return record
 
-    async def _tell_quota(self, reason: str, wait_s: float) -> None:
+    async def _add_quota_event(self, reason: str, wait_s: float) -> None:
         id, term, now_ms = self.record.id, self.record.term, self.missions.now_ms()
-        await self.missions.write(lambda tx: table.tell_quota(tx, id, term, reason, wait_s, now_ms))
+        await self.missions.write(lambda tx: table.add_quota_event(tx, id, term, reason, wait_s, now_ms))
 
-    async def _ask(self, run: JobRun, number: int, news: asyncio.Event) -> int:
+    async def _send_inputs(self, run: JobRun, number: int, news: asyncio.Event) -> int:
         """Wait for due inputs from `number` on, send them, and return how many they are."""
         inputs = [None] if number == 0 else await self._inputs(number, news)
         pending = [PendingInput(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(inputs)]
         await self._send(run, tuple(pending))
         return len(pending)
 
-    async def _send(self, run: JobRun, value: tuple[PendingInput, ...] | PlanningTurn) -> None:
+    async def _send(self, run: JobRun, value: tuple[PendingInput, ...] | PlanningSignal) -> None:
         if run.put(value):
             await asyncio.get_running_loop().run_in_executor(self.threads, run.drain)
 
-    async def _take(self, number: int, batches: Sequence[MissionBatch]) -> None:
+    async def _store_batches(self, number: int, batches: Sequence[MissionBatch]) -> None:
         for batch in batches[: self._batches - number]:
             if await self._stored(number) != batch.events:
                 raise Diverged(f"replaying the mission after input {number} gave a different result")
@@ -298,7 +298,7 @@ class MissionSupervisor:
             lambda tx: table.add_batches(tx, self.record.id, self.record.term, number, batches, now_ms)
         )
         if lags_ms is None:
-            raise Dismissed
+            raise Superseded
         for lag_ms in lags_ms:
             self.settings.lag(lag_ms / 1000)
         self._batches = number + len(batches)
@@ -307,7 +307,7 @@ class MissionSupervisor:
         """Wait for input `number`; return the stored inputs from there on. Set `news` if there may be more."""
 
         def come(reader: Connection) -> tuple[bytes, ...]:
-            return packed.inputs_from(reader, self._still(reader).number, number, _AT_A_TIME)
+            return packed.inputs_from(reader, self._current(reader).number, number, _AT_A_TIME)
 
         found: tuple[bytes, ...] = ()
         while not found:

@@ -16,10 +16,10 @@ from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
 from marsupial_service.entries.documents import line, text_of
 from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.table import EntryTable, made_of
+from marsupial_service.entries.table import EntryTable, record_of
 from marsupial_service.missions import packed
 from marsupial_service.missions.frames import MissionFrame
-from marsupial_service.missions.records import MOVES, STATE_AFTER, MissionCounts, MissionRecord
+from marsupial_service.missions.records import STATE_AFTER, TRANSITIONS, MissionCounts, MissionRecord
 from marsupial_service.missions.state import MissionStates, ReportConflict, new_reports
 from marsupial_service.missions.values import (
     Control,
@@ -29,15 +29,15 @@ from marsupial_service.missions.values import (
     StoredEvent,
     StoredReport,
 )
-from marsupial_service.moments import timestamp
 from marsupial_service.schemas.answers import SimulationAnswer
+from marsupial_service.schemas.enums import EventType, MissionPhase
 from marsupial_service.schemas.events import MissionEndData, QuotaData
-from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 from marsupial_service.store.transaction import StoreReader
+from marsupial_service.timestamps import timestamp
 
 # retry delay when too many missions are simulated: such a mission takes a minute or more
 _SIMULATED_S = 10
@@ -47,14 +47,14 @@ _LEAST_PLANNING_S = 0.1
 def _record(row: StoreRow) -> MissionRecord:
     frame = None if row["frame"] is None else MissionFrame(*json.loads(row["frame"]))
     simulation = row["simulation"] and SimulationAnswer.model_validate_json(row["simulation"])
-    own = {"state": MissionPhase(row["state"]), "batches": row["turns"], "frame": frame, "simulation": simulation}
-    return made_of(MissionRecord, row, **own)
+    own = {"state": MissionPhase(row["state"]), "frame": frame, "simulation": simulation}
+    return record_of(MissionRecord, row, **own)
 
 
 class MissionTable(EntryTable[MissionRecord]):
     """The table of missions, whose events are stored by batches."""
 
-    def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: Any) -> None:
+    def add_event(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: Any) -> None:
         """Add the next event of a mission, to its batch `batch`."""
         packed.add_events(tx, number, {more["batch"]: [StoredEvent(EventType(kind), data)]}, now_ms)
 
@@ -62,7 +62,7 @@ class MissionTable(EntryTable[MissionRecord]):
         for seq, event in islice(packed.events_after(reader, number, after, limit), limit):
             yield seq, event.type, event.data
 
-    def _empty(self, tx: Transaction, number: int, most: int) -> int:
+    def _remove_rows(self, tx: Transaction, number: int, most: int) -> int:
         return packed.remove(tx, number, most)
 
 
@@ -73,7 +73,7 @@ MISSIONS = MissionTable(
     select="SELECT * FROM missions",
     record=_record,
     event_type=EventType,
-    moves=MOVES,
+    transitions=TRANSITIONS,
 )
 
 
@@ -114,7 +114,7 @@ def insert(
             (own,) = tx.execute(f"{simulated} AND owner = ?", (new.owner,)).fetchone()
             if own and count >= limits.simulations:  # an owner's first is exempt: others' may run for hours
                 raise TooMany(f"the limit of {limits.simulations} simulated missions is reached", _SIMULATED_S)
-        quota.check(tx, new.owner, asked_s(brief), now_ms)
+        quota.check(tx, new.owner, required_s(brief), now_ms)
         number = MISSIONS.add(
             tx,
             new,
@@ -139,20 +139,20 @@ def _simulation_text(brief: MissionBrief, simulation: RobotSimulation) -> str:
     return text_of(SimulationAnswer.of(simulation, seed=brief.seed, carriers=carriers, rovers=rovers))
 
 
-def asked_s(brief: MissionBrief) -> float:
+def required_s(brief: MissionBrief) -> float:
     """Return the seconds of quota that a mission needs before it plans: its budget; for one in steps, the minimum."""
     return max(_LEAST_PLANNING_S, brief.budget.seconds or 0.0)
 
 
-def tell_quota(tx: Transaction, mission: str, term: int, reason: str, wait_s: float, now_ms: int) -> None:
+def add_quota_event(tx: Transaction, mission: str, term: int, reason: str, wait_s: float, now_ms: int) -> None:
     """Add the event that a mission waits until its owner may plan again, or (empty `reason`) that it continues."""
-    record = held(tx, mission, term)
+    record = locked(tx, mission, term)
     if record is not None:
         data = QuotaData(state="running", t_ms=record.t_ms)
         if reason:
             room_at = timestamp(now_ms + round(1000 * wait_s))
             data = QuotaData(state="waiting", reason=reason, room_at=room_at, t_ms=record.t_ms)
-        MISSIONS.tell(tx, record.number, EventType.QUOTA, text_of(data), now_ms, batch=record.batches)
+        MISSIONS.add_event(tx, record.number, EventType.QUOTA, text_of(data), now_ms, batch=record.batches)
 
 
 def add_reports(
@@ -168,14 +168,14 @@ def add_reports(
 
     Raises ReportConflict (also if the mission has ended), StoreFull, TooMany if too many wait, UnknownEntry.
     """
-    record = MISSIONS.held(tx, mission)
+    record = MISSIONS.locked(tx, mission)
     state = states.of(tx, record)
     tried = state if len(sent) == 1 else deepcopy(state)
     new = new_reports(tried, sent, limits.cells)
     if not new:
         return record
     if record.state is MissionPhase.ENDED:
-        raise ReportConflict(over(record))
+        raise ReportConflict(ended_problem(record))
     if record.inputs - record.batches >= limits.backlog:
         raise TooMany(f"the limit of {limits.backlog} waiting reports is reached")
     capacity.check(tx, record.owner, of_reports=True)
@@ -195,12 +195,12 @@ def add_reports(
 
 def add_control(tx: Transaction, mission: str, control: Control, now_ms: int) -> MissionRecord:
     """Store a control unless it changes nothing. Raises ReportConflict if it comes too late, UnknownEntry."""
-    record = MISSIONS.held(tx, mission)
-    if MISSIONS.move(tx, record.number, STATE_AFTER[control], now_ms):
+    record = MISSIONS.locked(tx, mission)
+    if MISSIONS.transition(tx, record.number, STATE_AFTER[control], now_ms):
         packed.add_input(tx, record.number, record.inputs + 1, control, None, now_ms)
         tx.news.add(inputs_of(mission))
     elif control is not Control.CANCEL and record.state is not STATE_AFTER[control]:
-        raise ReportConflict(over(record))
+        raise ReportConflict(ended_problem(record))
     return MISSIONS.existing(tx, mission)
 
 
@@ -211,22 +211,22 @@ def add_batches(
 
     None if these batches were not due: the mission has ended, or another server has taken it over since `term` began.
     """
-    record = held(tx, mission, term)
+    record = locked(tx, mission, term)
     if record is None or record.batches != number:
         return None
     sql = "SELECT at_ms FROM mission_inputs WHERE mission = ? AND seq BETWEEN ? AND ? AND part = 0 ORDER BY seq"
     rows = tx.execute(sql, (record.number, number, number + len(batches) - 1)).fetchall()
-    MISSIONS.change(tx, record.number, turns=number + len(batches), revision=batches[-1].revision)
+    MISSIONS.change(tx, record.number, batches=number + len(batches), revision=batches[-1].revision)
     packed.add_events(tx, record.number, {i: batch.events for i, batch in enumerate(batches, number)}, now_ms)
     if batches[-1].over:
         end = json.loads(batches[-1].events[-1].data)
-        MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=end["status"], reason=end["reason"])
+        MISSIONS.transition(tx, record.number, MissionPhase.ENDED, now_ms, status=end["status"], reason=end["reason"])
     return tuple(now_ms - row["at_ms"] for row in rows)
 
 
 def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> None:
     """End a mission that can't continue, unless it has ended or now belongs to another server."""
-    record = held(tx, mission, term)
+    record = locked(tx, mission, term)
     if record is not None:
         _end(tx, record, Status.FAILED, reason, now_ms)
 
@@ -234,7 +234,7 @@ def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> 
 def counts(reader: StoreReader) -> MissionCounts:
     """Return counts for operators."""
     open_ones = "FROM missions WHERE finished_ms IS NULL"
-    (backlog,) = reader.execute(f"SELECT coalesce(sum(inputs + 1 - turns), 0) {open_ones}").fetchone()
+    (backlog,) = reader.execute(f"SELECT coalesce(sum(inputs + 1 - batches), 0) {open_ones}").fetchone()
     owners = dict(map(tuple, reader.execute(f"SELECT owner, count(*) {open_ones} GROUP BY owner").fetchall()))
     return MissionCounts(states=MISSIONS.counts(reader, "state", MissionPhase), backlog=int(backlog), owners=owners)
 
@@ -248,34 +248,34 @@ def abandoned(reader: StoreReader, idle_s: float, now_ms: int) -> tuple[tuple[st
     return tuple((row["id"], row["owner"], row["last_ms"] < now_ms - 1000 * idle_s) for row in rows)
 
 
-def call_off(tx: Transaction, mission: str, reason: str, now_ms: int) -> None:
+def cancel_abandoned(tx: Transaction, mission: str, reason: str, now_ms: int) -> None:
     """Cancel a mission without a stop report, unless it has ended: no client is there to carry out its commands."""
-    record = MISSIONS.held(tx, mission)
+    record = MISSIONS.locked(tx, mission)
     if _end(tx, record, Status.CANCELLED, reason, now_ms):
         tx.news.add(inputs_of(mission))
 
 
 def _end(tx: Transaction, record: MissionRecord, status: Status, reason: str, now_ms: int) -> bool:
-    if not MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=status, reason=reason):
+    if not MISSIONS.transition(tx, record.number, MissionPhase.ENDED, now_ms, status=status, reason=reason):
         return False
     data = text_of(MissionEndData(status=status, reason=reason, t_ms=record.t_ms))
-    MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, batch=record.batches)
+    MISSIONS.add_event(tx, record.number, EventType.END, data, now_ms, batch=record.batches)
     return True
 
 
-def of_term(reader: StoreReader, mission: str, term: int) -> MissionRecord | None:
+def current_in_term(reader: StoreReader, mission: str, term: int) -> MissionRecord | None:
     """Return an open mission if `term` is its current term."""
     record = MISSIONS.find(reader, mission)
     return None if record is None or record.term != term or record.state is MissionPhase.ENDED else record
 
 
-def held(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
+def locked(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
     """Return the same, with the mission locked against other servers until the end of the transaction."""
-    MISSIONS.hold(tx, mission)
-    return of_term(tx, mission, term)
+    MISSIONS.lock(tx, mission)
+    return current_in_term(tx, mission, term)
 
 
-def take_up(tx: Transaction, most: int, ours: Collection[str]) -> tuple[MissionRecord, ...]:
+def take_over_orphans(tx: Transaction, most: int, ours: Collection[str]) -> tuple[MissionRecord, ...]:
     """Take over at most `most` open missions that no live server holds.
 
     This includes missions held by this server but not among `ours`: the connection to the database broke right after
@@ -292,10 +292,10 @@ def take_up(tx: Transaction, most: int, ours: Collection[str]) -> tuple[MissionR
     return tuple(MISSIONS.existing(tx, mission) for _, mission in rows)
 
 
-def leave(tx: Transaction) -> None:
+def release_all(tx: Transaction) -> None:
     """Leave all open missions of this server to others."""
     tx.execute("UPDATE missions SET holder = NULL WHERE holder = ? AND finished_ms IS NULL", (tx.server,))
-    tx.news.add(MISSIONS.left)
+    tx.news.add(MISSIONS.orphaned_topic)
 
 
 def inputs_of(mission: str) -> str:
@@ -311,7 +311,7 @@ def log(reader: StoreReader, record: MissionRecord) -> str:
     return "".join(f"{text}\n" for text in lines[starts[-1] :]) if starts else ""
 
 
-def over(record: MissionRecord) -> Problem:
+def ended_problem(record: MissionRecord) -> Problem:
     """Return the problem that a mission accepts no more input."""
     end = "is being cancelled" if record.status is None else f"has ended ({record.status}: {record.reason})"
     return Problem("", f"the mission {end}")

@@ -10,7 +10,7 @@ from marsupial.model.robots import RobotType
 from marsupial.model.runs import Runs
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial_service.missions.frames import MissionFrame
-from marsupial_service.schemas.words import EventType
+from marsupial_service.schemas.enums import EventType
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,9 +128,9 @@ class PendingInput:
     decisions: tuple[str, ...] = ()  # made by an earlier process for this input
 
 
-class PlanningTurn(Enum):
+class PlanningSignal(Enum):
     """The messages between a mission's process and its supervisor besides inputs and batches."""
 
-    WANTED = auto()  # the process waits until it may plan
+    REQUESTED = auto()  # the process waits until it may plan
     ALLOWED = auto()
     DONE = auto()

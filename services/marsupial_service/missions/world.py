@@ -54,7 +54,7 @@ class CommandedRobot(ReportedRobot[Cell]):
     distance_m: float = 0.0
     driving_ms: int = 0
     odometer: Odometer = field(default_factory=Odometer)
-    told_ms: int = 0
+    reported_ms: int = 0
 
     @property
     def cell(self) -> Cell | None:
@@ -90,8 +90,8 @@ class RemoteWorld:
         self._grid = replace(brief.grid, cells=self._map.cells)
         self._count = self._now_ms = 0
         self._paused = self._begun = False
-        self._gathered = PendingNews()
-        self._gathered.see(next(iter(self._robots)), self._map.redraw(brief.grid.cells))
+        self._pending = PendingNews()
+        self._pending.see(next(iter(self._robots)), self._map.redraw(brief.grid.cells))
         self.cancelled = False
         self.homes = homes_of(self.robots(), kinds)
 
@@ -134,7 +134,7 @@ class RemoteWorld:
         step = min(1, len(route) - 1)
         mover.where, mover.free_at_ms = Whereabouts(route[step]), self._now_ms + int(times[step])
         mover.odometer.set_off(self._now_ms)
-        self._give(RobotCommand(id=self._count + 1, name="drive", robot=robot, route=tuple(route)))
+        self._send(RobotCommand(id=self._count + 1, name="drive", robot=robot, route=tuple(route)))
         mover.passes(route[step])
 
     def stop(self, robot: str) -> None:
@@ -144,18 +144,18 @@ class RemoteWorld:
             self._process.order(order, stop=True)
 
     def dock(self, rover: str, carrier: str) -> None:
-        self._together(ActionName.DOCK, rover, carrier, self._robots[rover].cell)
+        self._hand_over(ActionName.DOCK, rover, carrier, self._robots[rover].cell)
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
-        self._together(ActionName.UNDOCK, rover, carrier, cell)
+        self._hand_over(ActionName.UNDOCK, rover, carrier, cell)
 
     def advance(self, until_ms: int) -> News:
         """Wait for the next report and return its news; while paused, for all reports until the pause ends."""
-        self._next(until_ms)
+        self._apply_next(until_ms)
         # a mission begins with a report, even if it was paused and resumed before
         while not self.cancelled and (self._paused or not self._begun):
-            self._next(max(self._limit_ms, self._now_ms + PAUSE_MS) if self._paused else until_ms)
-        news, self._gathered = self._gathered.at(self._now_ms, self._map.cells.reshape(-1)), PendingNews()
+            self._apply_next(max(self._limit_ms, self._now_ms + PAUSE_MS) if self._paused else until_ms)
+        news, self._pending = self._pending.at(self._now_ms, self._map.cells.reshape(-1)), PendingNews()
         return news
 
     def stop_all(self, *, halted: bool = False) -> None:
@@ -171,28 +171,28 @@ class RemoteWorld:
             raise InternalError(f"{name} is not free: {'lost' if robot.lost else robot.order}")
         return robot
 
-    def _together(self, name: ActionName, rover: str, carrier: str, cell: Cell | None) -> None:
-        guest, host = self._free(rover), self._free(carrier)
+    def _hand_over(self, name: ActionName, rover: str, carrier: str, cell: Cell | None) -> None:
+        rover_robot, carrier_robot = self._free(rover), self._free(carrier)
         if cell is None:
-            raise InternalError(f"{rover} is aboard {guest.where.carrier}")
+            raise InternalError(f"{rover} is aboard {rover_robot.where.carrier}")
         if name is ActionName.DOCK:
-            guest.odometer.lift()
-        took_ms = guest.kind.dock_ms if name is ActionName.DOCK else guest.kind.undock_ms
-        guest.free_at_ms = host.free_at_ms = self._now_ms + took_ms
-        self._give(RobotCommand(id=self._count + 1, name=name, robot=rover, carrier=carrier, cell=cell))
+            rover_robot.odometer.lift()
+        took_ms = rover_robot.kind.dock_ms if name is ActionName.DOCK else rover_robot.kind.undock_ms
+        rover_robot.free_at_ms = carrier_robot.free_at_ms = self._now_ms + took_ms
+        self._send(RobotCommand(id=self._count + 1, name=name, robot=rover, carrier=carrier, cell=cell))
 
-    def _give(self, order: RobotCommand) -> None:
+    def _send(self, order: RobotCommand) -> None:
         self._count = order.id
         self._team.begin(order, order.cell)
         for name in order.robots:
             self._robots[name].order = order
         self._process.order(order)
 
-    def _next(self, until_ms: int) -> None:
+    def _apply_next(self, until_ms: int) -> None:
         """Apply the next input."""
         match self._process.exchange(until_ms):
             case MissionReport() as report:
-                self._take(report)
+                self._apply(report)
             case Control.PAUSE:
                 self._paused = True
                 self.stop_all(halted=True)
@@ -201,21 +201,21 @@ class RemoteWorld:
             case Control.CANCEL:
                 self.cancelled = True
 
-    def _take(self, report: MissionReport) -> None:
+    def _apply(self, report: MissionReport) -> None:
         since_ms, self._now_ms, self._begun = self._now_ms, max(self._now_ms, report.t_ms), True
         if report.robot is not None:
-            teller, self._gathered.partial = self._robots[report.robot], True
-            since_ms, teller.told_ms = teller.told_ms, self._now_ms
+            reporter, self._pending.partial = self._robots[report.robot], True
+            since_ms, reporter.reported_ms = reporter.reported_ms, self._now_ms
         if (shift := self._map.grow(report)) is not None:
             self._grow(shift)
         for change in self._map.draw(report):
-            self._gathered.see(change.robot or report.robot or next(iter(self._robots)), change)
+            self._pending.see(change.robot or report.robot or next(iter(self._robots)), change)
         of = report.frame or self._map.first_frame
         shift = None if of == self._map.frame else of.shift_to(self._map.frame)
         for note in report.robots:
             if not self._robots[note.name].lost:
                 cell = note.cell if shift is None or note.cell is None else shift.cell(note.cell)
-                self._note(self._robots[note.name], note, cell, since_ms)
+                self._update_robot(self._robots[note.name], note, cell, since_ms)
         for number in report.finished:
             self._finish(number)
         for number, reason in report.failed:
@@ -226,7 +226,7 @@ class RemoteWorld:
     def _grow(self, shift: FrameShift) -> None:
         """Re-index all places after the map has grown."""
         self._grid = self._map.frame.grid(self._first, self._map.cells)
-        self._gathered.move(shift)
+        self._pending.move(shift)
         for robot in self._robots.values():
             if robot.where.at is not None:
                 robot.where = replace(robot.where, at=shift.cell(robot.where.at))
@@ -234,7 +234,7 @@ class RemoteWorld:
             order.route = tuple(map(shift.cell, order.route))
             order.cell = None if order.cell is None else shift.cell(order.cell)
 
-    def _note(self, robot: CommandedRobot, note: RobotUpdate, cell: Cell | None, since_ms: int) -> None:
+    def _update_robot(self, robot: CommandedRobot, note: RobotUpdate, cell: Cell | None, since_ms: int) -> None:
         drives = robot.order is not None and robot.order.name == "drive"
         moved_m = 0.0
         if cell is not None and robot.cell is not None:
@@ -256,17 +256,17 @@ class RemoteWorld:
         if order is None:
             return
         if order.halted and self._robots[order.robot].cell != order.route[-1]:
-            self._gathered.failed.append((order.robot, PAUSED))
+            self._pending.failed.append((order.robot, PAUSED))
             return
         for name in order.robots:
             self._robots[name].failures = 0
-        self._gathered.finished += order.robots
+        self._pending.finished += order.robots
 
     def _fail(self, number: int, reason: str) -> None:
         order = self._end(number, ActionEnd.FAILED)
         if order is None:
             return
-        self._gathered.failed += [(name, reason) for name in order.robots]
+        self._pending.failed += [(name, reason) for name in order.robots]
         for name in order.robots:
             self._robots[name].failures += 1
             if self._robots[name].failures >= MOST_FAILURES:
@@ -289,7 +289,7 @@ class RemoteWorld:
                 # a rover that was docking on a lost carrier stays where it stands; one being set down is on the ground
                 missed = order.name == ActionName.DOCK and order.carrier == one
                 self._end(order.id, ActionEnd.FAILED if missed else None)
-            self._gathered.lost.append((one, reason if one == name else f"aboard {name}, which is lost"))
+            self._pending.lost.append((one, reason if one == name else f"aboard {name}, which is lost"))
 
 
 Seen = tuple[str, npt.NDArray[np.int64]]  # a robot and cells, by row-major indices

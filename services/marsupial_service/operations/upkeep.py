@@ -19,9 +19,9 @@ from marsupial_service.entries.capacity import stored_bytes
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.store import StoreError
-from marsupial_service.store.opening import MaintenanceConnection, is_shared, maintained
+from marsupial_service.store.opening import MaintenanceConnection, is_shared, open_for_maintenance
 from marsupial_service.store.sqlite import FILE, lock_folder
-from marsupial_service.store.tables import VERSION, missing
+from marsupial_service.store.tables import VERSION, creation_script
 from marsupial_service.store.transaction import StoreReader
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class StoreInfo:
 
 def info(place: str | Path) -> StoreInfo:
     """Return the contents of a store; servers may run meanwhile. Raises StoreError."""
-    with maintained(place) as store:
+    with open_for_maintenance(place) as store:
         return store.read(lambda reader: _info(store, reader))
 
 
@@ -81,7 +81,7 @@ def _info(store: MaintenanceConnection, reader: StoreReader) -> StoreInfo:
 def live_bytes(place: str | Path) -> int:
     """Return the bytes that a folder's store would take if compacted, measured on a temporary copy."""
     _refuse_shared(place, "pg_dump, or the extension pgstattuple")
-    with maintained(place) as store, TemporaryDirectory(dir=place) as folder:
+    with open_for_maintenance(place) as store, TemporaryDirectory(dir=place) as folder:
         dense = Path(folder) / FILE
         store.connection.execute("VACUUM INTO ?", (str(dense),))
         return dense.stat().st_size
@@ -97,7 +97,7 @@ def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: i
     retention_s = _OLDEST_S if days is None else 86400 * days
     most = _ANY_NUMBER if kept is None else kept
     removed: dict[str, int] = {}
-    with maintained(place) as store:
+    with open_for_maintenance(place) as store:
         for table in (JOBS, MISSIONS):
             count = f"SELECT count(*) FROM {table.name}"
             (before,) = store.read(lambda reader: tuple(reader.execute(count).fetchone()))  # noqa: B023
@@ -107,7 +107,7 @@ def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: i
             removed[table.name] = before - after
         while store.write(lambda tx: tx.shrink()):
             pass
-        store.engine.settle()
+        store.engine.checkpoint()
     return removed
 
 
@@ -117,7 +117,7 @@ def backup(place: str | Path, target: Path) -> None:
     if target.exists():
         raise UsageError(f"{target} already exists")
     folder = Path(place)
-    with maintained(folder) as store, _draft(target) as draft:
+    with open_for_maintenance(folder) as store, _draft(target) as draft:
         assert isinstance(store.connection, sqlite3.Connection)
         with closing(sqlite3.connect(draft, isolation_level=None)) as copy:
             store.connection.backup(copy)
@@ -163,7 +163,7 @@ def _restore(source: Path, draft: Path, folder: Path) -> int:
         backup.backup(copy)
         _check(copy, source)
         (version,) = copy.execute("PRAGMA user_version").fetchone()
-        missing(version, str(source))
+        creation_script(version, str(source))
         found = copy.execute(f"SELECT text FROM {_KEYS}").fetchone()
         copy.execute(f"DROP TABLE {_KEYS}")
     if found is not None:
@@ -173,12 +173,12 @@ def _restore(source: Path, draft: Path, folder: Path) -> int:
 
 
 def _check(connection: sqlite3.Connection, path: Path) -> None:
-    """Raise StoreError if the database is damaged, or its rows refer to missing rows."""
+    """Raise StoreError if the database is damaged, or its rows refer to creation_script rows."""
     (said,) = connection.execute("PRAGMA integrity_check(1)").fetchone()
     if said != "ok":
         raise StoreError(f"{path} is damaged: {said}")
     if connection.execute("PRAGMA foreign_key_check").fetchone() is not None:
-        raise StoreError(f"{path} is damaged: rows are missing")
+        raise StoreError(f"{path} is damaged: rows are creation_script")
 
 
 def _refuse_shared(place: str | Path, instead: str) -> None:

@@ -9,7 +9,7 @@ from marsupial_service.http.answers import json_answer, text_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import PlanRoute
 from marsupial_service.intake.jobs import ANALYSIS_READER, VALIDATION_READER
-from marsupial_service.intake.reading import Sent, read
+from marsupial_service.intake.reading import ReceivedBody, read
 from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Owner, Service
 from marsupial_service.schemas import answers
@@ -20,7 +20,9 @@ router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["analysis"])
 
 
 @router.post("/analysis", response_model=answers.AnalysisAnswer, responses=errors("too-many", body=True))
-async def analyse(state: Service, owner: Owner, sent: Annotated[Sent, Body(), described_by(AnalysisBody)]) -> Response:
+async def analyse(
+    state: Service, owner: Owner, sent: Annotated[ReceivedBody, Body(), described_by(AnalysisBody)]
+) -> Response:
     """Analyse a map: targets, meeting points, reach and travel times as GeoJSON in metres of the map frame."""
     limits = state.settings.limits
     await state.jobs.check_quota(owner)
@@ -35,7 +37,7 @@ async def analyse(state: Service, owner: Owner, sent: Annotated[Sent, Body(), de
 
 
 @router.post("/validations", response_model=answers.VerdictAnswer, responses=errors(body=True))
-async def validate(state: Service, sent: Annotated[Sent, Body(), described_by(ValidationBody)]) -> Response:
+async def validate(state: Service, sent: Annotated[ReceivedBody, Body(), described_by(ValidationBody)]) -> Response:
     """Check whether a plan is executable and reaches the goal, and return its first violation if not."""
     verdict = await read(state.readers, state.settings.limits, sent, VALIDATION_READER)
     return json_answer(verdict)

@@ -8,23 +8,23 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Response
 from fastapi.responses import StreamingResponse
 
-from marsupial_service.http.answers import UNKEPT, job_text, json_answer, summary_answer, text_answer
+from marsupial_service.http.answers import NOT_CACHED, job_text, json_answer, summary_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import PlanRoute
-from marsupial_service.intake.jobs import JOB_READER, situation_text, tell_map, tell_situation
-from marsupial_service.intake.reading import INLINE_BYTES, Sent, read
+from marsupial_service.intake.jobs import JOB_READER, encode_job_map, encode_situation, situation_text
+from marsupial_service.intake.reading import INLINE_BYTES, ReceivedBody, read
 from marsupial_service.jobs import lookup
 from marsupial_service.jobs.records import JobRecord
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
-    JobOfPath,
-    KeyHolds,
+    KeyIsValid,
     LastEventId,
     Owner,
     PageLimit,
+    PathJob,
     Prefer,
     Service,
     headers_of,
@@ -36,8 +36,8 @@ from marsupial_service.routes.parameters import (
 )
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.base import described_by
+from marsupial_service.schemas.enums import JobState
 from marsupial_service.schemas.requests import JobBody
-from marsupial_service.schemas.words import JobState
 
 log = logging.getLogger("marsupial.service")
 
@@ -53,7 +53,7 @@ router = APIRouter(prefix="/v1/jobs", route_class=PlanRoute, tags=["jobs"])
 async def submit_job(
     state: Service,
     owner: Owner,
-    sent: Annotated[Sent, Body(), described_by(JobBody)],
+    sent: Annotated[ReceivedBody, Body(), described_by(JobBody)],
     prefer: Prefer = None,
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
@@ -74,7 +74,7 @@ async def submit_job(
 async def list_jobs(
     state: Service,
     owner: Owner,
-    job_state: Annotated[answers.StateWord | None, Query(alias="state")] = None,
+    job_state: Annotated[answers.JobStateWord | None, Query(alias="state")] = None,
     limit: PageLimit = 50,
     before: Annotated[str | None, older_than("job")] = None,
 ) -> Response:
@@ -86,13 +86,13 @@ async def list_jobs(
 
 
 @router.get("/{job}", response_model=answers.JobAnswer, responses=errors("not-found"))
-async def get_job(state: Service, job: JobOfPath) -> Response:
+async def get_job(state: Service, job: PathJob) -> Response:
     """Return a job with its best plan so far."""
     return await _answer(state.jobs, job)
 
 
 @router.post("/{job}/cancel", response_model=answers.JobAnswer, responses=errors("not-found", "not-ready"))
-async def cancel_job(state: Service, job: JobOfPath) -> Response:
+async def cancel_job(state: Service, job: PathJob) -> Response:
     """Cancel a job, which keeps its best plan. A job that has ended does not change."""
     return await _answer(state.jobs, await state.jobs.cancel(job.id))
 
@@ -103,9 +103,9 @@ async def _answer(jobs: Jobs, job: JobRecord, status: int = 200, headers: Mappin
 
 
 @router.get("/{job}/plans", response_model=answers.PlansAnswer, responses=errors("not-found"))
-async def list_plans(state: Service, job: JobOfPath) -> Response:
+async def list_plans(state: Service, job: PathJob) -> Response:
     """Return all plans found so far, each better than the previous one."""
-    return StreamingResponse(_plans(state.jobs, job), headers=UNKEPT, media_type="application/json")
+    return StreamingResponse(_plans(state.jobs, job), headers=NOT_CACHED, media_type="application/json")
 
 
 async def _plans(jobs: Jobs, job: JobRecord) -> AsyncIterator[bytes]:
@@ -123,14 +123,14 @@ async def _plans(jobs: Jobs, job: JobRecord) -> AsyncIterator[bytes]:
     responses=streamed("Events `state`, `plan` and `end`, with ids from 1; the stream ends after `end`."),
 )
 async def follow_job(
-    state: Service, owner: Owner, holds: KeyHolds, job: JobOfPath, last_event_id: LastEventId = None
+    state: Service, owner: Owner, is_valid: KeyIsValid, job: PathJob, last_event_id: LastEventId = None
 ) -> Response:
     """Stream the events of a job: first the stored ones, then new ones."""
-    return await stream(state, owner, holds, state.jobs, job.id, last_event_id)
+    return await stream(state, owner, is_valid, state.jobs, job.id, last_event_id)
 
 
 @router.get("/{job}/situation", response_model=answers.JobSituationAnswer, responses=errors("not-found"))
-async def get_situation(state: Service, owner: Owner, job: JobOfPath) -> Response:
+async def get_situation(state: Service, owner: Owner, job: PathJob) -> Response:
     """Return the situation for the planner; for a map state, once it has been analysed."""
     analysis = await state.jobs.read(lambda reader: lookup.analysis(reader, job.id))
     if analysis is not None:
@@ -139,7 +139,7 @@ async def get_situation(state: Service, owner: Owner, job: JobOfPath) -> Respons
     if len(text) <= INLINE_BYTES:
         found: object = situation_text(text)
     else:
-        found = await state.readers.value_of(owner, tell_situation, text)
+        found = await state.readers.value_of(owner, encode_situation, text)
     if found is None:
         raise HttpProblem("not-found", "the map has not been analysed yet", headers={"Retry-After": "1"})
     assert isinstance(found, bytes)
@@ -147,10 +147,10 @@ async def get_situation(state: Service, owner: Owner, job: JobOfPath) -> Respons
 
 
 @router.get("/{job}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
-async def get_map(state: Service, owner: Owner, job: JobOfPath) -> Response:
+async def get_map(state: Service, owner: Owner, job: PathJob) -> Response:
     """Return the map that a job was submitted with, as runs; a job for a situation has none."""
     source = await state.jobs.read(lambda reader: lookup.source_text(reader, job.id)) or "{}"
-    found = await state.readers.value_of(owner, tell_map, (source, state.settings.limits))
+    found = await state.readers.value_of(owner, encode_job_map, (source, state.settings.limits))
     if found is None:
         raise HttpProblem("not-found", "the job was submitted with a situation, which has no map")
     assert isinstance(found, bytes)

@@ -7,23 +7,29 @@ from fastapi import APIRouter, Body, Response
 from starlette.responses import PlainTextResponse
 
 from marsupial_service.entries.records import Created
-from marsupial_service.http.answers import UNKEPT, json_answer, mission_answer, text_answer
+from marsupial_service.http.answers import NOT_CACHED, json_answer, mission_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import Route
-from marsupial_service.intake.missions import MISSION_READER, REPORT_READER, changes_in, known_map_text, tell_known_map
-from marsupial_service.intake.reading import Sent, read
+from marsupial_service.intake.missions import (
+    MISSION_READER,
+    REPORT_READER,
+    changes_in,
+    encode_known_map,
+    known_map_text,
+)
+from marsupial_service.intake.reading import ReceivedBody, read
 from marsupial_service.keys import Scope
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.values import Control
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
-    KeyHolds,
+    KeyIsValid,
     LastEventId,
-    MissionOfPath,
     Owner,
     PageLimit,
+    PathMission,
     Service,
     headers_of,
     older_than,
@@ -68,7 +74,7 @@ router = APIRouter(prefix="/v1/missions", route_class=MissionRoute, tags=["missi
 async def create_mission(
     state: Service,
     owner: Owner,
-    sent: Annotated[Sent, Body(), described_by(MissionBody)],
+    sent: Annotated[ReceivedBody, Body(), described_by(MissionBody)],
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Create and start a mission; its first `commands` event requests the first report."""
@@ -89,7 +95,7 @@ async def list_missions(
 
 
 @router.get("/{mission}", response_model=answers.MissionAnswer, responses=errors("not-found"))
-async def get_mission(mission: MissionOfPath) -> Response:
+async def get_mission(mission: PathMission) -> Response:
     """Return a mission."""
     return json_answer(mission_answer(mission))
 
@@ -100,7 +106,7 @@ async def get_mission(mission: MissionOfPath) -> Response:
     responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full", body=True),
 )
 async def report(
-    state: Service, mission: MissionOfPath, sent: Annotated[Sent, Body(), described_by(ReportsBody)]
+    state: Service, mission: PathMission, sent: Annotated[ReceivedBody, Body(), described_by(ReportsBody)]
 ) -> Response:
     """Store a report or a batch of reports; repeating the request changes nothing.
 
@@ -110,37 +116,37 @@ async def report(
     brief = await missions.brief(mission)
     frame = mission.frame or MissionFrame.of(brief.grid)
     reports, is_batch = await read(state.readers, state.settings.limits, sent, REPORT_READER, brief, frame)
-    taken = await missions.reports(mission, reports)
-    told = [answers.ReportReceiptAnswer.of(one, revision=taken.revision) for one, _ in reports]
-    return json_answer(answers.BatchReceiptAnswer(reports=told) if is_batch else told[0])
+    record = await missions.reports(mission, reports)
+    receipts = [answers.ReportReceiptAnswer.of(one, revision=record.revision) for one, _ in reports]
+    return json_answer(answers.BatchReceiptAnswer(reports=receipts) if is_batch else receipts[0])
 
 
 @router.get("/{mission}/reports", response_model=answers.LastReportsAnswer, responses=errors("not-found"))
-async def get_last_reports(state: Service, mission: MissionOfPath) -> Response:
+async def get_last_reports(state: Service, mission: PathMission) -> Response:
     """Return the numbers of the last reports, from which to continue."""
     return json_answer(await state.missions.last_reports(mission))
 
 
-_CONTROLLED: dict[str, Any] = {
+_CONTROL_ROUTE: dict[str, Any] = {
     "response_model": answers.MissionAnswer,
     "responses": errors("not-found", "conflict", "not-ready"),
 }
 
 
-@router.post("/{mission}/pause", **_CONTROLLED)
-async def pause_mission(state: Service, mission: MissionOfPath) -> Response:
+@router.post("/{mission}/pause", **_CONTROL_ROUTE)
+async def pause_mission(state: Service, mission: PathMission) -> Response:
     """Stop all driving robots, and send no commands until the mission is resumed."""
     return await _control(state, mission, Control.PAUSE)
 
 
-@router.post("/{mission}/resume", **_CONTROLLED)
-async def resume_mission(state: Service, mission: MissionOfPath) -> Response:
+@router.post("/{mission}/resume", **_CONTROL_ROUTE)
+async def resume_mission(state: Service, mission: PathMission) -> Response:
     """Resume a paused mission."""
     return await _control(state, mission, Control.RESUME)
 
 
-@router.post("/{mission}/cancel", **_CONTROLLED)
-async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
+@router.post("/{mission}/cancel", **_CONTROL_ROUTE)
+async def cancel_mission(state: Service, mission: PathMission) -> Response:
     """Cancel a mission, which ends with its stop report. A mission that has ended does not change."""
     return await _control(state, mission, Control.CANCEL)
 
@@ -151,33 +157,33 @@ async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
     responses=streamed("Events `log`, `decision`, `commands`, `state`, `frame`, `quota` and `end`, with ids from 1."),
 )
 async def follow_mission(
-    state: Service, owner: Owner, holds: KeyHolds, mission: MissionOfPath, last_event_id: LastEventId = None
+    state: Service, owner: Owner, is_valid: KeyIsValid, mission: PathMission, last_event_id: LastEventId = None
 ) -> Response:
     """Stream the events of a mission, first the stored ones, then new ones, up to the event `end`."""
-    return await stream(state, owner, holds, state.missions, mission.id, last_event_id)
+    return await stream(state, owner, is_valid, state.missions, mission.id, last_event_id)
 
 
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))
-async def get_log(state: Service, mission: MissionOfPath) -> Response:
+async def get_log(state: Service, mission: PathMission) -> Response:
     """Return the mission log so far, as `marsupial replay` reads it."""
-    return LogAnswer(await state.missions.log(mission), headers=UNKEPT)
+    return LogAnswer(await state.missions.log(mission), headers=NOT_CACHED)
 
 
 @router.get("/{mission}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
-async def get_known_map(state: Service, owner: Owner, mission: MissionOfPath) -> Response:
+async def get_known_map(state: Service, owner: Owner, mission: PathMission) -> Response:
     """Return the map as known after the last report."""
     known = await state.missions.known(mission)
     if await asyncio.to_thread(changes_in, known.cells) <= _INLINE_CHANGES:
         return text_answer(known_map_text(known))
-    found = await state.readers.value_of(owner, tell_known_map, known)
+    found = await state.readers.value_of(owner, encode_known_map, known)
     assert isinstance(found, bytes)
     return text_answer(found)
 
 
-def created(made: Created[MissionRecord]) -> Response:
+def created(creation: Created[MissionRecord]) -> Response:
     """Return the answer for a stored mission."""
-    answer = mission_answer(made.record)
-    return json_answer(answer, 200 if made.replayed else 201, headers_of(made, answer.links.self))
+    answer = mission_answer(creation.record)
+    return json_answer(answer, 200 if creation.replayed else 201, headers_of(creation, answer.links.self))
 
 
 async def _control(state: Service, mission: MissionRecord, control: Control) -> Response:

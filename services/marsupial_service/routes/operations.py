@@ -11,7 +11,7 @@ from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
 from marsupial.processes.runner import LOCAL
-from marsupial_service.http.answers import UNKEPT, json_answer
+from marsupial_service.http.answers import NOT_CACHED, json_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import AdminRoute, Route
 from marsupial_service.intake.supervised import value_on
@@ -62,7 +62,7 @@ async def metrics(state: Service) -> Response:
     streams = sum(state.streams.values())
     counts = await jobs.metrics(), await missions.counts(), await jobs.left_s()
     text = state.metrics.text(*counts, streams, await jobs.sizes())
-    return PlainTextResponse(text, headers=UNKEPT)
+    return PlainTextResponse(text, headers=NOT_CACHED)
 
 
 async def _check(state: State) -> answers.ReadyAnswer | str:
@@ -90,7 +90,7 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     except TimeoutError:
         return f"the store does not answer within {_STORE_S:g} s"
     except StoreError as error:
-        return error.told
+        return error.public_message
     except Exception:
         log.exception("readiness check failed")
         return "the store is not available; see the server log"

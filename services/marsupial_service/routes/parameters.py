@@ -28,14 +28,14 @@ async def _owner(request: Request) -> str:
     return owner
 
 
-async def _key_holds(state: Annotated[State, Depends(_state)], request: Request) -> Callable[[], bool]:
+async def _key_is_valid(state: Annotated[State, Depends(_state)], request: Request) -> Callable[[], bool]:
     key: Key | None = request.state.key
-    return lambda: key is None or state.keys.is_good(key, time.time())
+    return lambda: key is None or state.keys.is_still_valid(key, time.time())
 
 
 Service = Annotated[State, Depends(_state)]
 Owner = Annotated[str, Depends(_owner)]
-KeyHolds = Annotated[Callable[[], bool], Depends(_key_holds)]
+KeyIsValid = Annotated[Callable[[], bool], Depends(_key_is_valid)]
 """A function that returns whether the key of the request is still valid."""
 
 Prefer = Annotated[str | None, Header(description="`wait=5` waits up to 5 s for the job to end.", max_length=200)]
@@ -72,8 +72,8 @@ async def _mission(state: Service, owner: Owner, mission: _MissionId) -> Mission
     return await state.missions.of(owner, mission)
 
 
-JobOfPath = Annotated[JobRecord, Depends(_job)]
-MissionOfPath = Annotated[MissionRecord, Depends(_mission)]
+PathJob = Annotated[JobRecord, Depends(_job)]
+PathMission = Annotated[MissionRecord, Depends(_mission)]
 
 
 def wait_seconds(prefer: str | None, limit: float) -> float | None:

@@ -13,7 +13,7 @@ from marsupial.strategies.registry import asks_planner, check_suits, strategy, s
 from marsupial_service.http.answers import json_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.intake.missions import DEFAULT_BUDGET_S
-from marsupial_service.intake.reading import Sent, read
+from marsupial_service.intake.reading import ReceivedBody, read
 from marsupial_service.intake.simulations import SIMULATION_READER
 from marsupial_service.planners import planner_infos
 from marsupial_service.routes.missions import MISSION_STORED, MissionRoute, created
@@ -55,7 +55,7 @@ async def list_scenarios(state: Service) -> Response:
 async def create_simulation(
     state: Service,
     owner: Owner,
-    sent: Annotated[Sent, Body(), described_by(SimulationBody)],
+    sent: Annotated[ReceivedBody, Body(), described_by(SimulationBody)],
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Create and start a mission with simulated robots. It accepts no reports, and ends by itself."""

@@ -4,11 +4,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, WithJsonSchema
 
-from marsupial_service.schemas.base import Absent, Answer, one_word_of
-from marsupial_service.schemas.words import JobOutcome, JobState, MissionPhase
+from marsupial_service.schemas.base import Answer, OmittedIfNone, enum_schema
+from marsupial_service.schemas.enums import JobOutcome, JobState, MissionPhase
 
-StateWord = Annotated[str, one_word_of(JobState)]
-OutcomeWord = Annotated[str, one_word_of(JobOutcome)]
+JobStateWord = Annotated[str, enum_schema(JobState)]
+OutcomeWord = Annotated[str, enum_schema(JobOutcome)]
 Number = Annotated[int | float, WithJsonSchema({"type": "number"})]
 """A number; integers stay integers."""
 Geometry = Literal["Point", "MultiPoint", "LineString", "MultiPolygon"]
@@ -17,10 +17,10 @@ Geometry = Literal["Point", "MultiPoint", "LineString", "MultiPolygon"]
 class ProblemDetailAnswer(Answer):
     """One error in a request: its detail, and its place (a JSON pointer into the body, or the name of a parameter)."""
 
-    pointer: Absent[str] = None
-    query: Absent[str] = None
-    header: Absent[str] = None
-    path: Absent[str] = None
+    pointer: OmittedIfNone[str] = None
+    query: OmittedIfNone[str] = None
+    header: OmittedIfNone[str] = None
+    path: OmittedIfNone[str] = None
     detail: str
 
 
@@ -32,7 +32,7 @@ class ProblemAnswer(Answer):
     status: int
     detail: str
     instance: str
-    errors: Absent[list[ProblemDetailAnswer]] = None
+    errors: OmittedIfNone[list[ProblemDetailAnswer]] = None
 
 
 class ActionAnswer(Answer):
@@ -40,8 +40,8 @@ class ActionAnswer(Answer):
 
     name: Literal["move", "explore", "dock", "undock"]
     robot: str
-    carrier: Absent[str] = None
-    origin: Absent[str] = None
+    carrier: OmittedIfNone[str] = None
+    origin: OmittedIfNone[str] = None
     place: str
     start_ms: int
     duration_ms: int
@@ -67,8 +67,8 @@ class PlansAnswer(Answer):
 class BudgetAnswer(Answer):
     """The budget of the planner, in seconds or in steps."""
 
-    seconds: Absent[float] = None
-    steps: Absent[int] = None
+    seconds: OmittedIfNone[float] = None
+    steps: OmittedIfNone[int] = None
 
 
 class JobLinksAnswer(Answer):
@@ -85,7 +85,7 @@ class JobSummaryAnswer(Answer):
     """A job without its plan."""
 
     id: str
-    state: StateWord
+    state: JobStateWord
     outcome: OutcomeWord | None
     detail: str
     planner: str
@@ -272,8 +272,8 @@ class DemoJobAnswer(Answer):
 
     planner: str
     budget: dict[str, Any] = Field(default_factory=dict)
-    situation: Absent[dict[str, Any]] = None
-    map_state: Absent[dict[str, Any]] = None
+    situation: OmittedIfNone[dict[str, Any]] = None
+    map_state: OmittedIfNone[dict[str, Any]] = None
 
 
 class MissionLinksAnswer(Answer):
@@ -295,7 +295,7 @@ class SimulationAnswer(Answer):
     `speed` is seconds of mission time per second; without it, the simulation runs as fast as planning allows.
     """
 
-    speed: Absent[float] = None
+    speed: OmittedIfNone[float] = None
     seed: int
     carriers: int
     rovers: int
@@ -307,7 +307,7 @@ class MissionAnswer(Answer):
 
     id: str
     name: str
-    state: Annotated[str, one_word_of(MissionPhase)]
+    state: Annotated[str, enum_schema(MissionPhase)]
     status: str | None
     reason: str
     strategy: str
@@ -317,7 +317,7 @@ class MissionAnswer(Answer):
     revision: int
     created_at: str
     finished_at: str | None
-    simulation: Absent[SimulationAnswer] = None
+    simulation: OmittedIfNone[SimulationAnswer] = None
     links: MissionLinksAnswer
 
 
@@ -335,7 +335,7 @@ class ReportReceiptAnswer(Answer):
     """
 
     n: int
-    robot: Absent[str] = None
+    robot: OmittedIfNone[str] = None
     t_ms: int
     revision: int
 

@@ -23,7 +23,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from marsupial.model.bounds import BOUNDS, LONGEST_NAME, LONGEST_TEXT
 from marsupial.model.grid import Cell
-from marsupial_service.moments import timestamp
+from marsupial_service.timestamps import timestamp
 
 T = TypeVar("T")
 
@@ -85,7 +85,7 @@ def within(name: str) -> Any:
     return Field(gt=bound.least, le=bound.most) if bound.above else Field(ge=bound.least, le=bound.most)
 
 
-def one_word_of(words: type[StrEnum]) -> GetPydanticSchema:
+def enum_schema(words: type[StrEnum]) -> GetPydanticSchema:
     """Return the schema of a text that is one of these words; the document lists them at the field."""
     return GetPydanticSchema(lambda *_: core_schema.literal_schema([word.value for word in words]))
 
@@ -97,7 +97,7 @@ def described_by(shape: Any) -> GetPydanticSchema:
     )
 
 
-def made_of(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
+def converted(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
     """Return the schema of a field that is sent in a shape (a model, or a type of JSON) and becomes a value.
 
     `make` takes the fields of a model by their names, anything else as it is.
@@ -106,27 +106,29 @@ def made_of(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
     def value_of(sent: Any) -> Any:
         return make(**dict(sent)) if isinstance(sent, BaseModel) else make(sent)
 
-    return made_of_list(shape, value_of)
+    return converted_list(shape, value_of)
 
 
-def made_of_list(shape: Any, make: Callable[[Any], Any]) -> GetPydanticSchema:
+def converted_list(shape: Any, make: Callable[[Any], Any]) -> GetPydanticSchema:
     """Return the same for a list, given to `make` without a wrapper: a report may have thousands of cells."""
     return GetPydanticSchema(lambda _, handler: core_schema.no_info_after_validator_function(make, handler(shape)))
 
 
-Maybe = Annotated[T | None, _RefuseNull()]
+OptionalField = Annotated[T | None, _RefuseNull()]
 """A field of a request that may be left out, with None as its default."""
 
-Absent = Annotated[T | None, Field(exclude_if=lambda value: value is None), _NeverNull()]
+OmittedIfNone = Annotated[T | None, Field(exclude_if=lambda value: value is None), _NeverNull()]
 """A field of an answer that is left out where it is None."""
 
 Name = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST_TEXT, pattern=r"\S")]
 RobotName = Annotated[str, StringConstraints(max_length=LONGEST_NAME, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
 Milliseconds = Annotated[int, within("duration_ms")]
 Metres = Annotated[float, within("coordinate_m")]
-PointM = Annotated[tuple[float, float], made_of_list(Annotated[list[Metres], Field(min_length=2, max_length=2)], tuple)]
+PointM = Annotated[
+    tuple[float, float], converted_list(Annotated[list[Metres], Field(min_length=2, max_length=2)], tuple)
+]
 CellXY = Annotated[
-    Cell, made_of_list(Annotated[list[Annotated[int, within("cell")]], Field(min_length=2, max_length=2)], Cell._make)
+    Cell, converted_list(Annotated[list[Annotated[int, within("cell")]], Field(min_length=2, max_length=2)], Cell._make)
 ]
 
 
@@ -144,7 +146,7 @@ def variant(key: str) -> Tag:
     return Tag(VARIANT + key)
 
 
-NONE_OF = "none_of"
+NO_VARIANT = "none_of"
 """The error of an object that has none of the `keys` that distinguish its variants."""
 
 
@@ -158,7 +160,7 @@ def by_key(*keys: str) -> Discriminator:
 
     return Discriminator(
         tag,
-        custom_error_type=NONE_OF,
+        custom_error_type=NO_VARIANT,
         custom_error_message=f"must have one of the fields {', '.join(keys)}",
         custom_error_context={"keys": " ".join(keys)},
     )

@@ -11,9 +11,9 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, Field
 
 from marsupial.model.mission import Status
-from marsupial_service.schemas.answers import ActionAnswer, OutcomeWord, StateWord
-from marsupial_service.schemas.base import Absent, Answer, one_word_of
-from marsupial_service.schemas.words import EventType, JobEventType
+from marsupial_service.schemas.answers import ActionAnswer, JobStateWord, OutcomeWord
+from marsupial_service.schemas.base import Answer, OmittedIfNone, enum_schema
+from marsupial_service.schemas.enums import EventType, JobEventType
 
 CellData = Annotated[list[int], Field(min_length=2, max_length=2, description="Column and row of a cell.")]
 PointData = Annotated[list[float], Field(min_length=2, max_length=2, description="x and y in metres of the map frame.")]
@@ -79,7 +79,7 @@ class CommandsData(Answer):
         description="Mission time in ms by which the next report is due, even if nothing happens; null: no more "
         "reports. During a pause it is always in the future."
     )
-    robots: Absent[dict[str, int]] = Field(
+    robots: OmittedIfNone[dict[str, int]] = Field(
         default=None, description="The last report of each robot that numbers its own."
     )
     commands: list[Command]
@@ -92,14 +92,14 @@ class LogData(BaseModel):
         "mission", "reveal", "drive", "stand", "plan", "start", "end", "lost", "ended", "change", "frame"
     ] = Field(description="Type of the event.")
     t_ms: TimeMs
-    robot: Absent[str] = Field(default=None, description="The robot, in `drive`, `stand` and `lost`.")
-    cell: Absent[CellData] = Field(default=None, description="The cell, in `drive`, `stand` and `start`.")
-    steps: Absent[str] = Field(default=None, description="In `drive`: one digit per step; 0 is +x, 2 is +y.")
-    looks: Absent[list[tuple[str, int, str]]] = Field(
+    robot: OmittedIfNone[str] = Field(default=None, description="The robot, in `drive`, `stand` and `lost`.")
+    cell: OmittedIfNone[CellData] = Field(default=None, description="The cell, in `drive`, `stand` and `start`.")
+    steps: OmittedIfNone[str] = Field(default=None, description="In `drive`: one digit per step; 0 is +x, 2 is +y.")
+    looks: OmittedIfNone[list[tuple[str, int, str]]] = Field(
         default=None, description="In `reveal` and `change`: robot, ms after `t_ms`, and encoded cells."
     )
-    revision: Absent[RevisionNumber] = None
-    reason: Absent[str] = None
+    revision: OmittedIfNone[RevisionNumber] = None
+    reason: OmittedIfNone[str] = None
 
 
 class DecisionData(Answer):
@@ -121,7 +121,7 @@ class MissionStateData(Answer):
     """
 
     state: Literal["paused", "running", "waiting"]
-    reason: Absent[str] = None
+    reason: OmittedIfNone[str] = None
     t_ms: TimeMs
 
 
@@ -129,8 +129,10 @@ class QuotaData(Answer):
     """Whether the mission waits because its key has used up its planning time."""
 
     state: Literal["waiting", "running"]
-    reason: Absent[str] = None
-    room_at: Absent[Moment] = Field(default=None, description="When it may continue, if no job of the key ends before.")
+    reason: OmittedIfNone[str] = None
+    room_at: OmittedIfNone[Moment] = Field(
+        default=None, description="When it may continue, if no job of the key ends before."
+    )
     t_ms: TimeMs
 
 
@@ -150,7 +152,7 @@ class FrameData(Answer):
 class MissionEndData(Answer):
     """How the mission ended."""
 
-    status: Annotated[str, one_word_of(Status)]
+    status: Annotated[str, enum_schema(Status)]
     reason: str
     t_ms: TimeMs
 
@@ -158,7 +160,7 @@ class MissionEndData(Answer):
 class JobStateData(Answer):
     """The new state of the job, and how often it was started."""
 
-    state: StateWord
+    state: JobStateWord
     attempts: int = Field(ge=0, description="How often it was started.")
     at: Moment
 
@@ -176,7 +178,7 @@ class JobPlanData(Answer):
 class JobEndData(Answer):
     """The job has ended."""
 
-    state: StateWord
+    state: JobStateWord
     outcome: OutcomeWord
     detail: str
     plans: int = Field(ge=0, description="Number of plans found.")

@@ -12,14 +12,14 @@ from marsupial.model.mission import MapMeeting
 from marsupial.model.robots import SQRT2
 from marsupial_service.schemas.base import (
     CellXY,
-    Maybe,
     Metres,
+    OptionalField,
     PointM,
     RequestBody,
     RobotName,
     by_key,
+    converted,
     described_by,
-    made_of,
     one_of,
     variant,
     within,
@@ -29,7 +29,7 @@ from marsupial_service.schemas.situations import Goal
 Base64 = Annotated[str, StringConstraints(min_length=4, pattern=r"^[A-Za-z0-9+/]*={0,2}$")]
 Resolution = Annotated[float, within("resolution_m")]
 Origin = Annotated[
-    tuple[float, float, float], made_of(Annotated[list[Metres], Field(min_length=3, max_length=3)], tuple)
+    tuple[float, float, float], converted(Annotated[list[Metres], Field(min_length=3, max_length=3)], tuple)
 ]
 Share = Annotated[float, within("share")]
 Grey = Annotated[int, within("grey")]
@@ -46,12 +46,12 @@ class MaskBody(RequestBody):
     image: Base64
     greys: dict[
         str,
-        Annotated[list[int], made_of(Grey | list[Grey], lambda given: given if isinstance(given, list) else [given])],
+        Annotated[list[int], converted(Grey | list[Grey], lambda given: given if isinstance(given, list) else [given])],
     ]
 
 
 class _MapFields(RequestBody):
-    mask: Maybe[MaskBody] = None
+    mask: OptionalField[MaskBody] = None
 
 
 class RowsMapBody(_MapFields):
@@ -59,8 +59,8 @@ class RowsMapBody(_MapFields):
 
     rows: Annotated[list[Annotated[str, StringConstraints(min_length=1)]], Field(min_length=1)]
     resolution_m: Resolution
-    origin_m: Maybe[Origin] = None
-    legend: Maybe[dict[str, str]] = None
+    origin_m: OptionalField[Origin] = None
+    legend: OptionalField[dict[str, str]] = None
 
 
 class ImageMapBody(_MapFields):
@@ -68,7 +68,7 @@ class ImageMapBody(_MapFields):
 
     image: Base64
     resolution_m: Resolution
-    origin_m: Maybe[Origin] = None
+    origin_m: OptionalField[Origin] = None
     negate: bool = False
     free_thresh: Share = 0.25
     occupied_thresh: Share = 0.65
@@ -100,7 +100,7 @@ class TerrainBody(RequestBody):
     """A terrain class in addition to obstacle, floor and rough."""
 
     name: RobotName
-    code: Maybe[Annotated[int, within("terrain_code")]] = None
+    code: OptionalField[Annotated[int, within("terrain_code")]] = None
     blocks_sight: bool = False
 
 
@@ -120,7 +120,7 @@ class _RobotTypeFields(RequestBody):
     sensor_range_m: Annotated[float, within("sensor_range_m")]
     radius_m: Annotated[float, within("radius_m")]
     terrains: Annotated[list[RobotName], Field(min_length=1)]
-    energy: Maybe[EnergyBody] = None
+    energy: OptionalField[EnergyBody] = None
     diagonal: Annotated[float, within("diagonal")] = SQRT2
     routes: Literal["shortest", "energy"] = "shortest"
 
@@ -179,9 +179,9 @@ class PlacedBody(RequestBody):
 
     name: RobotName
     type: RobotName
-    pose_m: Maybe[PointM] = None
-    cell: Maybe[CellXY] = None
-    carrier: Maybe[RobotName] = None
+    pose_m: OptionalField[PointM] = None
+    cell: OptionalField[CellXY] = None
+    carrier: OptionalField[RobotName] = None
 
     @model_validator(mode="after")
     def _has_one_place(self) -> Self:
@@ -195,9 +195,9 @@ class PlacedBody(RequestBody):
 class RobotBody(PlacedBody):
     """A robot and where it will be free: a point in metres, a cell, or the carrier it is aboard."""
 
-    action: Maybe[ActionInProgressBody] = None
-    home_m: Maybe[PointM] = None
-    home_cell: Maybe[CellXY] = None
+    action: OptionalField[ActionInProgressBody] = None
+    home_m: OptionalField[PointM] = None
+    home_cell: OptionalField[CellXY] = None
 
 
 class MeetingBody(RequestBody):
@@ -217,5 +217,5 @@ class MapStateBody(RequestBody):
     terrains: Terrains = Field(default=[])
     robot_types: RobotTypes
     robots: Annotated[list[RobotBody], Field(min_length=1)]
-    meetings: list[Annotated[MapMeeting, made_of(MeetingBody, MapMeeting)]] = Field(default_factory=list)
-    goal: Maybe[Goal] = None
+    meetings: list[Annotated[MapMeeting, converted(MeetingBody, MapMeeting)]] = Field(default_factory=list)
+    goal: OptionalField[Goal] = None

@@ -7,15 +7,15 @@ from pydantic import Field, RootModel, StringConstraints
 from marsupial.model.scenario import Goal, MissionLimits
 from marsupial_service.schemas.base import (
     CellXY,
-    Maybe,
     Milliseconds,
     Name,
+    OptionalField,
     PointM,
     RequestBody,
     RobotName,
     by_key,
-    made_of,
-    made_of_list,
+    converted,
+    converted_list,
     variant,
     within,
 )
@@ -24,7 +24,7 @@ from marsupial_service.schemas.requests import BudgetBody
 from marsupial_service.schemas.situations import GoalBody
 
 RunsBody = Annotated[
-    tuple[int, ...], made_of_list(Annotated[list[Annotated[int, within("cell")]], Field(fail_fast=True)], tuple)
+    tuple[int, ...], converted_list(Annotated[list[Annotated[int, within("cell")]], Field(fail_fast=True)], tuple)
 ]
 """Triples of start, length and terrain code, in ascending order; cells are numbered row by row from the lowest row."""
 
@@ -40,7 +40,7 @@ class FrameBody(RequestBody):
     width: Side
     height: Side
     resolution_m: Resolution
-    origin_m: Maybe[Origin] = None
+    origin_m: OptionalField[Origin] = None
     known: RunsBody = ()
 
 
@@ -56,13 +56,13 @@ class MissionBody(RequestBody):
     terrains: Terrains = Field(default=[])
     robot_types: RobotTypes
     team: Annotated[list[MemberBody], Field(min_length=1)]
-    goal: Maybe[Annotated[Goal, made_of(GoalBody, Goal)]] = None
+    goal: OptionalField[Annotated[Goal, converted(GoalBody, Goal)]] = None
     strategy: Name = "temporal"
     planner: Name = "auto"
-    budget: Maybe[BudgetBody] = None
+    budget: OptionalField[BudgetBody] = None
     planning_time: Literal["instant", "charged"] = "instant"
     time_limit_ms: Annotated[int, within("time_limit_ms")] = MissionLimits().time_ms
-    area: Maybe[RunsBody] = None
+    area: OptionalField[RunsBody] = None
     seed: Annotated[int, within("seed")] = 0
 
 
@@ -88,19 +88,19 @@ class ReportFrameBody(RequestBody):
 
     width: Side
     height: Side
-    origin_m: Maybe[Origin] = None
-    resolution_m: Maybe[Resolution] = None
+    origin_m: OptionalField[Origin] = None
+    resolution_m: OptionalField[Resolution] = None
 
 
 class RobotNoteBody(RequestBody):
     """The position of a robot; for a driving robot, where and when it would stop if commanded now."""
 
     name: RobotName
-    pose_m: Maybe[PointM] = None
-    cell: Maybe[CellXY] = None
-    free_at_ms: Maybe[Milliseconds] = None
-    distance_m: Maybe[Distance] = None
-    driving_ms: Maybe[Milliseconds] = None
+    pose_m: OptionalField[PointM] = None
+    cell: OptionalField[CellXY] = None
+    free_at_ms: OptionalField[Milliseconds] = None
+    distance_m: OptionalField[Distance] = None
+    driving_ms: OptionalField[Milliseconds] = None
 
 
 class FailedBody(RequestBody):
@@ -125,11 +125,11 @@ class ReportBody(RequestBody):
     """
 
     n: Annotated[int, within("report")]
-    robot: Maybe[RobotName] = None
+    robot: OptionalField[RobotName] = None
     t_ms: Milliseconds
-    frame: Maybe[ReportFrameBody] = None
+    frame: OptionalField[ReportFrameBody] = None
     revealed: list[RevealedBody] = Field(default=[])
-    map: Maybe[MapRunsBody] = None
+    map: OptionalField[MapRunsBody] = None
     robots: list[RobotNoteBody] = Field(default=[])
     finished: list[Identity] = Field(default=[])
     failed: list[FailedBody] = Field(default=[])

@@ -7,13 +7,13 @@ from pydantic import RootModel, StringConstraints
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.planning import Budget
 from marsupial_service.schemas.base import (
-    Maybe,
     Milliseconds,
     Name,
+    OptionalField,
     RequestBody,
     by_key,
+    converted,
     described_by,
-    made_of,
     variant,
     within,
 )
@@ -35,7 +35,7 @@ class StepsBudget(RequestBody):
 
 BudgetBody = Annotated[
     Budget,
-    made_of(
+    converted(
         Annotated[
             Annotated[SecondsBudget, variant("seconds")] | Annotated[StepsBudget, variant("steps")],
             by_key("seconds", "steps"),
@@ -47,7 +47,7 @@ BudgetBody = Annotated[
 
 class _JobFields(RequestBody):
     planner: Name = "auto"
-    budget: Maybe[BudgetBody] = None
+    budget: OptionalField[BudgetBody] = None
 
 
 class SituationJobBody(_JobFields):
@@ -77,16 +77,16 @@ class AnalysisBody(RequestBody):
     """A map state to analyse; `include` selects the parts of the answer, all by default."""
 
     map_state: MapStateBody
-    include: Maybe[list[Literal["places", "reach", "frontiers", "costs"]]] = None
+    include: OptionalField[list[Literal["places", "reach", "frontiers", "costs"]]] = None
 
 
 class ActionBody(RequestBody):
     """An action of a plan."""
 
-    name: Annotated[ActionName, made_of(Literal["move", "explore", "dock", "undock"], ActionName)]
+    name: Annotated[ActionName, converted(Literal["move", "explore", "dock", "undock"], ActionName)]
     robot: Name
-    carrier: Maybe[Name] = None
-    origin: Maybe[Name] = None
+    carrier: OptionalField[Name] = None
+    origin: OptionalField[Name] = None
     place: Name
     start_ms: Annotated[int, within("start_ms")]
     duration_ms: Milliseconds
@@ -95,7 +95,7 @@ class ActionBody(RequestBody):
 class ActionsPlan(RequestBody):
     """A plan as a list of actions."""
 
-    actions: list[Annotated[Action, made_of(ActionBody, Action)]]
+    actions: list[Annotated[Action, converted(ActionBody, Action)]]
 
 
 class TextPlan(RequestBody):

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import RootModel
 
 from marsupial.generators.builtin import DEFAULT_CARRIERS, DEFAULT_ROVERS
-from marsupial_service.schemas.base import Maybe, Name, RequestBody, by_key, variant, within
+from marsupial_service.schemas.base import Name, OptionalField, RequestBody, by_key, variant, within
 from marsupial_service.schemas.requests import BudgetBody
 
 DEFAULT_STRATEGY, DEFAULT_PLANNER, DEFAULT_SEED = "temporal", "auto", 1
@@ -20,7 +20,7 @@ class UploadedMapBody(RequestBody):
     name: Name = "map"
     yaml: str
     image_base64: str
-    image_name: Maybe[Name] = None
+    image_name: OptionalField[Name] = None
 
 
 class _Simulation(RequestBody):
@@ -29,8 +29,8 @@ class _Simulation(RequestBody):
     strategy: Name = DEFAULT_STRATEGY
     planner: Name = DEFAULT_PLANNER
     seed: Annotated[int, within("seed")] = DEFAULT_SEED
-    budget: Maybe[BudgetBody] = None
-    speed: Maybe[Annotated[float, within("simulation_speed")]] = None
+    budget: OptionalField[BudgetBody] = None
+    speed: OptionalField[Annotated[float, within("simulation_speed")]] = None
 
 
 class ScenarioSimulationBody(_Simulation):

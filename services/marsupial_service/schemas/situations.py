@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from marsupial.model.situation import SituationGoal
-from marsupial_service.schemas.base import Maybe, Milliseconds, Name, RequestBody, made_of, one_of, within
+from marsupial_service.schemas.base import Milliseconds, Name, OptionalField, RequestBody, converted, one_of, within
 
 
 class PlanningTypeBody(RequestBody):
@@ -28,10 +28,10 @@ class RobotStateBody(RequestBody):
 
     name: Name
     type: Name
-    place: Maybe[Name] = None
-    carrier: Maybe[Name] = None
+    place: OptionalField[Name] = None
+    carrier: OptionalField[Name] = None
     free_at_ms: Milliseconds = 0
-    home: Maybe[Name] = None
+    home: OptionalField[Name] = None
 
 
 class TargetBody(RequestBody):
@@ -49,7 +49,7 @@ class GoalBody(RequestBody):
     return_home: bool = False
 
 
-Goal = Annotated[SituationGoal, made_of(GoalBody, SituationGoal)]
+Goal = Annotated[SituationGoal, converted(GoalBody, SituationGoal)]
 
 
 class SituationBody(RequestBody):
@@ -62,6 +62,6 @@ class SituationBody(RequestBody):
     targets: list[TargetBody]
     meetings: list[Name]
     homes: list[Name] = Field(default_factory=list)
-    goal: Maybe[GoalBody] = None
-    places: Maybe[list[Name]] = None
+    goal: OptionalField[GoalBody] = None
+    places: OptionalField[list[Name]] = None
     travel_ms: dict[str, list[list[Milliseconds | None]]]

@@ -15,7 +15,7 @@ def texts_of(reader: StoreReader, prefix: str) -> dict[str, str]:
     return {row["name"][len(prefix) :]: row["text"] for row in reader.execute(sql, (len(prefix), prefix))}
 
 
-def keep(tx: Transaction, name: str, text: str) -> None:
+def store_text(tx: Transaction, name: str, text: str) -> None:
     """Store a text under a name, replacing the old one; to derive it from the old one, first lock the name."""
     sql = "INSERT INTO documents VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET text = excluded.text"
     tx.execute(sql, (name, text))

@@ -39,19 +39,19 @@ class Connection(Protocol):
 class StoreError(Exception):
     """Nothing was stored; the message says why (no space, no permission, a damaged file, no connection).
 
-    `told` is a message that anybody may read: it names no file, address or user.
+    `public_message` is a message that anybody may read: it names no file, address or user.
     """
 
-    def __init__(self, message: str, told: str = "the store is not available; see the server log") -> None:
+    def __init__(self, message: str, public_message: str = "the store is not available; see the server log") -> None:
         super().__init__(message)
-        self.told = told
+        self.public_message = public_message
 
 
 class StoreInUse(StoreError):
     """Another server uses the folder."""
 
 
-def said(error: Exception) -> str:
+def one_line(error: Exception) -> str:
     """Return the message of an error in one line."""
     return str(error).strip().replace("\n", " ") or type(error).__name__
 
@@ -84,7 +84,7 @@ class StoreBackend(ABC):
                 connection.close()
                 raise
         except self.errors as error:
-            raise StoreError(f"{self.place}: {said(error)}") from error
+            raise StoreError(f"{self.place}: {one_line(error)}") from error
         return connection
 
     @abstractmethod
@@ -116,17 +116,17 @@ class StoreBackend(ABC):
     def lock(self, connection: Connection, name: str) -> None:
         """Take the lock `name`, and hold it until the end of the transaction."""
 
-    def tell(self, connection: Connection, topics: frozenset[str]) -> None:
+    def notify(self, connection: Connection, topics: frozenset[str]) -> None:
         """Notify other servers of news on these topics, with the commit."""
 
-    def listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
-        """Call `heard` with the topics that other servers notify; None: a notification may have been missed."""
+    def listen(self, on_news: Callable[[frozenset[str] | None], None]) -> None:
+        """Call `on_news` with the topics that other servers notify; None: a notification may have been missed."""
 
     def shrink(self, connection: Connection) -> bool:
         """Free some unused space, in a transaction; return whether there is more."""
         return False
 
-    def settle(self) -> bool:
+    def checkpoint(self) -> bool:
         """Give back what commits left behind, outside of transactions; False if others hold it. Raises `errors`."""
         return True
 

@@ -5,10 +5,10 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from marsupial_service.store.engine import Connection, StoreBackend, StoreError, said
+from marsupial_service.store.engine import Connection, StoreBackend, StoreError, one_line
 from marsupial_service.store.sqlite import Sqlite
 from marsupial_service.store.store import Store
-from marsupial_service.store.tables import missing
+from marsupial_service.store.tables import creation_script
 from marsupial_service.store.transaction import Transaction
 
 T = TypeVar("T")
@@ -24,10 +24,10 @@ def open_store(place: str | Path) -> Store:
     return Store(engine_of(place))
 
 
-def engine_of(place: str | Path, *, maintains: bool = False) -> StoreBackend:
-    """Return the database of a place, for a server or (`maintains`) for maintenance. Raises StoreError."""
+def engine_of(place: str | Path, *, for_maintenance: bool = False) -> StoreBackend:
+    """Return the database of a place, for a server or (`for_maintenance`) for maintenance. Raises StoreError."""
     if not is_shared(place):
-        return Sqlite(Path(place), maintains=maintains)
+        return Sqlite(Path(place), for_maintenance=for_maintenance)
     try:
         from marsupial_service.store.postgres import Postgres  # psycopg is an extra
     except ImportError as error:
@@ -46,7 +46,7 @@ class MaintenanceConnection:
     def __init__(self, engine: StoreBackend, connection: Connection) -> None:
         self.engine = engine
         self.connection = connection
-        if missing(engine.version(connection), engine.place):
+        if creation_script(engine.version(connection), engine.place):
             raise StoreError(f"{engine.place}: the store has no tables yet")
 
     def read(self, read: Callable[[Connection], T]) -> T:
@@ -65,11 +65,11 @@ class MaintenanceConnection:
 
 
 @contextmanager
-def maintained(place: str | Path) -> Iterator[MaintenanceConnection]:
+def open_for_maintenance(place: str | Path) -> Iterator[MaintenanceConnection]:
     """Open the existing store of a folder or database for maintenance. Raises StoreError."""
-    engine = engine_of(place, maintains=True)
+    engine = engine_of(place, for_maintenance=True)
     try:
         with closing(engine.maintainer()) as connection:
             yield MaintenanceConnection(engine, connection)
     except engine.errors as error:
-        raise StoreError(f"{engine.place}: {said(error)}") from error
+        raise StoreError(f"{engine.place}: {one_line(error)}") from error

@@ -8,22 +8,22 @@ log = logging.getLogger("marsupial.store")
 
 
 class Outage:
-    """A condition, named `said`, that any thread may report as begun or over."""
+    """A condition, named `message`, that any thread may report as begun or over."""
 
-    def __init__(self, said: str) -> None:
-        self._said = said
+    def __init__(self, message: str) -> None:
+        self._message = message
         self._lock = threading.Lock()
         self._since_s: float | None = None
 
-    def met(self, reason: str) -> None:
+    def begin(self, reason: str) -> None:
         """Record that the fault occurs; log it only once."""
         with self._lock:
             if self._since_s is not None:
                 return
             self._since_s = time.monotonic()
-        log.error(self._said, extra={"reason": reason})
+        log.error(self._message, extra={"reason": reason})
 
-    def over(self) -> bool:
+    def end(self) -> bool:
         """Record that the fault is over; return whether there was one until now."""
         # first without the lock: this runs after each commit, and there is rarely a fault
         if self._since_s is None:
@@ -32,5 +32,5 @@ class Outage:
             if self._since_s is None:
                 return False
             lasted_s, self._since_s = time.monotonic() - self._since_s, None
-        log.warning("%s: resolved", self._said, extra={"lasted_s": round(lasted_s, 1)})
+        log.warning("%s: resolved", self._message, extra={"lasted_s": round(lasted_s, 1)})
         return True

@@ -68,13 +68,13 @@ def unpack(data: bytes) -> bytes:
     return zlib.decompressobj(_WINDOW, _DICTIONARY_1).decompress(memoryview(data)[1:])
 
 
-def pieces(data: bytes) -> Iterator[tuple[int, bytes]]:
+def split(data: bytes) -> Iterator[tuple[int, bytes]]:
     """Yield the parts in which `data` is stored, with their numbers from 0."""
     for part, start in enumerate(range(0, len(data), PIECE)):
         yield part, data[start : start + PIECE]
 
 
-def whole(rows: Iterable[Any]) -> Iterator[tuple[Any, bytes]]:
+def joined(rows: Iterable[Any]) -> Iterator[tuple[Any, bytes]]:
     """Yield the first row of each value that is stored in parts, and the value; `rows` have `part` and `data`."""
     first: Any = None
     parts: list[bytes] = []

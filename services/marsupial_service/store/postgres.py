@@ -26,7 +26,7 @@ from psycopg import errors as sqlstates
 from psycopg.conninfo import conninfo_to_dict
 
 from marsupial_service.store import tables
-from marsupial_service.store.engine import Connection, StoreBackend, StoreError, said
+from marsupial_service.store.engine import Connection, StoreBackend, StoreError, one_line
 from marsupial_service.store.outage import Outage
 
 # a server without a heartbeat for this long counts as dead
@@ -86,11 +86,11 @@ class PostgresRow(tuple[Any, ...]):
 
 
 def _rows(cursor: psycopg.Cursor[Any]) -> Callable[[Sequence[Any]], PostgresRow]:
-    return _kind(tuple(column.name for column in cursor.description or ()))
+    return _row_class(tuple(column.name for column in cursor.description or ()))
 
 
 @cache
-def _kind(names: tuple[str, ...]) -> type[PostgresRow]:
+def _row_class(names: tuple[str, ...]) -> type[PostgresRow]:
     return type("PostgresRow", (PostgresRow,), {"names": {name: i for i, name in enumerate(names)}})
 
 
@@ -141,8 +141,8 @@ class Postgres(StoreBackend):
         number = int.from_bytes(hashlib.blake2b(name.encode(), digest_size=8).digest(), signed=True)
         connection.execute("SELECT pg_advisory_xact_lock(?)", (number,))
 
-    def tell(self, connection: Connection, topics: frozenset[str]) -> None:
-        for text in _letters(self.server, sorted(topics)):
+    def notify(self, connection: Connection, topics: frozenset[str]) -> None:
+        for text in _payloads(self.server, sorted(topics)):
             connection.execute("SELECT pg_notify(?, ?)", (_CHANNEL, text))
 
     def disk_bytes(self, connection: Connection) -> int:
@@ -153,8 +153,8 @@ class Postgres(StoreBackend):
         row = None if table is None else connection.execute("SELECT version FROM marsupial").fetchone()
         return 0 if row is None else int(row[0])
 
-    def listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
-        self._listening = threading.Thread(target=self._listen, args=(heard,), name="store-listener", daemon=True)
+    def listen(self, on_news: Callable[[frozenset[str] | None], None]) -> None:
+        self._listening = threading.Thread(target=self._listen, args=(on_news,), name="store-listener", daemon=True)
         self._listening.start()
 
     def close(self) -> None:
@@ -165,7 +165,7 @@ class Postgres(StoreBackend):
             with self._connect() as connection:
                 connection.execute("DELETE FROM servers WHERE id = ?", (self.server,))
         except psycopg.Error as error:
-            log.warning("the server could not be removed from the database", extra={"reason": said(error)})
+            log.warning("the server could not be removed from the database", extra={"reason": one_line(error)})
 
     def _connect(self, idle_s: float = _IDLE_S) -> _Connection:
         settings = {
@@ -195,7 +195,7 @@ class Postgres(StoreBackend):
             connection.execute("SET LOCAL lock_timeout = 0; SET LOCAL statement_timeout = 0")
             connection.execute("SELECT pg_advisory_xact_lock(?)", (_PREPARING,))
             connection.execute("CREATE TABLE IF NOT EXISTS marsupial (version BIGINT NOT NULL)")
-            script = tables.missing(self.version(connection), self.place)
+            script = tables.creation_script(self.version(connection), self.place)
             for word, here in _WORDS:
                 script = re.sub(word, here, script)
             if script:
@@ -205,14 +205,14 @@ class Postgres(StoreBackend):
             connection.execute(f"DELETE FROM servers WHERE {_DEAD} - 3600")  # of crashes long past
             connection.execute(_BEAT, (self.server,))
 
-    def _listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
+    def _listen(self, on_news: Callable[[frozenset[str] | None], None]) -> None:
         outage = Outage("the database sends no notifications")
         while not self._ended.is_set():
             try:
                 with self._connect() as connection:
                     connection.execute(f"LISTEN {_CHANNEL}")
-                    heard(None)
-                    outage.over()
+                    on_news(None)
+                    outage.end()
                     beat_s = look_s = -math.inf
                     while not self._ended.is_set():
                         if time.monotonic() - beat_s > _BEAT_S:
@@ -222,20 +222,22 @@ class Postgres(StoreBackend):
                             look_s = time.monotonic()
                             connection.execute(_END_STUCK)
                         for notice in connection.notifies(timeout=_LISTEN_S):
-                            sender, *topics = notice.payload.split(" ")
-                            if sender != self.server:
-                                heard(frozenset(topics))
+                            server, *topics = notice.payload.split(" ")
+                            if server != self.server:
+                                on_news(frozenset(topics))
             except Exception as error:  # whatever the error, other servers must not take this one for dead
-                outage.met(said(error))  # after the next LISTEN, subscribers are told that they may have missed news
+                outage.begin(
+                    one_line(error)
+                )  # after the next LISTEN, subscribers are told that they may have missed news
                 self._ended.wait(_RETRY_S)
 
 
-def _letters(sender: str, topics: Sequence[str]) -> Iterator[str]:
-    """Yield the sender and the topics in texts short enough for NOTIFY."""
-    text = sender
+def _payloads(server: str, topics: Sequence[str]) -> Iterator[str]:
+    """Yield the server and the topics in texts short enough for NOTIFY."""
+    text = server
     for topic in topics:
         if len(text) + len(topic) >= _LONGEST_NEWS:
             yield text
-            text = sender
+            text = server
         text += f" {topic}"
     yield text

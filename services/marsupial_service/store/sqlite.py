@@ -27,7 +27,7 @@ _SLACK = 50
 class Sqlite(StoreBackend):
     """The file in `folder`, which is made if need be. Raises StoreInUse, StoreError.
 
-    One that `maintains` opens without creating or locking, also while a server runs.
+    One that `for_maintenance` opens without creating or locking, also while a server runs.
     """
 
     begin = "BEGIN IMMEDIATE"
@@ -36,12 +36,12 @@ class Sqlite(StoreBackend):
     errors = (sqlite3.Error,)
     refusals = (sqlite3.IntegrityError, sqlite3.ProgrammingError)
 
-    def __init__(self, folder: Path, *, maintains: bool = False) -> None:
+    def __init__(self, folder: Path, *, for_maintenance: bool = False) -> None:
         super().__init__()
         self.path = folder / FILE
         self.place = str(self.path)
         self._lock: int | None = None
-        if maintains:
+        if for_maintenance:
             return
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -71,7 +71,7 @@ class Sqlite(StoreBackend):
             connection.execute("PRAGMA incremental_vacuum(1)")  # of more than one Python's module frees one only
         return excess > 0
 
-    def settle(self) -> bool:
+    def checkpoint(self) -> bool:
         # copies the write-ahead log into the file, truncates the file, and empties the log
         with closing(self._connect()) as connection:
             connection.execute("PRAGMA busy_timeout = 0")  # the log can't be emptied while somebody reads
@@ -112,7 +112,7 @@ class Sqlite(StoreBackend):
         return connection
 
     def _prepare(self, connection: sqlite3.Connection) -> None:
-        script = tables.missing(self.version(connection), self.place)
+        script = tables.creation_script(self.version(connection), self.place)
         # before the tables are created: later, this would rewrite the database
         connection.execute("PRAGMA auto_vacuum = INCREMENTAL")
         (mode,) = connection.execute("PRAGMA journal_mode = WAL").fetchone()

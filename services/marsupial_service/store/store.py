@@ -27,7 +27,7 @@ class Store:
         self._engine = engine
         self._listeners: list[Listener] = []
         try:
-            self._writer = Writer(engine, self._tell)
+            self._writer = Writer(engine, self._notify)
         except BaseException:
             engine.close()
             raise
@@ -35,7 +35,7 @@ class Store:
         self._own = threading.local()
         self._connections: list[Connection] = []
         self._outage = Outage("the store can't be read")
-        engine.listen(self._tell)
+        engine.listen(self._notify)
 
     @property
     def server(self) -> str:
@@ -57,10 +57,10 @@ class Store:
         except RuntimeError as error:
             raise StoreError("the store is closed", "the service is shutting down") from error
 
-    def settle(self) -> bool:
+    def checkpoint(self) -> bool:
         """Give back what commits have left behind on the disk; return False if somebody is in the way."""
         with suppress(*self._engine.errors):
-            return self._engine.settle()
+            return self._engine.checkpoint()
         return False
 
     def disk_bytes(self) -> Future[int]:
@@ -79,28 +79,28 @@ class Store:
             connection.close()
         self._engine.close()
 
-    def _tell(self, topics: frozenset[str] | None) -> None:
+    def _notify(self, topics: frozenset[str] | None) -> None:
         for listener in self._listeners:
             listener(topics)
 
     def _read(self, read: Callable[[Connection], Any]) -> Any:
         try:
             try:
-                found = self._at_one_moment(read)
+                found = self._in_snapshot(read)
             except self._engine.interferences:  # this server was frozen or too slow, and its session was ended
-                self._forget()
-                found = self._at_one_moment(read)
+                self._drop_connection()
+                found = self._in_snapshot(read)
         except self._engine.errors as error:
-            self._forget()
-            self._outage.met(str(error))
+            self._drop_connection()
+            self._outage.begin(str(error))
             raise StoreError(
                 f"the store can't be read: {error}", "the store can't be read; see the server log"
             ) from error
-        self._outage.over()
+        self._outage.end()
         return found
 
-    def _at_one_moment(self, read: Callable[[Connection], Any]) -> Any:
-        connection = self._begun()
+    def _in_snapshot(self, read: Callable[[Connection], Any]) -> Any:
+        connection = self._begin_reading()
         try:
             found = read(connection)
         except BaseException as error:
@@ -110,13 +110,13 @@ class Store:
         connection.execute("COMMIT")
         return found
 
-    def _begun(self) -> Connection:
+    def _begin_reading(self) -> Connection:
         """Begin to read, over another connection if the last one is broken: the database may have been away."""
         with suppress(*self._engine.errors):
             connection = self._connection()
             connection.execute(self._engine.begin_reading)
             return connection
-        self._forget()
+        self._drop_connection()
         connection = self._connection()
         connection.execute(self._engine.begin_reading)
         return connection
@@ -128,7 +128,7 @@ class Store:
             self._connections.append(found)
         return found
 
-    def _forget(self) -> None:
+    def _drop_connection(self) -> None:
         """Close the connection of this thread: it may be broken."""
         found: Connection | None = getattr(self._own, "connection", None)
         if found is not None:

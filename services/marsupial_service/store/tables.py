@@ -1,12 +1,12 @@
 """The tables: jobs and missions, each with their events, and the tables specific to one kind.
 
-The events of turn k of a mission are its answer to input k (turn 0: to its brief). They are stored together or not at
-all: one row holds a whole turn, and `seq` is the number of its last event. Long rows are stored in parts, like inputs
+The events of batch k of a mission are its answer to input k (batch 0: to its brief). They are stored together or not at
+all: one row holds a whole batch, and `seq` is the number of its last event. Long rows are stored in parts, like inputs
 (`marsupial_service.store.packing`). `bytes` is the approximate size of an entry with all its rows.
 An active entry has a `holder`, one of the `servers`, and its `term` counts the holders so far: the store ignores writes
 by the holder of an earlier term. `owners` are those whose jobs were claimed; the one served longest ago is next.
 
-They are written in the SQL of SQLite; `postgres` translates what PostgreSQL says differently.
+They are written in the SQL of SQLite; `postgres` translates it.
 """
 
 from marsupial_service.store.engine import StoreError
@@ -69,7 +69,7 @@ _MISSIONS = _entries(
     t_ms INTEGER NOT NULL DEFAULT 0,
     revision INTEGER NOT NULL DEFAULT 0,
     inputs INTEGER NOT NULL DEFAULT 0,
-    turns INTEGER NOT NULL DEFAULT 0,
+    batches INTEGER NOT NULL DEFAULT 0,
     frame TEXT,
     simulation TEXT,""",
 )
@@ -119,12 +119,12 @@ CREATE TABLE mission_events (
     mission INTEGER NOT NULL REFERENCES missions (number) ON DELETE CASCADE,
     seq INTEGER NOT NULL,
     part INTEGER NOT NULL,
-    turn INTEGER NOT NULL,
+    batch INTEGER NOT NULL,
     data BLOB NOT NULL,
     at_ms INTEGER NOT NULL,
     PRIMARY KEY (mission, seq, part)
 ) STRICT, WITHOUT ROWID;
-CREATE INDEX mission_events_of_turn ON mission_events (mission, turn);
+CREATE INDEX mission_events_of_batch ON mission_events (mission, batch);
 CREATE TABLE servers (
     id TEXT PRIMARY KEY,
     beat_s REAL NOT NULL
@@ -140,10 +140,10 @@ CREATE TABLE documents (
 """
 
 # 0 is a database without tables
-VERSION = 1
+VERSION = 2
 
 
-def missing(version: int, place: str) -> str:
+def creation_script(version: int, place: str) -> str:
     """Return the SQL that creates missing tables. Raises StoreError if the database has tables of another version."""
     if version not in (0, VERSION):
         raise StoreError(f"{place}: its tables have version {version}, version {VERSION} is required")

@@ -32,7 +32,7 @@ class Transaction:
             is_begun = True
             yield
             if self.news:
-                engine.tell(connection, frozenset(self.news))
+                engine.notify(connection, frozenset(self.news))
             before_commit()
             is_ending = True
             connection.execute("COMMIT")

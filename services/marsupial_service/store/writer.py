@@ -18,11 +18,11 @@ caller gets the error.
 A shared database adds two cases. If another server was in the way (a deadlock, a lock held too long), the group is done
 again write by write: then no write of ours waits for a lock while the group holds another that its holder wants. And if
 the session was lost before the commit was asked for, a new session does the group again. If it was lost after that, the
-commit may have happened: the callers are told that it failed, and find out what was stored when they ask again (entries
-by their keys, batches by their numbers).
+commit may have happened: the callers get an error, and learn what was stored when they ask again (entries by their
+keys, batches by their numbers).
 
-After a commit listeners are told its topics. After the first commit that follows a failure they are told that anything
-may have changed, as what seemed to fail may be stored.
+After a commit listeners get its topics. After the first commit that follows a failure they learn that anything may have
+changed, as a write that seemed to fail may be stored.
 """
 
 import logging
@@ -73,7 +73,7 @@ class WriteRequest:
             transaction.execute("ROLLBACK TO SAVEPOINT write")
         transaction.execute("RELEASE SAVEPOINT write")
 
-    def tell(self) -> None:
+    def resolve(self) -> None:
         """Resolve the future, once committed."""
         if self.refusal is None:
             self.future.set_result(self.result)
@@ -82,20 +82,20 @@ class WriteRequest:
 
 
 class Writer:
-    """The thread; `tell` is called in it after every commit, with the topics that have news (None: any).
+    """The thread; `notify` is called in it after every commit, with the topics that have news (None: any).
 
     Raises StoreError.
     """
 
-    def __init__(self, engine: StoreBackend, tell: Callable[[frozenset[str] | None], None]) -> None:
+    def __init__(self, engine: StoreBackend, notify: Callable[[frozenset[str] | None], None]) -> None:
         self._engine = engine
         self._points = failpoints.failpoints(os.environ)
         self._connection: Connection | None = engine.writer()
-        self._tell = tell
+        self._listener = notify
         self._waiting: queue.SimpleQueue[WriteRequest | None] = queue.SimpleQueue()
         self._outage = Outage("the store can't be written")
         self._lock = threading.Lock()
-        self._closed = self._untold = False
+        self._closed = self._notify_again = False
         self._thread = threading.Thread(target=self._run, name="store-writer")
         self._thread.start()
 
@@ -127,15 +127,15 @@ class Writer:
                 else:
                     group.append(request)
             group = [request for request in group if request.future.set_running_or_notify_cancel()]
-            if not self._done(group):
+            if not self._commit(group):
                 for request in group:  # one at a time: no write waits for a lock while the group holds another
                     tries, latest_s = 1, time.monotonic() + _TRYING_S
-                    while not self._done([request], tries >= _MOST_TRIES or time.monotonic() > latest_s):
+                    while not self._commit([request], tries >= _MOST_TRIES or time.monotonic() > latest_s):
                         tries += 1
             if last:
                 return
 
-    def _done(self, group: list[WriteRequest], last_try: bool = False) -> bool:
+    def _commit(self, group: list[WriteRequest], last_try: bool = False) -> bool:
         """Do a group of writes and resolve their futures; return False if they are to be tried again."""
         transaction, is_new = None, self._connection is None
         try:
@@ -148,26 +148,26 @@ class Writer:
             if transaction is not None and transaction.is_broken:
                 self._disconnect()
                 if transaction.is_lost and not is_new:  # the database was unavailable, or has ended the session
-                    return self._done(group, last_try)
+                    return self._commit(group, last_try)
             if isinstance(error, self._engine.interferences) and not last_try:
                 return False
             self._fail(group, error)
             return True
         self._points.reach(failpoints.AFTER_COMMIT)
         for request in group:
-            request.tell()
-        if self._outage.over() or self._untold:
-            self._spread(None)  # the write that failed last may be stored after all
+            request.resolve()
+        if self._outage.end() or self._notify_again:
+            self._notify(None)  # the write that failed last may be stored after all
         elif transaction.news:
-            self._spread(frozenset(transaction.news))
+            self._notify(frozenset(transaction.news))
         return True
 
-    def _spread(self, topics: frozenset[str] | None) -> None:
+    def _notify(self, topics: frozenset[str] | None) -> None:
         """Tell news; whatever a listener raises, this thread goes on, and tells again after the next commit."""
-        self._untold = True
+        self._notify_again = True
         try:
-            self._tell(topics)
-            self._untold = False
+            self._listener(topics)
+            self._notify_again = False
         except Exception:
             log.exception("listeners could not be notified of a commit")
 
@@ -178,8 +178,8 @@ class Writer:
             self._connection = None
 
     def _fail(self, group: list[WriteRequest], error: BaseException) -> None:
-        self._outage.met(str(error))
+        self._outage.begin(str(error))
         for request in group:
-            told = StoreError(f"nothing was stored: {error}", "nothing was stored; see the server log")
-            told.__cause__ = error
-            request.future.set_exception(told)
+            failure = StoreError(f"nothing was stored: {error}", "nothing was stored; see the server log")
+            failure.__cause__ = error
+            request.future.set_exception(failure)

@@ -9,9 +9,9 @@ from servers import Server
 
 from marsupial_client import Client
 from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS
-from marsupial_service.http.openapi import kept_text
+from marsupial_service.http.openapi import stored_text
 from marsupial_service.schemas import events
-from marsupial_service.schemas.words import EventType, JobEventType
+from marsupial_service.schemas.enums import EventType, JobEventType
 from services import generate
 
 
@@ -26,7 +26,7 @@ def test_the_types_of_events_are_those_of_the_service() -> None:
 
 
 def test_the_events_of_a_job_are_as_their_schemas_say(server: Server) -> None:
-    document: dict[str, Any] = json.loads(kept_text())
+    document: dict[str, Any] = json.loads(stored_text())
     seen = set()
     with Client(server.url) as client:
         job = client.submit({**client.demo("yard"), "budget": {"seconds": 0.3}})

@@ -28,7 +28,7 @@ def store(place: str) -> Iterator[Store]:
 def test_a_key_leads_its_owner_to_what_it_has_made(store: Store) -> None:
     def look(owner: str, key: str | None, digest: bytes) -> str | None:
         return store.write(
-            lambda tx: JOBS.made_before(tx, NewEntry(id="", owner=owner, key=key, digest=digest))
+            lambda tx: JOBS.find_replayed(tx, NewEntry(id="", owner=owner, key=key, digest=digest))
         ).result()
 
     assert look("me", "k", b"a") == "a"

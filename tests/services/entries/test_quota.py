@@ -20,8 +20,8 @@ from marsupial_service.jobs.records import Closed, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.values import Control
+from marsupial_service.schemas.enums import JobOutcome
 from marsupial_service.schemas.events import QuotaData
-from marsupial_service.schemas.words import JobOutcome
 from marsupial_service.store import Store, Transaction, open_store
 
 T = TypeVar("T")
@@ -106,14 +106,14 @@ def test_one_that_began_again_from_nothing_is_charged_for_all_attempts_and_reser
     house.add("a", 0)
     for begun_ms in (0, 8000):
         claim = house.do(lambda tx, at=begun_ms: table.claim(tx, at, ["greedy"]))  # type: ignore[misc]
-        house.do(lambda tx, c=claim, at=begun_ms: table.give_back(tx, c, "", SETTINGS, at + 8000, QUOTA, 8000))  # type: ignore[misc]
+        house.do(lambda tx, c=claim, at=begun_ms: table.requeue(tx, c, "", SETTINGS, at + 8000, QUOTA, 8000))  # type: ignore[misc]
     assert house.left_s(16_000) == pytest.approx(44.0, abs=0.3)
 
 
 def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget(house: QuotaHouse) -> None:
     house.add("a", 0)
     claim = house.claim(0)
-    assert house.do(lambda tx: table.give_back(tx, claim, "", SETTINGS, 4000, QUOTA))
+    assert house.do(lambda tx: table.requeue(tx, claim, "", SETTINGS, 4000, QUOTA))
     assert house.left_s(4000) == pytest.approx(50.0)
     again = house.claim(5000)
     assert again.budget.seconds == pytest.approx(6.0)

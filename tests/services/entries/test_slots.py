@@ -51,7 +51,7 @@ async def test_the_newest_job_is_broken_off_for_a_mission_once() -> None:
             broken.append(name)
             slots.free(place)
 
-        place.breaks = breaks
+        place.preempt = breaks
 
     for name in ("old", "new"):
         job(await slots.for_job(), name)
@@ -68,8 +68,8 @@ async def test_a_job_that_can_be_broken_off_only_later_makes_way_for_the_mission
     old, new = await slots.for_job(), await slots.for_job()
     mission = asyncio.create_task(slots.for_owner("a"))
     await asyncio.sleep(0)
-    slots.let_break(new, lambda: broken.append("new"))
-    slots.let_break(old, lambda: broken.append("old"))
+    slots.allow_preemption(new, lambda: broken.append("new"))
+    slots.allow_preemption(old, lambda: broken.append("old"))
     slots.free(new)
     async with asyncio.timeout(HANG_S):
         await mission

@@ -17,7 +17,7 @@ from strange_tasks import Waits, pid_in
 
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.cluster.runner import ClusterRunner
-from marsupial_service.schemas.words import JobOutcome
+from marsupial_service.schemas.enums import JobOutcome
 
 pytestmark = needs_ray
 

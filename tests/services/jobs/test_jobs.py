@@ -23,7 +23,7 @@ from marsupial_service.entries.records import TooMany, UnknownEntry
 from marsupial_service.jobs import lookup
 from marsupial_service.jobs.records import FINAL, STATE_OF
 from marsupial_service.jobs.service import Jobs
-from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
+from marsupial_service.schemas.enums import JobEventType, JobOutcome, JobState
 from marsupial_service.store import StoreError, failpoints
 
 pytestmark = pytest.mark.usefixtures("nothing_left")
@@ -283,6 +283,6 @@ async def test_jobs_that_a_server_has_got_without_being_told_so_are_run_all_the_
         answers = LostAnswers(jobs._store, "claimed_ms = ?")
         made = [await surely_submitted(jobs, str(number)) for number in range(3)]
         await awaited(lambda: not answers.left and not jobs._is_claiming)
-        await jobs._take_up()
+        await jobs._recover()
         ends = [await jobs.wait(job, HANG_S) for job in made]
         assert [(end.outcome, end.attempts) for end in ends] == [(JobOutcome.SATISFICING, 1)] * 3

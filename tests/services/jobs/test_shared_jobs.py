@@ -9,7 +9,7 @@ from job_house import open_jobs, request, submit, told
 from patience import HANG_S, awaited
 from strange_tasks import Waits
 
-from marsupial_service.schemas.words import JobOutcome
+from marsupial_service.schemas.enums import JobOutcome
 
 
 @pytest.fixture

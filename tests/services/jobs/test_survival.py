@@ -20,7 +20,7 @@ from strange_tasks import Dies, Escapes, pid_in
 
 from marsupial.planning.checker import check
 from marsupial.processes import launcher as processes
-from marsupial_service.schemas.words import JobEventType, JobOutcome, JobState
+from marsupial_service.schemas.enums import JobEventType, JobOutcome, JobState
 from marsupial_service.store import failpoints
 
 pytestmark = pytest.mark.usefixtures("nothing_left")

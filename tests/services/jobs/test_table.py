@@ -11,7 +11,7 @@ from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.records import Closed, Found, JobRecord, JobSettings, PackedRequest
-from marsupial_service.schemas.words import JobOutcome, JobState
+from marsupial_service.schemas.enums import JobOutcome, JobState
 from marsupial_service.store import Store, Transaction, open_store
 
 SETTINGS = settings_of(JobSettings, slots=1, queue=2, max_attempts=2)
@@ -48,8 +48,8 @@ class Table:
         assert claim is not None
         return claim
 
-    def make_way(self, now_ms: int, anew: Sequence[str] = ()) -> str | None:
-        return self.do(lambda tx: table.make_way(tx, SETTINGS, now_ms, anew))
+    def preempt(self, now_ms: int, restarting: Sequence[str] = ()) -> str | None:
+        return self.do(lambda tx: table.preempt(tx, SETTINGS, now_ms, restarting))
 
     def recover(self, now_ms: int) -> None:
         self.do(lambda tx: table.recover(tx, SETTINGS, now_ms))
@@ -81,7 +81,7 @@ def found(makespan_ms: int) -> Found:
 def test_a_job_is_finished_once_by_its_own_attempt_only(jobs: Table) -> None:
     jobs.add()
     first = jobs.claim()
-    assert jobs.do(lambda tx: table.give_back(tx, first, "killed", SETTINGS, 3))
+    assert jobs.do(lambda tx: table.requeue(tx, first, "killed", SETTINGS, 3))
     second = jobs.claim()
     assert not jobs.do(lambda tx: table.finish(tx, first, DONE, 4))
     assert jobs.do(lambda tx: table.finish(tx, second, DONE, 5))
@@ -98,7 +98,7 @@ def test_what_a_server_does_that_lost_its_job_unknowingly_is_not_kept(jobs: Tabl
     assert (second.attempt, second.term) == (first.attempt + 1, first.term + 1)
     assert not jobs.do(lambda tx: table.add_plan(tx, first, found(10), 4))
     assert not jobs.do(lambda tx: table.finish(tx, first, DONE, 4))
-    assert not jobs.do(lambda tx: table.give_back(tx, first, "", SETTINGS, 4))
+    assert not jobs.do(lambda tx: table.requeue(tx, first, "", SETTINGS, 4))
     assert jobs.do(lambda tx: table.finish(tx, second, DONE, 5))
 
 
@@ -115,7 +115,7 @@ def test_the_next_attempt_begins_with_the_best_plan(jobs: Table) -> None:
     claim = jobs.claim()
     assert claim.start is None
     jobs.do(lambda tx: table.add_plan(tx, claim, found(9), 3))
-    jobs.do(lambda tx: table.give_back(tx, claim, "", SETTINGS, 4))
+    jobs.do(lambda tx: table.requeue(tx, claim, "", SETTINGS, 4))
     again = jobs.claim()
     assert (again.start, again.source) == (Plan(actions=()), b"source")
 
@@ -124,7 +124,7 @@ def test_attempts_that_were_lost_count_and_those_we_ended_do_not(jobs: Table) ->
     jobs.add()
     for _ in range(5):
         claim = jobs.claim()
-        assert jobs.do(lambda tx, claim=claim: table.give_back(tx, claim, "", SETTINGS, 3))
+        assert jobs.do(lambda tx, claim=claim: table.requeue(tx, claim, "", SETTINGS, 3))
     assert jobs.job().attempts == 0
     jobs.claim()
     jobs.recover(4)
@@ -140,10 +140,10 @@ def test_the_time_an_attempt_took_that_we_ended_is_taken_off_the_budget(jobs: Ta
     jobs.add()
     first = jobs.claim()
     assert first.budget.seconds == 1.0
-    jobs.do(lambda tx: table.give_back(tx, first, "", SETTINGS, 602))
+    jobs.do(lambda tx: table.requeue(tx, first, "", SETTINGS, 602))
     second = jobs.claim()
     assert second.budget.seconds == pytest.approx(0.4)
-    jobs.do(lambda tx: table.give_back(tx, second, "killed", SETTINGS, 900))
+    jobs.do(lambda tx: table.requeue(tx, second, "killed", SETTINGS, 900))
     assert jobs.claim().budget.seconds == pytest.approx(0.4)
     assert jobs.job().budget.seconds == 1.0
 
@@ -154,7 +154,7 @@ def test_a_planner_that_begins_again_gets_all_of_its_budget_twice_at_most(jobs: 
     for begun_ms in (0, 10_000, 20_000):
         claim = jobs.do(lambda tx, at=begun_ms: table.claim(tx, at, ["aries"]))
         lefts.append(claim.budget.seconds)
-        jobs.do(lambda tx, c=claim, at=begun_ms: table.give_back(tx, c, "", SETTINGS, at + 3000))
+        jobs.do(lambda tx, c=claim, at=begun_ms: table.requeue(tx, c, "", SETTINGS, at + 3000))
     assert lefts == [4.0, 4.0, 2.0]
 
 
@@ -162,7 +162,7 @@ def test_a_job_given_back_is_before_those_that_came_later(jobs: Table) -> None:
     jobs.add("a")
     jobs.add("b")
     claim = jobs.claim()
-    jobs.do(lambda tx: table.give_back(tx, claim, "killed", SETTINGS, 3))
+    jobs.do(lambda tx: table.requeue(tx, claim, "killed", SETTINGS, 3))
     assert jobs.claim().id == "a"
 
 
@@ -194,16 +194,16 @@ def test_the_newest_job_of_who_has_the_most_makes_way_for_who_has_none_after_a_s
         jobs.claim(now_ms=10)
     jobs.add("b1", "b", MANY, budget=LONG)
     jobs.claim(now_ms=15)
-    assert jobs.make_way(1900) is None  # nobody waits
+    assert jobs.preempt(1900) is None  # nobody waits
     jobs.do(lambda tx: tx.execute("UPDATE jobs SET claimed_ms = 20 WHERE id = 'a2'"))
     jobs.add("c1", "c", MANY)  # since 1 ms
-    assert jobs.make_way(1000) is None
-    assert jobs.make_way(1001) == "a2"
-    assert jobs.make_way(1500) is None  # there is a slot for it
+    assert jobs.preempt(1000) is None
+    assert jobs.preempt(1001) == "a2"
+    assert jobs.preempt(1500) is None  # there is a slot for it
     record = jobs.job("a2")
     assert (record.state, record.attempts) == (JobState.QUEUED, 0)
     assert jobs.claim(1501).id == "c1"
-    assert jobs.make_way(9000) is None
+    assert jobs.preempt(9000) is None
     assert jobs.claim(9000).budget.seconds == pytest.approx(30 - 0.981)
 
 
@@ -213,22 +213,22 @@ def test_jobs_that_would_begin_again_from_nothing_make_way_last(jobs: Table) -> 
         jobs.add(job, "a", MANY, planner, budget)
         jobs.claim(at_ms)
     jobs.add("b1", "b", MANY)
-    assert jobs.make_way(2000, ["aries"]) == "a1"
-    assert jobs.make_way(3000, ["aries"]) == "a3"
+    assert jobs.preempt(2000, ["aries"]) == "a1"
+    assert jobs.preempt(3000, ["aries"]) == "a3"
 
 
 def test_the_only_job_of_an_owner_makes_way_after_as_long_as_all_attempts_at_it_before(jobs: Table) -> None:
     jobs.add("a1", "a", MANY, budget=LONG)
     jobs.claim(now_ms=1)
     jobs.add("b1", "b", MANY)
-    assert jobs.make_way(1000) is None
-    assert jobs.make_way(5001) == "a1"
+    assert jobs.preempt(1000) is None
+    assert jobs.preempt(5001) == "a1"
     jobs.do(lambda tx: tx.execute("UPDATE jobs SET queued_ms = 90000 WHERE id = 'b1'"))
     assert jobs.claim(6000).id == "b1"
     jobs.do(lambda tx: tx.execute("UPDATE jobs SET state = 'queued' WHERE id = 'b1'"))
     assert jobs.claim(90_000).id == "a1"
-    assert jobs.make_way(94_999) is None
-    assert jobs.make_way(95_000) == "a1"
+    assert jobs.preempt(94_999) is None
+    assert jobs.preempt(95_000) == "a1"
 
 
 def test_no_job_makes_way_for_an_owner_whose_last_one_ended_just_now(jobs: Table) -> None:
@@ -238,24 +238,24 @@ def test_no_job_makes_way_for_an_owner_whose_last_one_ended_just_now(jobs: Table
     jobs.claim(now_ms=1)
     jobs.add("b2", "b", MANY)
     jobs.do(lambda tx: table.finish(tx, former, DONE, 5000))
-    assert jobs.make_way(5999) is None
-    assert jobs.make_way(6000) == "a1"
+    assert jobs.preempt(5999) is None
+    assert jobs.preempt(6000) == "a1"
     assert jobs.claim(6001).id == "b2"
     jobs.do(lambda tx: tx.execute("UPDATE jobs SET queued_ms = 1 WHERE id = 'a1'"))
     jobs.do(lambda tx: tx.execute("UPDATE jobs SET claimed_ms = 1 WHERE id = 'b2'"))
-    assert jobs.make_way(6999) is None  # it has just lost its slot
-    assert jobs.make_way(7000) == "b2"
+    assert jobs.preempt(6999) is None  # it has just lost its slot
+    assert jobs.preempt(7000) == "b2"
 
 
 def test_an_attempt_that_made_way_changes_nothing_any_more(jobs: Table) -> None:
     jobs.add("a1", "a", MANY, budget=LONG)
     former = jobs.claim(now_ms=1)
     jobs.add("b1", "b", MANY)
-    jobs.make_way(5001)
+    jobs.preempt(5001)
     jobs.claim(5002)
     assert jobs.store.read(lambda c: table.is_running(c, former)).result(HANG_S) is False
     assert jobs.do(lambda tx: table.finish(tx, former, DONE, 5003)) is False
-    assert jobs.do(lambda tx: table.give_back(tx, former, "", SETTINGS, 5003)) is False
+    assert jobs.do(lambda tx: table.requeue(tx, former, "", SETTINGS, 5003)) is False
 
 
 def test_one_owner_can_not_fill_the_queue(jobs: Table) -> None:

@@ -11,8 +11,8 @@ from marsupial.planning.engines import ENGINES
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial_service.examples.demos import tiny
 from marsupial_service.jobs.records import Closed, Found, WorkerTask
-from marsupial_service.jobs.work import PLANNERS, solve, told
-from marsupial_service.schemas.words import JobOutcome
+from marsupial_service.jobs.work import PLANNERS, checked, solve
+from marsupial_service.schemas.enums import JobOutcome
 from marsupial_service.settings import ServiceLimits
 
 GOOD, _ = serve(one_room())
@@ -21,9 +21,9 @@ WRONG = Plan(actions=GOOD.actions[1:])
 
 
 def outcome(*plans: Plan, end: Outcome) -> tuple[list[int], JobOutcome]:
-    """Return the makespans that are told, and the outcome."""
+    """Return the makespans that are found, and the outcome."""
     steps = [*(Improved(plan=plan, elapsed_s=0.0) for plan in plans), Finished(outcome=end, detail="so it says")]
-    *found, closed = told(iter(steps), one_room(), None)
+    *found, closed = checked(iter(steps), one_room(), None)
     return [one.makespan_ms for one in found if isinstance(one, Found)], closed.outcome
 
 

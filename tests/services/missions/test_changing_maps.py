@@ -17,7 +17,7 @@ from marsupial.maps.footprint import fits
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray
 from marsupial.model.runs import Runs, known_runs
-from marsupial_service.missions.frames import MissionFrame, laid_out
+from marsupial_service.missions.frames import MissionFrame, embedded
 from marsupial_service.missions.state import MissionState
 from marsupial_service.missions.values import (
     Control,
@@ -27,7 +27,7 @@ from marsupial_service.missions.values import (
     PendingInput,
     RobotUpdate,
 )
-from marsupial_service.schemas.words import EventType
+from marsupial_service.schemas.enums import EventType
 
 SIGHT = 6
 """Cells that a robot sees on each side."""
@@ -106,7 +106,7 @@ class RoamingTeam:
         before = self.state.frame
         self.state.take(report, b"")
         told = self.state.cells
-        self.last = np.where(told == UNKNOWN, laid_out(self.last, before, self.state.frame), told)
+        self.last = np.where(told == UNKNOWN, embedded(self.last, before, self.state.frame), told)
 
     def barred(self, name: str, *, lost: bool = True) -> bool:
         """Say whether a robot drives to where it can't stand, by what was reported, beyond its next cell.
@@ -196,7 +196,7 @@ class RoamingTeam:
         part = self.slam[low : max(low, y + view.height), left : max(left, x + view.width)]
         cells[low - y : low - y + part.shape[0], left - x : left - x + part.shape[1]] = part
         cells[cells == UNKNOWN] = 254  # as `known_runs` leaves out what is unknown
-        runs = list(known_runs(laid_out(cells, view, frame)))
+        runs = list(known_runs(embedded(cells, view, frame)))
         runs[2::3] = [UNKNOWN if code == 254 else code for code in runs[2::3]]
         return tuple(runs)
 

@@ -9,8 +9,8 @@ from mission_house import brief
 
 from marsupial.model.grid import Cell
 from marsupial.model.robots import EnergyModel
+from marsupial_service.missions.encoding import decode_brief, decode_input, encode_brief, encode_input
 from marsupial_service.missions.frames import MissionFrame
-from marsupial_service.missions.kept import brief_in, brief_text, input_in, input_text
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
 
 
@@ -48,16 +48,16 @@ REPORT = MissionReport(
     ],
 )
 def test_an_input_is_stored_as_json_whatever_its_classes_are_called(given: Input, stored: bytes) -> None:
-    assert input_text(given) == stored
-    assert plain(input_in(stored)) == plain(given)
+    assert encode_input(given) == stored
+    assert plain(decode_input(stored)) == plain(given)
 
 
 def test_a_map_comes_out_of_the_store_as_it_went_in_and_takes_little_of_it() -> None:
     cells = np.full((1000, 1000), 255, dtype=np.uint8)
     cells[200:700, 100:900] = 1
     report = MissionReport(n=3, t_ms=7, map=cells)
-    kept = input_text(report)
-    again = input_in(kept)
+    kept = encode_input(report)
+    again = decode_input(kept)
     assert isinstance(again, MissionReport)
     assert np.array_equal(again.map, cells)
     assert len(kept) < 20_000
@@ -69,13 +69,13 @@ def test_a_brief_comes_out_of_the_store_as_it_went_in() -> None:
     cells[3, 4:9] = 1
     known = replace(sent, grid=replace(sent.grid, cells=cells))
     for one in (sent, replace(known, reachable=None, engine="cmd:x")):
-        assert plain(brief_in(brief_text(one))) == plain(one)
+        assert plain(decode_brief(encode_brief(one))) == plain(one)
     simulated = replace(known, simulation=RobotSimulation(truth=cells, speed=None, warnings=("small",)))
-    assert plain(brief_in(brief_text(simulated))) == plain(simulated)
+    assert plain(decode_brief(encode_brief(simulated))) == plain(simulated)
 
 
 def test_all_processes_of_a_mission_write_the_same_numbers() -> None:
     energy = EnergyModel(idle_w=20)  # as it is made where a client leaves the other fields out
     sent = replace(brief(), kinds=tuple(replace(kind, energy=energy) for kind in brief().kinds))
-    first = brief_in(brief_text(sent))
-    assert brief_text(brief_in(brief_text(first))) == brief_text(first)
+    first = decode_brief(encode_brief(sent))
+    assert encode_brief(decode_brief(encode_brief(first))) == encode_brief(first)

@@ -17,7 +17,7 @@ from marsupial.model.runs import cells_in, known_runs
 from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.state import ReportConflict
 from marsupial_service.missions.values import Control
-from marsupial_service.schemas.words import MissionPhase
+from marsupial_service.schemas.enums import MissionPhase
 
 
 def ended(log: str) -> MissionEnded:

@@ -137,7 +137,7 @@ async def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
         assert not await Driver(team()).drive(missions, record, 3)
         mission = record.id
     with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as file, file:
-        file.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (pack(b"log {}"),))
+        file.execute("UPDATE mission_events SET data = ? WHERE batch = 0", (pack(b"log {}"),))
     monkeypatch.setenv(failpoints.VARIABLE, "before_commit=disk_full")
     async with open_missions(tmp_path) as missions:
         await awaited(lambda: "the store can't be written" in caplog.text)

@@ -12,7 +12,7 @@ from marsupial_service.missions import packed
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import MissionReport, StoredEvent
 from marsupial_service.operations import upkeep
-from marsupial_service.schemas.words import EventType
+from marsupial_service.schemas.enums import EventType
 from marsupial_service.store import Store, Transaction, open_store
 from marsupial_service.store.sqlite import FILE
 
@@ -43,7 +43,7 @@ async def test_a_store_shrinks_to_what_is_live_when_missions_are_removed(tmp_pat
     store = open_store(tmp_path)
     for i in range(12):
         store.write(lambda tx, i=i: add_mission(tx, f"m{i}", "me", 700, 100 * (i % 4))).result()
-    store.settle()
+    store.checkpoint()
     full = (tmp_path / FILE).stat().st_size
     store.close()
     kept = {"retention_s": 0.25, "kept_missions": 99} if by_age else {"retention_s": 99.0, "kept_missions": 3}

@@ -9,7 +9,7 @@ from mission_house import brief
 from marsupial.model.grid import Cell
 from marsupial_service.missions.state import MissionState, ReportConflict
 from marsupial_service.missions.values import MissionReport, RobotUpdate, StoredEvent
-from marsupial_service.schemas.words import EventType
+from marsupial_service.schemas.enums import EventType
 
 UNDOCK = {"id": 1, "name": "undock", "robot": "rover1_1", "carrier": "carrier1", "cell": [3, 3]}
 

@@ -14,7 +14,7 @@ from marsupial.processes.jobs import Job
 from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import LocalRunner, Reservation
 from marsupial_service.missions import supervisor
-from marsupial_service.schemas.words import MissionPhase
+from marsupial_service.schemas.enums import MissionPhase
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 9))])

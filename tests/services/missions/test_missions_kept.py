@@ -115,7 +115,7 @@ async def test_one_owner_has_so_many_missions_and_no_more(place: str) -> None:
         await missions.create(brief("lobby"), b"same", owner="you")
 
 
-@pytest.mark.parametrize("lost", ["turns = ?", "INSERT INTO missions"])
+@pytest.mark.parametrize("lost", ["batches = ?", "INSERT INTO missions"])
 async def test_a_mission_of_which_a_server_has_stored_more_than_it_was_told_goes_on(place: str, lost: str) -> None:
     async with open_missions(place) as missions:
         answers = LostAnswers(missions._store, lost, 1)

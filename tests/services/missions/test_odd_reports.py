@@ -27,7 +27,7 @@ from marsupial_service.missions.values import (
     PendingInput,
     RobotUpdate,
 )
-from marsupial_service.schemas.words import EventType
+from marsupial_service.schemas.enums import EventType
 
 Change = Callable[[dict[str, Any], random.Random], object]
 

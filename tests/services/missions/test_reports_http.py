@@ -10,8 +10,8 @@ from servers import Server
 from talk import frames
 
 from marsupial.formats.missionlog import parse_log
-from marsupial_service.http.openapi import kept_text
-from marsupial_service.schemas.words import EventType
+from marsupial_service.http.openapi import stored_text
+from marsupial_service.schemas.enums import EventType
 
 START = {"n": 1, "t_ms": 0}
 
@@ -95,7 +95,7 @@ def test_the_frame_grows_to_hold_what_is_reported_and_cells_are_of_the_frame_nam
 
 
 def test_every_event_that_is_sent_is_as_its_schema_says(server: Server, mission: str) -> None:
-    document = json.loads(kept_text())
+    document = json.loads(stored_text())
     events = document["paths"]["/v1/missions/{mission}/events"]["get"]["responses"]["200"]
     variants = events["content"]["text/event-stream"]["itemSchema"]["oneOf"]
     data = {one["properties"]["event"]["const"]: one["properties"]["data"]["contentSchema"] for one in variants}

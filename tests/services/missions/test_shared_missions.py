@@ -60,11 +60,11 @@ async def test_a_server_that_was_taken_for_dead_changes_nothing_more_of_its_miss
 
         taken = await second.write(lambda tx: _take_over(tx, held))
         assert taken.term == held.term + 1
-        assert not await first.write(lambda tx: table.of_term(tx, record.id, held.term) is not None)
+        assert not await first.write(lambda tx: table.current_in_term(tx, record.id, held.term) is not None)
 
         again = taken
         while again.term == taken.term:  # while the first one still tries to write the mission is left out
-            await second._take_up()  # it has one that it keeps nothing of: it goes on with it
+            await second._recover()  # it has one that it keeps nothing of: it goes on with it
             again = await second.of("me", record.id)
         assert again.term == held.term + 2
         assert await driver.drive(second, record)

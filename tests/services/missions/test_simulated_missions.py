@@ -20,8 +20,8 @@ from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.state import ReportConflict
 from marsupial_service.missions.values import Control, MissionBrief, MissionReport
+from marsupial_service.schemas.enums import EventType, MissionPhase
 from marsupial_service.schemas.simulations import SimulationBody
-from marsupial_service.schemas.words import EventType, MissionPhase
 from marsupial_service.settings import ServiceLimits
 
 LOBBY = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}}

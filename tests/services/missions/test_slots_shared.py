@@ -19,7 +19,7 @@ from marsupial_service.jobs.records import JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import Missions
-from marsupial_service.schemas.words import JobOutcome
+from marsupial_service.schemas.enums import JobOutcome
 from marsupial_service.store import open_store
 
 TEXT = canonical_text(job_source(many_rooms(2, 1, 6, 3)))

@@ -12,7 +12,7 @@ from marsupial.errors import ScenarioError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import OBSTACLE, UNKNOWN
 from marsupial_service.missions.values import Control, MissionBatch, MissionReport, PendingInput
-from marsupial_service.schemas.words import EventType
+from marsupial_service.schemas.enums import EventType
 
 TRUTH = builtin_scenario("lobby").grid.solid().cells
 

@@ -15,7 +15,7 @@ from patience import HANG_S, until
 from marsupial_service.store import Store, Transaction, open_store
 from marsupial_service.store import postgres as postgres_store
 from marsupial_service.store.engine import Connection
-from marsupial_service.store.opening import maintained
+from marsupial_service.store.opening import open_for_maintenance
 
 
 @pytest.fixture
@@ -142,7 +142,7 @@ def test_every_connection_that_writes_bounds_what_it_can_hold_up(postgres: Postg
     store = open_store(url)
     try:
         assert store.write(bounds).result(HANG_S) == ["2s", "4s", "1min"]
-        with maintained(url) as connection:
+        with open_for_maintenance(url) as connection:
             assert connection.write(bounds) == ["2s", "4s", "1min"]
     finally:
         store.close()

@@ -14,7 +14,7 @@ from patience import HANG_S
 
 from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, failpoints, open_store, packing
 from marsupial_service.store.outage import Outage
-from marsupial_service.store.packing import PIECE, pack, pieces, unpack, whole
+from marsupial_service.store.packing import PIECE, joined, pack, split, unpack
 from marsupial_service.store.sqlite import FILE
 
 NEW = (
@@ -240,12 +240,12 @@ def test_the_database_is_its_owner_s_alone_whatever_the_folder_allows(tmp_path: 
 def test_what_is_wrong_is_logged_when_it_begins_and_when_it_is_over(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO)
     outage = Outage("it is away")
-    assert not outage.over()
+    assert not outage.end()
     for reason in ("first", "second"):
-        outage.met(reason)
-        outage.met(reason)
-        assert outage.over()
-        assert not outage.over()
+        outage.begin(reason)
+        outage.begin(reason)
+        assert outage.end()
+        assert not outage.end()
     assert [record.getMessage() for record in caplog.records] == ["it is away", "it is away: that is over"] * 2
     assert [getattr(record, "reason", None) for record in caplog.records] == ["first", None, "second", None]
 
@@ -267,7 +267,7 @@ def test_the_dictionary_is_the_one_that_stored_rows_were_packed_with() -> None:
 
 def test_parts_are_put_together_in_their_order() -> None:
     values = [pack(os.urandom(size)) for size in (10, PIECE - 1, PIECE, 3 * PIECE + 1)]
-    rows = [{"seq": i, "part": part, "data": data} for i, one in enumerate(values) for part, data in pieces(one)]
+    rows = [{"seq": i, "part": part, "data": data} for i, one in enumerate(values) for part, data in split(one)]
     assert max(len(row["data"]) for row in rows) == PIECE
-    assert [(row["seq"], data) for row, data in whole(rows)] == [(i, unpack(one)) for i, one in enumerate(values)]
-    assert list(whole([])) == []
+    assert [(row["seq"], data) for row, data in joined(rows)] == [(i, unpack(one)) for i, one in enumerate(values)]
+    assert list(joined([])) == []

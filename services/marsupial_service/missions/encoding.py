@@ -30,10 +30,10 @@ from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
 
 # fields of a report that are stored unchanged unless empty
-_SAID_IF_ANY = ("revealed", "finished", "failed", "lost", "robot")
+_OMITTED_IF_EMPTY = ("revealed", "finished", "failed", "lost", "robot")
 
 
-def brief_text(brief: MissionBrief) -> bytes:
+def encode_brief(brief: MissionBrief) -> bytes:
     """Return the stored text of a brief."""
     area = None if brief.reachable is None else np.where(brief.reachable, np.uint8(1), np.uint8(UNKNOWN))
     simulation = brief.simulation and {
@@ -54,7 +54,7 @@ def brief_text(brief: MissionBrief) -> bytes:
     return f"{LogEncoder().line(brief.started)}\n{line(more)}".encode()
 
 
-def brief_in(text: bytes) -> MissionBrief:
+def decode_brief(text: bytes) -> MissionBrief:
     """Return the brief in a stored text."""
     first, more_text = text.decode().split("\n")
     (started,) = LogDecoder().events(first)
@@ -87,12 +87,12 @@ def brief_in(text: bytes) -> MissionBrief:
     )
 
 
-def input_text(data: Input) -> bytes:
+def encode_input(data: Input) -> bytes:
     """Return the stored text of an input."""
     if isinstance(data, Control):
         return to_json({"control": data})
     fields: dict[str, object] = {"n": data.n, "t_ms": data.t_ms}
-    fields |= {name: value for name in _SAID_IF_ANY if (value := getattr(data, name))}
+    fields |= {name: value for name in _OMITTED_IF_EMPTY if (value := getattr(data, name))}
     if data.robots:
         fields["robots"] = [(one.name, one.cell, one.free_at_ms, one.distance_m, one.driving_ms) for one in data.robots]
     if data.frame is not None:
@@ -102,7 +102,7 @@ def input_text(data: Input) -> bytes:
     return to_json(fields)
 
 
-def input_in(text: bytes) -> Input:
+def decode_input(text: bytes) -> Input:
     """Return the input in a stored text."""
     fields = from_json(text)
     if "control" in fields:

@@ -1,4 +1,4 @@
-"""Whose turn it is: which job runs next, and which is preempted for an owner who has none running.
+"""Scheduling: which job runs next, and which is preempted for an owner who has none running.
 
 All servers of a store share one queue, the rows of `jobs` in state `queued`, and claim one job at a time, each in a
 transaction. So no scheduler or leader is needed: each server with a free slot claims the first job.
@@ -13,11 +13,11 @@ Fair share: the owner with the fewest running jobs comes first, among equals the
 counts servings); each owner's oldest job runs first. A flood of jobs from one owner delays only that owner.
 
 With that alone, a new owner would wait until running jobs use up their budgets, up to minutes. So a running job is
-preempted (`yielding`) once an owner without a running job has waited for `PATIENCE_MS`. It goes back into the queue
+preempted (`preemptible`) once an owner without a running job has waited for `PATIENCE_MS`. It goes back into the queue
 with its best plan and the rest of its budget. The victim is a job of an owner with the most running jobs: one that can
 continue from its plan rather than one that must start from scratch, and of those the newest. An owner's only job is
-spared until it has run for as long as all its earlier attempts together: so its turns double, and starting from
-scratch costs at most half of its time.
+spared until it has run for as long as all its earlier attempts together: so its time slices double, and
+starting from scratch costs at most half of its time.
 
 Missions do not wait in this queue. Their plannings take slots of their own server before any job, and preempt a job if
 all slots are taken (`entries.slots`).
@@ -26,7 +26,7 @@ all slots are taken (`entries.slots`).
 from collections import Counter
 from collections.abc import Collection, Sequence
 
-from marsupial_service.schemas.words import JobState
+from marsupial_service.schemas.enums import JobState
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.transaction import StoreReader
@@ -64,7 +64,7 @@ def _waiting(tx: Transaction) -> Sequence[str]:
     return [row["owner"] for row in rows]
 
 
-def unserved(reader: StoreReader, now_ms: int) -> list[str]:
+def starved_owners(reader: StoreReader, now_ms: int) -> list[str]:
     """Return owners with no running job, none that just ended and one that has waited too long: longest wait first."""
     rows = reader.execute(
         "SELECT owner FROM (SELECT owner, min(queued_ms) AS since_ms FROM jobs WHERE finished_ms IS NULL GROUP BY owner"
@@ -75,10 +75,10 @@ def unserved(reader: StoreReader, now_ms: int) -> list[str]:
     return [row["owner"] for row in rows.fetchall()]
 
 
-def yielding(tx: Transaction, now_ms: int, anew: Collection[str]) -> StoreRow | None:
+def preemptible(tx: Transaction, now_ms: int, restarting: Collection[str]) -> StoreRow | None:
     """Return number and id of the running job to preempt for an owner who has none running, if there is one.
 
-    Jobs with a budget in steps, or of the planners in `anew`, would start from scratch.
+    Jobs with a budget in steps, or of the planners in `restarting`, would start from scratch.
     """
     rows = tx.execute(
         "SELECT number, id, owner, planner, steps, claimed_ms, spent_ms FROM jobs"
@@ -94,6 +94,6 @@ def yielding(tx: Transaction, now_ms: int, anew: Collection[str]) -> StoreRow | 
             if running[row["owner"]] == most
             and (most > 1 or now_ms - row["claimed_ms"] >= max(PATIENCE_MS, row["spent_ms"]))
         ),
-        key=lambda row: (row["steps"] is None and row["planner"] not in anew, row["claimed_ms"]),
+        key=lambda row: (row["steps"] is None and row["planner"] not in restarting, row["claimed_ms"]),
         default=None,
     )
