@@ -31,7 +31,7 @@ DOCUMENTS = {
     ),
     "mission_documents": (
         "The JSON of missions as typed dicts: briefs, reports, commands and other events.",
-        "Brief MissionDocument News Batch LastReports ReportReceipt KnownMap "
+        "Brief MissionDocument News Batch LastReports Receipt KnownMap "
         "Commands Decision MissionStateChanged QuotaChanged FrameGrown MissionEnded",
     ),
 }

@@ -194,10 +194,10 @@ def _run_test(command: list[str], seconds: float) -> subprocess.CompletedProcess
 
 def _known_fault(stderr: bytes) -> str | None:
     """Return the fault in words, if the output of Ray shows it."""
-    said = stderr.decode(errors="replace")
-    if "Version mismatch" in said:
-        return said[said.index("Version mismatch") :]
-    if any(word in said for word in _AUTHENTICATION_ERRORS):
+    output = stderr.decode(errors="replace")
+    if "Version mismatch" in output:
+        return output[output.index("Version mismatch") :]
+    if any(word in output for word in _AUTHENTICATION_ERRORS):
         return (
             "the token of the cluster is missing or wrong; put it into RAY_AUTH_TOKEN or ~/.ray/auth_token, and set "
             "RAY_AUTH_MODE=token"

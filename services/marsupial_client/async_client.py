@@ -29,8 +29,8 @@ from marsupial_client.mission_documents import (
     LastReports,
     MissionDocument,
     News,
+    Receipt,
     Report,
-    ReportReceipt,
 )
 
 
@@ -92,7 +92,7 @@ class AsyncMission:
         """Yield the events after number `after`, each once and in order, until the mission is over."""
         return self._session.events(self.document["links"]["events"], MISSION_EVENTS, after)
 
-    async def report(self, news: News) -> ReportReceipt | None:
+    async def report(self, news: News) -> Receipt | None:
         """Number a report and send it until it is acknowledged; tasks and threads take turns.
 
         A report that names a `robot` gets that robot's next number, unless it already has an `n`. If sending was
@@ -106,7 +106,7 @@ class AsyncMission:
             receipts = await self._send(report)
             return None if receipts is None else receipts[0]
 
-    async def reports(self, batch: Sequence[News]) -> list[ReportReceipt] | None:
+    async def reports(self, batch: Sequence[News]) -> list[Receipt] | None:
         """Send several reports, of the team or of robots, in one request; otherwise as `report`.
 
         The service accepts all of them, in order, or none if it refuses one. It accepts up to 1000 at a time.
@@ -159,7 +159,7 @@ class AsyncMission:
             reports.append(report)
         return reports
 
-    async def _send(self, sent: Report | Batch) -> list[ReportReceipt] | None:
+    async def _send(self, sent: Report | Batch) -> list[Receipt] | None:
         self._unacknowledged = sent
         try:
             answer: Any = await self._session.ask("POST", self.document["links"]["reports"], sent)
@@ -171,7 +171,7 @@ class AsyncMission:
                 return None
             raise  # the report changed nothing, so the next one gets its number
         self._unacknowledged = None
-        receipts: list[ReportReceipt] = answer["reports"] if "reports" in sent else [answer]
+        receipts: list[Receipt] = answer["reports"] if "reports" in sent else [answer]
         for one in receipts:
             if "robot" in one:
                 self.robots[one["robot"]] = one["n"]

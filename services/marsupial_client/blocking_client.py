@@ -30,8 +30,8 @@ from marsupial_client.mission_documents import (
     LastReports,
     MissionDocument,
     News,
+    Receipt,
     Report,
-    ReportReceipt,
 )
 
 
@@ -93,7 +93,7 @@ class Mission:
         """Yield the events after number `after`, each once and in order, until the mission is over."""
         return self._session.events(self.document["links"]["events"], MISSION_EVENTS, after)
 
-    def report(self, news: News) -> ReportReceipt | None:
+    def report(self, news: News) -> Receipt | None:
         """Number a report and send it until it is acknowledged; tasks and threads take turns.
 
         A report that names a `robot` gets that robot's next number, unless it already has an `n`. If sending was
@@ -107,7 +107,7 @@ class Mission:
             receipts = self._send(report)
             return None if receipts is None else receipts[0]
 
-    def reports(self, batch: Sequence[News]) -> list[ReportReceipt] | None:
+    def reports(self, batch: Sequence[News]) -> list[Receipt] | None:
         """Send several reports, of the team or of robots, in one request; otherwise as `report`.
 
         The service accepts all of them, in order, or none if it refuses one. It accepts up to 1000 at a time.
@@ -160,7 +160,7 @@ class Mission:
             reports.append(report)
         return reports
 
-    def _send(self, sent: Report | Batch) -> list[ReportReceipt] | None:
+    def _send(self, sent: Report | Batch) -> list[Receipt] | None:
         self._unacknowledged = sent
         try:
             answer: Any = self._session.ask("POST", self.document["links"]["reports"], sent)
@@ -172,7 +172,7 @@ class Mission:
                 return None
             raise  # the report changed nothing, so the next one gets its number
         self._unacknowledged = None
-        receipts: list[ReportReceipt] = answer["reports"] if "reports" in sent else [answer]
+        receipts: list[Receipt] = answer["reports"] if "reports" in sent else [answer]
         for one in receipts:
             if "robot" in one:
                 self.robots[one["robot"]] = one["n"]

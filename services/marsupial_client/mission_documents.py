@@ -237,7 +237,7 @@ class LastReports(TypedDict):
     robots: dict[str, int]
 
 
-class ReportReceipt(TypedDict):
+class Receipt(TypedDict):
     """A stored report: its number and time, and the revision of the latest plan.
 
     `robot` is given if that robot numbers its own reports.

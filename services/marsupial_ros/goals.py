@@ -64,9 +64,9 @@ def failure_of(goal: ActionGoal, end: ActionResult) -> str:
     """Return why a goal was not reached: the action's message, if it has one."""
     word = GoalStatus(end.status).name.lower() if end.status in list(GoalStatus) else f"status {end.status}"
     values = end.values if isinstance(end.values, dict) else {}
-    said = values.get("error_msg") or values.get("message") or (end.values if isinstance(end.values, str) else "")
+    text = values.get("error_msg") or values.get("message") or (end.values if isinstance(end.values, str) else "")
     code = values.get("error_code")
-    details = [str(said)] if said else []
+    details = [str(text)] if text else []
     details += [f"error {code}"] if code else []
     return f"{goal.action}: {word}" + (f" ({', '.join(details)})" if details else "")
 

@@ -6,12 +6,14 @@ arrive as JSON, in fragments if they are large, or as CBOR if the subscription r
 References: rosbridge v2.0 protocol specification for ROS 2 (RobotWebTools/rosbridge_suite, `ROSBRIDGE_PROTOCOL.md`).
 """
 
+from __future__ import annotations
+
 import asyncio
 import json
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import asdict, dataclass
 from enum import IntEnum
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import cbor2
 from websockets.asyncio.client import ClientConnection, connect
@@ -19,6 +21,9 @@ from websockets.exceptions import InvalidURI, WebSocketException
 
 from marsupial.errors import UsageError
 from marsupial_ros.messages import UNREADABLE
+
+if TYPE_CHECKING:
+    from marsupial_ros.ros_listener import RosListener
 
 # pauses between attempts to connect
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.2, 5.0
@@ -61,32 +66,10 @@ class Subscription:
     compression: str = "none"
 
 
-class Listener(Protocol):
-    """Receives messages and events of the connection."""
-
-    def connected(self) -> None:
-        """A connection has been opened; messages sent over an earlier one may be lost."""
-
-    def disconnected(self, reason: str) -> None:
-        """The connection broke, or can't be opened."""
-
-    def message(self, topic: str, message: Mapping[str, Any]) -> None:
-        """A message of a topic."""
-
-    def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
-        """An action reports the progress of a goal."""
-
-    def ended(self, end: ActionResult) -> None:
-        """A goal has ended."""
-
-    def complaint(self, text: str) -> None:
-        """Rosbridge or this client received something invalid."""
-
-
 class Rosbridge:
     """Talks to the rosbridge at `url` (``ws://host:9090``) while `run` runs."""
 
-    def __init__(self, url: str, subscriptions: list[Subscription], listener: Listener) -> None:
+    def __init__(self, url: str, subscriptions: list[Subscription], listener: RosListener) -> None:
         self.url = url
         self._subscriptions = subscriptions
         self._listener = listener

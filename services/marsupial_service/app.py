@@ -158,8 +158,8 @@ def _methods(request: Request) -> Sequence[str]:
     return list(filter(matches, ("DELETE", "GET", "POST")))
 
 
-def _later(kind: str, said: str, seconds: int) -> HttpProblem:
-    return HttpProblem(kind, said, headers={"Retry-After": str(seconds)})
+def _later(kind: str, text: str, seconds: int) -> HttpProblem:
+    return HttpProblem(kind, text, headers={"Retry-After": str(seconds)})
 
 
 _PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {

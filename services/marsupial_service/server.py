@@ -43,9 +43,9 @@ log = logging.getLogger("marsupial.cluster")
 class _Server(uvicorn.Server):
     """A server that reports when it is ready, and ends streams as soon as it is asked to stop."""
 
-    def __init__(self, config: uvicorn.Config, begin_shutdown: Callable[[], None], ready: Callable[[], None]) -> None:
+    def __init__(self, config: uvicorn.Config, on_exit: Callable[[], None], ready: Callable[[], None]) -> None:
         super().__init__(config)
-        self._begin_shutdown = begin_shutdown
+        self._on_exit = on_exit
         self._ready = ready
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
@@ -56,7 +56,7 @@ class _Server(uvicorn.Server):
             self._ready()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        self._begin_shutdown()  # uvicorn waits for answers, and streams don't end by themselves
+        self._on_exit()  # uvicorn waits for answers, and streams don't end by themselves
         super().handle_exit(sig, frame)
 
 

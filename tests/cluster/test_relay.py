@@ -4,6 +4,7 @@ import asyncio
 import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from typing import Any
 
 from patience import awaited
 
@@ -12,13 +13,8 @@ from marsupial.processes.channel import MAX_BYTES, MESSAGE, Channel
 
 
 @asynccontextmanager
-async def open_relay(
-    early: bytes = b"",
-) -> AsyncIterator[tuple[Relay, Channel, list[tuple[bytes, bytes]], asyncio.Event]]:
-    """Give a relay, the other end of its channel, what the relay takes, and what it sets when it is over.
-
-    The relay's end has read the bytes `early` before there is a relay.
-    """
+async def open_relay(early: bytes = b"") -> AsyncIterator[tuple[Any, ...]]:
+    """Give a relay whose end has read `early`, the other end, what the relay takes, and what it sets at the end."""
     ours, theirs = map(Channel, socket.socketpair())
     theirs._line.send(early)
     ours.fill()

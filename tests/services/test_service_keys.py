@@ -42,7 +42,7 @@ def test_a_revoked_key_is_useless_at_once_and_its_name_free(tmp_path: Path) -> N
     keys.revoke("fleet", 1.0)
     assert other.find(secret, 1.0) is None
     assert keys.find(keys.add("fleet", ["admin"], 1, now_s=2.0), 3.0) is not None
-    with pytest.raises(UsageError, match="no key 'fleeet'"):
+    with pytest.raises(UsageError, match="unknown key 'fleeet'"):
         keys.revoke("fleeet", 3.0)
 
 
@@ -50,7 +50,7 @@ def test_a_name_has_two_good_keys_while_its_clients_change_over(place: str) -> N
     with open_keys(Path(place) if place.startswith("/") else place) as keys:
         old = keys.add("fleet", ["plan"], 1, now_s=0.0)
         new = keys.add("fleet", ["plan"], 9, now_s=0.0)
-        with pytest.raises(UsageError, match="has 2 keys already"):
+        with pytest.raises(UsageError, match="already has 2 valid keys"):
             keys.add("fleet", ["plan"], 1, now_s=0.0)
         (kept, _) = keys.all()
         keys.revoke(kept.id, 1.0)
@@ -80,7 +80,7 @@ def test_beyond_this_machine_keys_are_needed(tmp_path: Path, capsys: pytest.Capt
     assert ServiceSettings(data=tmp_path, host="0.0.0.0").needs_keys
     code, _, error = serve(capsys, "--host", "0.0.0.0", "--port", "0", "--data", str(tmp_path))
     assert code == 2
-    assert "make one with 'marsupial serve keys add" in error
+    assert "create one with 'marsupial serve keys add" in error
 
 
 def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(
@@ -107,7 +107,7 @@ def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(
         assert serve(capsys, "keys", "revoke", "ann", "--data", str(tmp_path))[0] == 0
         problem(http.get(path, headers=bearer["ann"]), 401, "no-key")
         lines = [json.loads(line) for line in server.log.splitlines() if line.startswith("{")]
-        assert any(line["message"] == "job taken" and line["owner"] == "ann" for line in lines)
+        assert any(line["message"] == "job accepted" and line["owner"] == "ann" for line in lines)
         assert not any(secret in server.log for secret in secrets.values())
 
 
@@ -163,7 +163,7 @@ def test_a_limit_of_the_environment_holds() -> None:
         (["--limit", "apples=1"], "unknown limit 'apples'"),
         (["--planner", "x"], "--planner: must be NAME=VALUE"),
         (["--log-level", "loud"], "--log-level"),
-        (["--host", "no.such.host.invalid"], "keys are needed"),
+        (["--host", "no.such.host.invalid"], "requires API keys"),
     ],
 )
 def test_options_without_sense_are_refused(

@@ -49,7 +49,7 @@ def test_nothing_is_written_over(folder: Path, tmp_path: Path) -> None:
     upkeep.backup(folder, tmp_path / "backup")
     with pytest.raises(UsageError, match="backup already exists"):
         upkeep.backup(folder, tmp_path / "backup")
-    with pytest.raises(UsageError, match="has a store or keys already"):
+    with pytest.raises(UsageError, match="already has a store or keys"):
         upkeep.restore(tmp_path / "backup", folder)
     with pytest.raises(UsageError, match="no such file"):
         upkeep.restore(tmp_path / "none", tmp_path / "again")
@@ -83,7 +83,7 @@ def test_what_is_no_sound_backup_is_refused_and_leaves_nothing(folder: Path, tmp
         with pytest.raises(StoreError, match=why):
             upkeep.restore(file, tmp_path / "again")
         assert [path.name for path in (tmp_path / "again").iterdir()] == ["lock"]
-    with pytest.raises(StoreError, match="is no backup but a store's own file"):
+    with pytest.raises(StoreError, match="is the file of a store in use"):
         upkeep.restore(folder / FILE, tmp_path / "again")
     assert upkeep.restore(good, tmp_path / "again") == tables.VERSION
 
@@ -126,7 +126,7 @@ def test_the_commands_work_beside_a_server_which_says_when_it_is_full(
         assert float(lines["marsupial_store_disk_bytes"]) > shown["stored_bytes"]
         while (full := http.post("/v1/jobs", json=job)).status_code != 507:
             assert full.status_code == 202
-        assert "1 are allowed" in problem(full, 507, "store-full")["detail"]
+        assert "the limit of 1;" in problem(full, 507, "store-full")["detail"]
         assert int(full.headers["retry-after"]) == 60
         assert (command("retain"), command("retain", "--kept", "0")) == (2, 0)
         said = capsys.readouterr().err
@@ -140,7 +140,7 @@ def test_the_commands_work_beside_a_server_which_says_when_it_is_full(
 
 
 def test_a_folder_without_a_store_is_an_error_and_stays_empty(tmp_path: Path) -> None:
-    with pytest.raises(StoreError, match="there is no store"):
+    with pytest.raises(StoreError, match="no store in this folder"):
         upkeep.info(tmp_path)
     with pytest.raises(UsageError, match="--days, --kept"):
         upkeep.retain(tmp_path, days=None, kept=None, now_ms=0)

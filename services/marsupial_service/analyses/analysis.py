@@ -67,22 +67,16 @@ def _places(state: MapState) -> Iterator[FeatureAnswer]:
     for place, poses in survey.poses.items():
         more = {"reveal_m2": float(reveal[place])} if place in reveal else {}
         for kind, cell in sorted(poses.items()):
-            properties = {
-                "what": kinds.get(place, "start"),
-                "name": place,
-                "robot_type": kind,
-                "cell": list(cell),
-                **more,
-            }
-            yield _feature(f"{place}/{kind}", "Point", _centre(state, cell), properties)
+            data = {"what": kinds.get(place, "start"), "name": place, "robot_type": kind, "cell": list(cell), **more}
+            yield _feature(f"{place}/{kind}", "Point", _centre(state, cell), data)
 
 
 def _frontiers(state: MapState) -> Iterator[FeatureAnswer]:
     width = state.grid.width
     for target in state.survey.targets:
         points = [_centre(state, Cell(int(i) % width, int(i) // width)) for i in target.cells]
-        properties = {"what": "frontier", "name": target.name, "explorers": sorted(target.viewpoints)}
-        yield _feature(f"{target.name}/frontier", "MultiPoint", points, properties)
+        data = {"what": "frontier", "name": target.name, "explorers": sorted(target.viewpoints)}
+        yield _feature(f"{target.name}/frontier", "MultiPoint", points, data)
 
 
 def _reach(state: MapState) -> Iterator[FeatureAnswer]:
@@ -93,8 +87,8 @@ def _reach(state: MapState) -> Iterator[FeatureAnswer]:
             for polygon in polygons(mask)
         ]
         area_m2 = float(np.count_nonzero(mask) * state.grid.cell_area_m2)
-        properties = {"what": "reach", "robot_type": kind, "area_m2": area_m2}
-        yield _feature(f"reach/{kind}", "MultiPolygon", rings, properties)
+        data = {"what": "reach", "robot_type": kind, "area_m2": area_m2}
+        yield _feature(f"reach/{kind}", "MultiPolygon", rings, data)
 
 
 def _costs(state: MapState) -> Iterator[FeatureAnswer]:
@@ -105,14 +99,8 @@ def _costs(state: MapState) -> Iterator[FeatureAnswer]:
             travel_ms = situation.travel(kind, origin, goal)
             if travel_ms is not None:
                 ends = [_centre(state, poses[place][kind]) for place in (origin, goal)]
-                properties = {
-                    "what": "cost",
-                    "robot_type": kind,
-                    "origin": origin,
-                    "place": goal,
-                    "travel_ms": travel_ms,
-                }
-                yield _feature(f"cost/{kind}/{origin}/{goal}", "LineString", ends, properties)
+                data = {"what": "cost", "robot_type": kind, "origin": origin, "place": goal, "travel_ms": travel_ms}
+                yield _feature(f"cost/{kind}/{origin}/{goal}", "LineString", ends, data)
 
 
 def _centre(state: MapState, cell: Cell) -> list[float]:

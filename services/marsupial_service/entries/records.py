@@ -75,8 +75,8 @@ class KeyReused(Exception):
 class TooMany(Exception):
     """No more is accepted at the moment; a retry may succeed after `retry_after_s` seconds."""
 
-    def __init__(self, said: str, retry_after_s: int = 1) -> None:
-        super().__init__(said)
+    def __init__(self, text: str, retry_after_s: int = 1) -> None:
+        super().__init__(text)
         self.retry_after_s = retry_after_s
 
 

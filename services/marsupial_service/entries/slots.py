@@ -65,7 +65,7 @@ class Slots:
         self._assign()
 
     @contextmanager
-    def taken(self, slot: Slot) -> Iterator[Slot]:
+    def holding(self, slot: Slot) -> Iterator[Slot]:
         """Release a slot at the end of the block."""
         try:
             yield slot

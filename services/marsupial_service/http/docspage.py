@@ -103,8 +103,8 @@ def _schema(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
     yield "</table>"
 
 
-def _row(name: str, kind: str, said: str) -> str:
-    return f"<tr><td>{name}</td><td>{kind}</td><td>{_prose(said)}</td></tr>"
+def _row(name: str, kind: str, text: str) -> str:
+    return f"<tr><td>{name}</td><td>{kind}</td><td>{_prose(text)}</td></tr>"
 
 
 def _prose(text: str) -> str:

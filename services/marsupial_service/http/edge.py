@@ -41,7 +41,7 @@ class Edge:
             await self._app(scope, receive, send)
             return
         tracked = _TrackedAnswer(send)
-        begun = time.perf_counter()
+        started_s = time.perf_counter()
         try:
             problem = self._refusal(scope["method"], Headers(scope=scope))
             app = self._app if problem is None else answer(problem, scope["path"])
@@ -50,10 +50,10 @@ class Edge:
             log.exception("request failed", extra={"request": tracked.id, "path": scope["path"]})
             # once an answer has begun, nothing can be sent in its place
             if tracked.status is None:
-                problem = HttpProblem("internal", f"see request {tracked.id} in the server log")
+                problem = HttpProblem("internal", f"see the server log for request {tracked.id}")
                 await answer(problem, scope["path"])(scope, receive, tracked.send)
         finally:
-            self._log(scope, tracked, time.perf_counter() - begun)
+            self._log(scope, tracked, time.perf_counter() - started_s)
 
     def _refusal(self, method: str, headers: Headers) -> HttpProblem | None:
         """Return the problem if a request must not reach any route, else None."""
@@ -72,8 +72,8 @@ class Edge:
         # browsers write host and port into both headers alike; the origin "null" has none
         elsewhere = any(origin.partition("://")[2].lower() != host.lower() for origin in headers.getlist("origin"))
         if method not in _SAFE_METHODS and (elsewhere or headers.get("sec-fetch-site", "none") not in _OWN_SITES):
-            said = "without API keys, only the service's own pages may send this request"
-            return HttpProblem("cross-origin", said)
+            text = "without API keys, only the service's own pages may send this request"
+            return HttpProblem("cross-origin", text)
         return None
 
     def _log(self, scope: Scope, tracked: _TrackedAnswer, seconds: float) -> None:

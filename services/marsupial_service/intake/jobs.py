@@ -47,16 +47,16 @@ def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:
     return info
 
 
-def encode_job_map(asked: tuple[str, ServiceLimits]) -> Iterator[bytes | None]:
+def encode_job_map(request: tuple[str, ServiceLimits]) -> Iterator[bytes | None]:
     """Yield the map in what was sent for a job, as JSON, None if there is none; the function of a job."""
-    source, limits = asked
+    source, limits = request
     job = JobBody.model_validate(json.loads(source)).root
     yield known_map_text(map_state_of(job.map_state, limits).grid) if isinstance(job, MapStateJobBody) else None
 
 
 def _cells(body: JobBody | AnalysisBody) -> int:
-    asked = body.root if isinstance(body, JobBody) else body
-    return 0 if isinstance(asked, SituationJobBody) else image_cells(asked.map_state.map)
+    request = body.root if isinstance(body, JobBody) else body
+    return 0 if isinstance(request, SituationJobBody) else image_cells(request.map_state.map)
 
 
 def situation_text(source: str) -> bytes | None:
@@ -71,7 +71,7 @@ def encode_situation(source: str) -> Iterator[bytes | None]:
 
 
 def analysis_of(body: AnalysisBody, _: ParsedBody, limits: ServiceLimits) -> tuple[MapState, frozenset[str]]:
-    """Return the map state, and the parts of the analysis that are asked for. Raises InputError with all faults."""
+    """Return the map state, and the requested parts of the analysis. Raises InputError with all faults."""
     return map_state_of(body.map_state, limits), INCLUDE if body.include is None else frozenset(body.include)
 
 

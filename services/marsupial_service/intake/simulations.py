@@ -35,7 +35,7 @@ from marsupial_service.schemas.simulations import (
 )
 from marsupial_service.settings import ServiceLimits
 
-Asked = ScenarioSimulationBody | MapSimulationBody
+AnySimulation = ScenarioSimulationBody | MapSimulationBody
 
 
 def simulation_of(
@@ -45,43 +45,43 @@ def simulation_of(
 
     Raises InputError naming what is wrong by the fields of the request, HttpProblem if there is too much of something.
     """
-    asked: Asked = body.root
-    check_count("/carriers", asked.carriers * (1 + asked.rovers), limits.robots, "robots with their rovers")
-    budget = budget_of(asked.budget, limits, DEFAULT_BUDGET_S)
+    request: AnySimulation = body.root
+    check_count("/carriers", request.carriers * (1 + request.rovers), limits.robots, "robots with their rovers")
+    budget = budget_of(request.budget, limits, DEFAULT_BUDGET_S)
     warnings: tuple[str, ...] = ()
-    if isinstance(asked, ScenarioSimulationBody):
-        scenario = _built_in(asked, limits)
+    if isinstance(request, ScenarioSimulationBody):
+        scenario = _built_in(request, limits)
     else:
-        reading = _map_of(asked.map, limits)
+        reading = _map_of(request.map, limits)
         try:
-            scenario = bare_map_scenario(asked.map.name, reading.grid, asked.carriers, asked.rovers, limits.sizes)
+            scenario = bare_map_scenario(request.map.name, reading.grid, request.carriers, request.rovers, limits.sizes)
         except ScenarioError as error:
             raise field_error("map.yaml", str(error)) from error
         warnings = describe(scenario.grid, scenario.robot_types, reading=reading).warnings
-    team = _placed(asked, scenario, warnings)
+    team = _placed(request, scenario, warnings)
     try:
-        planner = str(planner_for(asked.strategy, asked.planner))
+        planner = str(planner_for(request.strategy, request.planner))
     except EngineUnavailable as error:
         raise field_error("strategy", str(error)) from error
     document = mission_document(
         scenario,
         team,
         reachable_area(scenario, team),
-        strategy=asked.strategy,
+        strategy=request.strategy,
         planner=planner,
         budget=budget,
-        seed=asked.seed,
+        seed=request.seed,
     )
     brief = brief_of(MissionBody.model_validate(document), limits, commands)
-    simulation = RobotSimulation(truth=scenario.grid.cells, speed=asked.speed, warnings=warnings)
+    simulation = RobotSimulation(truth=scenario.grid.cells, speed=request.speed, warnings=warnings)
     return replace(brief, simulation=simulation), sent.digest
 
 
-def _built_in(asked: ScenarioSimulationBody, limits: ServiceLimits) -> Scenario:
-    if asked.scenario not in SCENARIOS:
-        said = unknown("scenario", asked.scenario, SCENARIOS)
-        raise field_error("scenario", f"{said}; available: {', '.join(SCENARIOS)}")
-    scenario = builtin_scenario(asked.scenario, asked.carriers, asked.rovers)
+def _built_in(request: ScenarioSimulationBody, limits: ServiceLimits) -> Scenario:
+    if request.scenario not in SCENARIOS:
+        text = unknown("scenario", request.scenario, SCENARIOS)
+        raise field_error("scenario", f"{text}; available: {', '.join(SCENARIOS)}")
+    scenario = builtin_scenario(request.scenario, request.carriers, request.rovers)
     check_count("/scenario", scenario.grid.cells.size, limits.cells, "cells")
     return scenario
 
@@ -101,15 +101,15 @@ def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
     return understand_image(header, image)
 
 
-def _placed(asked: Asked, scenario: Scenario, warnings: Sequence[str]) -> tuple[PlacedRobot, ...]:
+def _placed(request: AnySimulation, scenario: Scenario, warnings: Sequence[str]) -> tuple[PlacedRobot, ...]:
     """Return where the robots start. Without room for them, the error lists the map's oddities too."""
     try:
-        return place_team(scenario, asked.seed)
+        return place_team(scenario, request.seed)
     except ScenarioError as error:
         first = any(problem.path.startswith("team[0]") for problem in error.problems)
-        where = "carriers" if not first else "map" if isinstance(asked, MapSimulationBody) else "scenario"
-        said = Problem(where, "; ".join(problem.message for problem in error.problems))
-        raise InputError([said, *(Problem("map", f"warning: {text}") for text in warnings)]) from error
+        where = "carriers" if not first else "map" if isinstance(request, MapSimulationBody) else "scenario"
+        fault = Problem(where, "; ".join(problem.message for problem in error.problems))
+        raise InputError([fault, *(Problem("map", f"warning: {text}") for text in warnings)]) from error
 
 
 def _never_inline(_: SimulationBody) -> int:

@@ -146,7 +146,7 @@ class RequestProcesses:
                 slot = await slots.for_owner(owner)
         except TimeoutError:
             raise TooMany(text) from None
-        with slots.taken(slot):
+        with slots.holding(slot):
             begun_s = time.monotonic()
             try:
                 return await self.supervised.value_of(

@@ -167,7 +167,7 @@ class Jobs(Entries[JobRecord]):
         """Wait for a job, a slot and room; only then claim a job, as it might run elsewhere by then. None at `stop`."""
         while await self._wait_for_queue():
             with ExitStack() as held:
-                slot = held.enter_context(self._slots.taken(await self._slots.for_job()))
+                slot = held.enter_context(self._slots.holding(await self._slots.for_job()))
                 reservation = held.enter_context(closing(self._runner.reserve(_CPUS)))
                 if not await self._wait_for_room(reservation, slot):
                     continue
@@ -206,9 +206,11 @@ class Jobs(Entries[JobRecord]):
         """Wait for room, until `stop`; a mission that needs the slot meanwhile gets it."""
         self._slots.allow_preemption(slot, reservation.close)
         self._reservation = reservation
-        there = not self.stopping and await asyncio.get_running_loop().run_in_executor(self._threads, reservation.wait)
+        granted = not self.stopping and await asyncio.get_running_loop().run_in_executor(
+            self._threads, reservation.wait
+        )
         slot.preempt = self._reservation = None
-        return there and not slot.is_preempted and not self.stopping
+        return granted and not slot.is_preempted and not self.stopping
 
     async def _run_claimed(self, claimed: _ClaimedJob) -> None:
         """Run an attempt at a job and store how it ended."""

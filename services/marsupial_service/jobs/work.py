@@ -48,7 +48,7 @@ GAVE_UP = frozenset({JobOutcome.NO_PLAN, JobOutcome.TIMEOUT, JobOutcome.OUT_OF_M
 
 def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
     """Do the work: yield the analysis of the map, each better plan, and finally how it ended."""
-    begun = time.monotonic()
+    started_s = time.monotonic()
     try:
         task = task_in(work.source, work.limits)
         if isinstance(task, Situation):
@@ -59,7 +59,7 @@ def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
             yield Analysed(situation=situation_to_json(situation), places=line(task.places()))
         budget = work.budget
         if budget.seconds is not None:
-            budget = replace(budget, seconds=max(_LEAST_S, budget.seconds - (time.monotonic() - begun)))
+            budget = replace(budget, seconds=max(_LEAST_S, budget.seconds - (time.monotonic() - started_s)))
         asked = engine(work.engine)
         # this process is the worker already: the planner needs no process of its own
         search = asked.solve_here if isinstance(asked, ProcessEngine) else asked.solve

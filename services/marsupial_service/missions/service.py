@@ -95,8 +95,8 @@ class Missions(Entries[MissionRecord]):
         over), TooMany, StoreFull, StoreError.
         """
         if record.simulation is not None:
-            said = "the service simulates the robots of this mission, so it accepts no reports"
-            raise ReportConflict(Problem("", said))
+            text = "the service simulates the robots of this mission, so it accepts no reports"
+            raise ReportConflict(Problem("", text))
         states, limits, capacity = self._states, self._limits, self._capacity
         return await asyncio.shield(
             self.write(lambda tx: table.add_reports(tx, states, record.id, sent, limits, self.now_ms(), capacity))
@@ -162,7 +162,7 @@ class Missions(Entries[MissionRecord]):
         idle_s, now_ms = self._limits.idle_s, self.now_ms()
         for mission, owner, is_idle in await self.read(lambda r: table.abandoned(r, idle_s, now_ms)):
             if not self._settings.may_go_on(owner):
-                reason = "the key of the mission has expired or was revoked"
+                reason = "the mission's key has expired or was revoked"
             elif is_idle:
                 reason = f"no report for {idle_s:g} s"
             else:

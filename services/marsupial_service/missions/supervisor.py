@@ -232,7 +232,7 @@ class MissionSupervisor:
     async def _plan(self, run: JobRun, messages: asyncio.Queue[object]) -> None:
         """Allow a planning once there are quota and a slot; charge it however it ends."""
         await self._wait_for_quota()
-        with self.slots.taken(await self.slots.for_owner(self.record.owner)):
+        with self.slots.holding(await self.slots.for_owner(self.record.owner)):
             begun_s = time.monotonic()
             try:
                 await self._send(run, PlanningSignal.ALLOWED)
@@ -306,7 +306,7 @@ class MissionSupervisor:
     async def _inputs(self, number: int, news: asyncio.Event) -> Sequence[bytes]:
         """Wait for input `number`; return the stored inputs from there on. Set `news` if there may be more."""
 
-        def come(reader: Connection) -> tuple[bytes, ...]:
+        def due_inputs(reader: Connection) -> tuple[bytes, ...]:
             return packed.inputs_from(reader, self._current(reader).number, number, _AT_A_TIME)
 
         found: tuple[bytes, ...] = ()
@@ -314,7 +314,7 @@ class MissionSupervisor:
             if not news.is_set():
                 await (news.wait() if self.driver is None else self.driver.wait(news))
             news.clear()
-            found = await self.missions.read(come)
+            found = await self.missions.read(due_inputs)
         if len(found) == _AT_A_TIME:
             news.set()
         return found

@@ -65,7 +65,7 @@ def _info(store: MaintenanceConnection, reader: StoreReader) -> StoreInfo:
         return None if found is None else int(found)
 
     first = [number(f"SELECT min(created_ms) FROM {name}") for name in ("jobs", "missions")]
-    still = "SELECT count(*) FROM {} WHERE finished_ms IS NULL"
+    open_count = "SELECT count(*) FROM {} WHERE finished_ms IS NULL"
     return StoreInfo(
         place=store.engine.place,
         version=VERSION,
@@ -73,7 +73,7 @@ def _info(store: MaintenanceConnection, reader: StoreReader) -> StoreInfo:
         free_bytes=store.engine.free_bytes(store.connection),
         stored_bytes=stored_bytes(reader),
         rows={name: number(f"SELECT count(*) FROM {name}") or 0 for name in COUNTED},
-        open={name: number(still.format(name)) or 0 for name in ("jobs", "missions")},
+        open={name: number(open_count.format(name)) or 0 for name in ("jobs", "missions")},
         oldest_ms=min((one for one in first if one is not None), default=None),
     )
 
@@ -173,12 +173,12 @@ def _restore(source: Path, draft: Path, folder: Path) -> int:
 
 
 def _check(connection: sqlite3.Connection, path: Path) -> None:
-    """Raise StoreError if the database is damaged, or its rows refer to creation_script rows."""
+    """Raise StoreError if the database is damaged, or its rows refer to missing rows."""
     (said,) = connection.execute("PRAGMA integrity_check(1)").fetchone()
     if said != "ok":
         raise StoreError(f"{path} is damaged: {said}")
     if connection.execute("PRAGMA foreign_key_check").fetchone() is not None:
-        raise StoreError(f"{path} is damaged: rows are creation_script")
+        raise StoreError(f"{path} is damaged: rows are missing")
 
 
 def _refuse_shared(place: str | Path, instead: str) -> None:

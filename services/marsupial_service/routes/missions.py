@@ -65,12 +65,7 @@ class LogAnswer(PlainTextResponse):
 router = APIRouter(prefix="/v1/missions", route_class=MissionRoute, tags=["missions"])
 
 
-@router.post(
-    "",
-    status_code=201,
-    response_model=answers.MissionAnswer,
-    responses=MISSION_STORED,
-)
+@router.post("", status_code=201, response_model=answers.MissionAnswer, responses=MISSION_STORED)
 async def create_mission(
     state: Service,
     owner: Owner,
@@ -102,7 +97,7 @@ async def get_mission(mission: PathMission) -> Response:
 
 @router.post(
     "/{mission}/reports",
-    response_model=answers.ReportReceiptAnswer | answers.BatchReceiptAnswer,
+    response_model=answers.ReceiptAnswer | answers.BatchReceiptAnswer,
     responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full", body=True),
 )
 async def report(
@@ -117,7 +112,7 @@ async def report(
     frame = mission.frame or MissionFrame.of(brief.grid)
     reports, is_batch = await read(state.readers, state.settings.limits, sent, REPORT_READER, brief, frame)
     record = await missions.reports(mission, reports)
-    receipts = [answers.ReportReceiptAnswer.of(one, revision=record.revision) for one, _ in reports]
+    receipts = [answers.ReceiptAnswer.of(one, revision=record.revision) for one, _ in reports]
     return json_answer(answers.BatchReceiptAnswer(reports=receipts) if is_batch else receipts[0])
 
 

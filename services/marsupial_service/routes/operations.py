@@ -66,7 +66,7 @@ async def metrics(state: Service) -> Response:
 
 
 async def _check(state: State) -> answers.ReadyAnswer | str:
-    begun = time.monotonic()
+    started_s = time.monotonic()
     limits = state.settings.limits
     try:
         if (trouble := state.runner.trouble()) is not None:
@@ -80,7 +80,7 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
         return "planning fails; see the server log"
     if planned is not True:
         return "planning returns no valid plan"
-    took_ms = round(1000 * (time.monotonic() - begun), 1)
+    took_ms = round(1000 * (time.monotonic() - started_s), 1)
     try:
         async with asyncio.timeout(_STORE_S):
             await state.jobs.write(

@@ -46,12 +46,7 @@ async def list_scenarios(state: Service) -> Response:
     return json_answer(found)
 
 
-@router.post(
-    "/simulations",
-    status_code=201,
-    response_model=answers.MissionAnswer,
-    responses=MISSION_STORED,
-)
+@router.post("/simulations", status_code=201, response_model=answers.MissionAnswer, responses=MISSION_STORED)
 async def create_simulation(
     state: Service,
     owner: Owner,

@@ -328,7 +328,7 @@ class MissionListAnswer(Answer):
     next: str | None
 
 
-class ReportReceiptAnswer(Answer):
+class ReceiptAnswer(Answer):
     """A stored report: its number and time, and the revision of the latest plan.
 
     `robot` is given if that robot numbers its own reports.
@@ -343,7 +343,7 @@ class ReportReceiptAnswer(Answer):
 class BatchReceiptAnswer(Answer):
     """All reports of a request are stored, now or by an earlier request."""
 
-    reports: list[ReportReceiptAnswer]
+    reports: list[ReceiptAnswer]
 
 
 class LastReportsAnswer(Answer):

@@ -232,7 +232,7 @@ def test_a_server_that_ends_its_streams_at_once_is_asked_with_pauses_missed_and_
     assert followed(transport, missed=missed) == [(1, "end")]
     assert sum(PAUSES) > 5.0
     assert missed == [f"{URL} can't be reached (the stream ended early)"]
-    with pytest.raises(Unreachable, match="ended before its time"):
+    with pytest.raises(Unreachable, match="ended early"):
         followed(Scripted(stream()))
 
 

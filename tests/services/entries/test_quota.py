@@ -209,7 +209,7 @@ async def test_it_holds_after_a_restart(place: str) -> None:
         assert (await jobs.wait(job, HANG_S)).finished_at_ms is not None
         assert 0 < 30.0 - (await jobs.left_s())["me"] < 20.0
     async with opened(place, jobs_of) as jobs:
-        with pytest.raises(TooMany, match="planning time"):
+        with pytest.raises(TooMany, match="planning quota"):
             await jobs.submit(wanted(30.0), owner="me")
 
 
@@ -247,7 +247,7 @@ async def test_a_mission_beyond_the_quota_waits_and_tells_so_and_goes_on_as_if_n
         log = await missions.log(await missions.of("me", record.id))
     first, last = [QuotaData.model_validate_json(data) for data in quota_events(driver)]
     assert (first.state, last.state) == ("waiting", "running")
-    assert "planning time is used up" in (first.reason or "")
+    assert "planning quota of" in (first.reason or "")
     assert first.room_at is not None
     assert log == undisturbed("lobby")
 

@@ -12,7 +12,7 @@ async def test_missions_come_before_jobs_and_owners_in_turn() -> None:
 
     async def take(name: str, owner: str | None) -> None:
         waiting = slots.for_job() if owner is None else slots.for_owner(owner)
-        with slots.taken(await waiting):
+        with slots.holding(await waiting):
             order.append(name)
 
     wanted = (("job", None), ("a1", "a"), ("a2", "a"), ("a3", "a"), ("b1", "b"))

@@ -145,4 +145,4 @@ async def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
         events = [event async for event in followed(missions, mission)]
         assert events[-1].type == "end"
         record = await missions.get(mission, "me")
-        assert (record.status, "comes out different" in record.reason) == ("failed", True)
+        assert (record.status, "gave a different result" in record.reason) == ("failed", True)

@@ -101,16 +101,13 @@ async def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(p
             ended = await missions.get(record.id, owner)
             found.append((ended.status, ended.reason))
         await awaited(lambda: not missions._supervisors)
-    assert found == [
-        ("cancelled", "no report for 2 s"),
-        ("cancelled", "the key of the mission has expired or was revoked"),
-    ]
+    assert found == [("cancelled", "no report for 2 s"), ("cancelled", "the mission's key has expired or was revoked")]
 
 
 async def test_one_owner_has_so_many_missions_and_no_more(place: str) -> None:
     async with open_missions(place, key_missions=1) as missions:
         await started(missions)
-        with pytest.raises(TooMany, match="you have 1 open missions"):
+        with pytest.raises(TooMany, match="your limit of 1 open missions"):
             await started(missions)
         await missions.create(brief("lobby"), b"same", owner="you")
 

@@ -125,14 +125,14 @@ async def test_a_mission_that_is_cancelled_is_reported_to_no_more(place: str) ->
 async def test_others_can_not_report_for_simulated_robots(place: str) -> None:
     async with open_missions(place) as missions:
         record = await begun(missions, SLOW)
-        with pytest.raises(ReportConflict, match="simulated by the service"):
+        with pytest.raises(ReportConflict, match="the service simulates the robots"):
             await missions.reports(record, [(MissionReport(n=1, t_ms=0), b"mine")])
 
 
 async def test_no_more_missions_are_simulated_at_a_time_than_allowed(place: str) -> None:
     async with open_missions(place, simulations=1) as missions:
         first = await begun(missions, SLOW)
-        with pytest.raises(TooMany, match="1 missions are simulated"):
+        with pytest.raises(TooMany, match="the limit of 1 simulated missions"):
             await begun(missions, SLOW)
         await missions.control(first, Control.CANCEL)
         await over(missions, first.id)
@@ -143,7 +143,7 @@ async def test_a_key_of_whom_no_mission_is_simulated_gets_one_however_many_other
     async with open_missions(place, simulations=1) as missions:
         await begun(missions, SLOW)
         await begun(missions, SLOW, owner="you")
-        with pytest.raises(TooMany, match="2 missions are simulated"):
+        with pytest.raises(TooMany, match="the limit of 1 simulated missions"):
             await begun(missions, SLOW, owner="you")
 
 

@@ -81,7 +81,7 @@ async def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_a
         await jobs.submit(WANTED, owner="me")
         await awaited(lambda: slots.in_use)
         async with asyncio.timeout(HANG_S):
-            with slots.taken(await slots.for_owner("me")):
+            with slots.holding(await slots.for_owner("me")):
                 assert runner.asked == 1
             await awaited(lambda: runner.asked > 1)
         (record,) = await jobs.list("me")

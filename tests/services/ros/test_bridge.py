@@ -48,7 +48,7 @@ async def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server:
         await asyncio.gather(first, return_exceptions=True)
         outcome = await drive(*talk.bridge(server, ros, tmp_path, state))
     assert outcome.ended["status"] == "complete", (outcome, talk.said)
-    assert len([text for text in talk.said if text.endswith(" began")]) == 1
+    assert len([text for text in talk.said if text.endswith(" started")]) == 1
     assert any("resumed after report" in text for text in talk.said)
     names = [goal["id"] for goal in ros.goals]
     assert len(set(names)) == len(names)

@@ -67,7 +67,7 @@ class Ears:
         (grid_message([[0, 0]], resolution=0.1), "resolution of the map has changed: it was 0.05 m, now 0.1 m"),
         (changed(FITTING, resolution=math.nan), "resolution"),
         (changed(FITTING, resolution="coarse"), "could not convert"),
-        (changed(FITTING, origin=origin(yaw=0.5)), "turned"),
+        (changed(FITTING, origin=origin(yaw=0.5)), "rotated"),
         (changed(FITTING, origin=origin(x=math.nan)), "not finite"),
         (changed(FITTING, origin=origin(x=1e9)), "more than the limit"),
         (changed(FITTING, origin=origin(x=-1e300)), "its origin must be"),

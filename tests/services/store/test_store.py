@@ -246,7 +246,7 @@ def test_what_is_wrong_is_logged_when_it_begins_and_when_it_is_over(caplog: pyte
         outage.begin(reason)
         assert outage.end()
         assert not outage.end()
-    assert [record.getMessage() for record in caplog.records] == ["it is away", "it is away: that is over"] * 2
+    assert [record.getMessage() for record in caplog.records] == ["it is away", "it is away: resolved"] * 2
     assert [getattr(record, "reason", None) for record in caplog.records] == ["first", None, "second", None]
 
 
