@@ -17,7 +17,7 @@ from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial_client import Client, Mission
 from marsupial_client.mission_documents import Brief
-from marsupial_service.simulation import simulate_by
+from marsupial_service.simulation import simulate_mission
 
 SCENARIO, STRATEGY, PLANNER = "lobby", "temporal", "greedy"
 SEEDS = 5
@@ -131,7 +131,7 @@ class ExplorerClient:
         client = Reporter(self._ports, self._begun, self._key)
         self._journeys.missions += 1
         try:
-            simulate_by(
+            simulate_mission(
                 client,
                 builtin_scenario(SCENARIO),
                 strategy=STRATEGY,

@@ -83,7 +83,7 @@ class Gateway:
         self.links: dict[str, Link] = {}
         self.changed = asyncio.Event()
         self.ended = asyncio.Event()
-        self.placements = PlacementPool(self.call, self.go)
+        self.placements = PlacementPool(self.call, self.start)
         self.numbers = count(1)
         self._threads = ThreadPoolExecutor(_THREADS)
         self._line = line
@@ -118,7 +118,7 @@ class Gateway:
                 link.load()
         return json.dumps(self._unusable_reason()).encode()
 
-    def go(self, work: Coroutine[Any, Any, Any]) -> None:
+    def start(self, work: Coroutine[Any, Any, Any]) -> None:
         """Run a coroutine concurrently with all others."""
         task = asyncio.create_task(work)
         self._tasks.add(task)
@@ -142,7 +142,7 @@ class Gateway:
             self.links.pop(gone).close("the node is gone")
         for new in alive - self.links.keys():
             self.links[new] = Link(self, new)
-            self.go(self.links[new].run())
+            self.start(self.links[new].run())
 
     def ready(self) -> dict[str, Link]:
         """Return the links to node agents that take jobs, by the node."""
@@ -172,15 +172,15 @@ class RelayedRun:
     def _from_client(self, tag: bytes, payload: bytes) -> None:
         if not self._wanted:
             self._wanted = True
-            self._gateway.go(self._begin(pickle.loads(payload)))
+            self._gateway.start(self._begin(pickle.loads(payload)))
         elif self._link is not None:
-            self._link.give(self.number, tag if self._ordered else ORDER, payload)
+            self._link.send(self.number, tag if self._ordered else ORDER, payload)
             self._ordered = True
 
     def _client_left(self) -> None:
         self._spare = True
         if self._ordered and self._link is not None:
-            self._link.give(self.number, CANCEL)
+            self._link.send(self.number, CANCEL)
         elif self._link is not None or not self._wanted:
             self.end()
 

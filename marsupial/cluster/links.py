@@ -57,7 +57,7 @@ class Link:
         if len(gateway.preload) > loaded:
             self.load()
         while not self._gone:
-            for run, tag, payload in await asyncio.wait_for(_result(self._agent.take.remote()), LEASE_S):
+            for run, tag, payload in await asyncio.wait_for(_result(self._agent.collect.remote()), LEASE_S):
                 if run in self.runs:
                     self.runs[run].from_agent(tag, payload)
 
@@ -67,12 +67,12 @@ class Link:
         actor = self._gateway.ray.remote(num_cpus=0, max_restarts=0, max_task_retries=0)(NodeAgent)
         return actor.options(scheduling_strategy=NodeAffinitySchedulingStrategy(self._node, soft=False)).remote()
 
-    def give(self, run: int, tag: bytes, payload: bytes = b"") -> None:
+    def send(self, run: int, tag: bytes, payload: bytes = b"") -> None:
         """Send to a run."""
         self._unsent.append(Envelope(run, tag, payload))
         if not self._is_sending:
             self._is_sending = True
-            self._gateway.go(self._send_queued())
+            self._gateway.start(self._send_queued())
 
     def load(self) -> None:
         """Make the agent load the latest additions to the preload list."""
@@ -89,7 +89,7 @@ class Link:
         try:
             while self._unsent:
                 envelopes, self._unsent = self._unsent, []
-                await asyncio.wait_for(_result(self._agent.give.remote(envelopes)), LEASE_S)
+                await asyncio.wait_for(_result(self._agent.deliver.remote(envelopes)), LEASE_S)
         except Exception as error:
             self._end_runs(str(error))
         finally:
@@ -104,7 +104,7 @@ class Link:
         self._unsent.clear()
         agent, self._agent = self._agent, None
         if agent is not None:
-            self._gateway.go(self._end(agent))
+            self._gateway.start(self._end(agent))
 
     async def _end(self, agent: Any) -> None:
         with contextlib.suppress(Exception):  # it is gone already, or cannot be reached

@@ -28,7 +28,7 @@ LOST = b"L"
 """Reply in place of `channel.ENDED`: the run is over, and its ending is unknown."""
 
 POLL_S = 2.0
-"""How long `take` waits for messages."""
+"""How long `collect` waits for messages."""
 
 LEASE_S = 10.0
 """A gateway or agent that is silent for this long counts as gone; servers hold entries of a store equally long."""
@@ -58,7 +58,7 @@ class NodeAgent:
     async def prepare(self, requirements: Requirements, preload: list[bytes]) -> str:
         """Get ready for jobs, and return the name of this machine. Raises WorkerMismatch, InternalError."""
         check_requirements(requirements)
-        self._has_mail = asyncio.Event()
+        self._has_messages = asyncio.Event()
         await self.load(preload)
         self._contact_s = time.monotonic()
         self._watching = asyncio.create_task(self._exit_when_silent())
@@ -69,13 +69,13 @@ class NodeAgent:
         calls = tuple(pickle.loads(one) for one in preload)
         await asyncio.to_thread(partial(launcher.warm_up, preload=calls))
 
-    async def take(self) -> list[Envelope]:
+    async def collect(self) -> list[Envelope]:
         """Return the messages of the runs, or none after a while."""
         self._contact_s = time.monotonic()
         if not self._outbox:
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._has_mail.wait(), POLL_S)
-        self._has_mail.clear()
+                await asyncio.wait_for(self._has_messages.wait(), POLL_S)
+        self._has_messages.clear()
         found, self._outbox, self._outbox_bytes = self._outbox, [], 0
         for relay in self._paused:
             relay.listen(on=True)
@@ -83,19 +83,19 @@ class NodeAgent:
         self._contact_s = time.monotonic()
         return found
 
-    async def give(self, envelopes: list[Envelope]) -> None:
+    async def deliver(self, envelopes: list[Envelope]) -> None:
         """Accept messages to the runs."""
         for run, tag, payload in envelopes:
             if tag == ORDER:
                 self._runs[run] = _AgentRun(self, run, pickle.loads(payload)._replace(path=sys.path))
             elif run in self._runs:
-                self._runs[run].give(tag, payload)
+                self._runs[run].deliver(tag, payload)
 
-    def tell(self, envelope: Envelope, relay: Relay | None = None) -> None:
-        """Queue an envelope for `take`; a run that sends more than the gateway takes has to wait."""
+    def enqueue(self, envelope: Envelope, relay: Relay | None = None) -> None:
+        """Queue an envelope for `collect`; a run that sends more than the gateway takes has to wait."""
         self._outbox.append(envelope)
         self._outbox_bytes += len(envelope.payload)
-        self._has_mail.set()
+        self._has_messages.set()
         if envelope.tag in (frames.ENDED, LOST):
             self._runs.pop(envelope.run, None)
         elif relay is not None and self._outbox_bytes > _MOST_BYTES:
@@ -120,7 +120,7 @@ class _AgentRun:
         self._over = False
         self._beginning = asyncio.create_task(self._begin())
 
-    def give(self, tag: bytes, payload: bytes) -> None:
+    def deliver(self, tag: bytes, payload: bytes) -> None:
         if self._relay is None:
             self._queued.append((tag, payload))
         elif tag == CANCEL:
@@ -135,10 +135,10 @@ class _AgentRun:
         except InternalError as error:
             self._end(LOST, str(error).encode())
             return
-        self._agent.tell(Envelope(self._number, frames.START))
+        self._agent.enqueue(Envelope(self._number, frames.START))
         self._relay = Relay(channel, self._relay_frame, lambda: self._end(LOST))
         for tag, payload in self._queued:
-            self.give(tag, payload)
+            self.deliver(tag, payload)
         if self._over:  # everything arrived at once
             self._relay.close()
 
@@ -146,12 +146,12 @@ class _AgentRun:
         if tag == frames.ENDED:
             self._end(tag, payload)
         else:
-            self._agent.tell(Envelope(self._number, tag, payload), self._relay)
+            self._agent.enqueue(Envelope(self._number, tag, payload), self._relay)
 
     def _end(self, tag: bytes, payload: bytes = b"") -> None:
         if not self._over:
             self._over = True
-            self._agent.tell(Envelope(self._number, tag, payload))
+            self._agent.enqueue(Envelope(self._number, tag, payload))
             if self._relay is not None:
                 asyncio.get_running_loop().call_soon(self._relay.close)
 

@@ -40,7 +40,7 @@ class ClusterRunner:
         self._warn = warn
         self._preload: dict[bytes, None] = {}
         self._gateway: Launcher | None = None
-        self._trouble: tuple[str, str] | None = ("the cluster is not connected yet", "")
+        self._fault: tuple[str, str] | None = ("the cluster is not connected yet", "")
         self._ended = threading.Event()
         self._lock = threading.Lock()
         self._maintaining = threading.Thread(target=self._maintain_gateway, name="cluster", daemon=True)
@@ -61,9 +61,9 @@ class ClusterRunner:
     def reserve(self, cpus: float = 1.0) -> Reservation:
         return _NodeReservation(self, cpus)
 
-    def trouble(self) -> str | None:
+    def fault(self) -> str | None:
         # in our own words, without addresses or files
-        return None if self._trouble is None else self._trouble[0]
+        return None if self._fault is None else self._fault[0]
 
     def shutdown(self) -> None:
         self._ended.set()
@@ -89,7 +89,7 @@ class ClusterRunner:
             try:
                 self._run_gateway()
             except Exception as error:  # it can't even be started: no memory, no more processes or files
-                self._set_trouble(_LOST, str(error))
+                self._set_fault(_LOST, str(error))
             self._ended.wait(_RETRY_S)
 
     def _run_gateway(self) -> None:
@@ -102,7 +102,7 @@ class ClusterRunner:
                 patience_s = _ANSWER_S
             if not self.ended:
                 words = found.last_output().strip().rpartition("\n")[2]
-                self._set_trouble(_LOST, "it does not answer" if found.usable() else words)
+                self._set_fault(_LOST, "it does not answer" if found.usable() else words)
         finally:
             self._gateway = None
             found.close()
@@ -122,16 +122,16 @@ class ClusterRunner:
             return False
         found = json.loads(frame[1])
         if found is None:
-            self._trouble = None
+            self._fault = None
         else:
-            self._set_trouble(*found)
+            self._set_fault(*found)
         return True
 
-    def _set_trouble(self, trouble: str, reason: str) -> None:
+    def _set_fault(self, fault: str, reason: str) -> None:
         """Record that the cluster is unusable; warn once."""
-        if self._trouble != (trouble, reason):
-            self._warn(f"{trouble}: {reason}" if reason else trouble)
-        self._trouble = (trouble, reason)
+        if self._fault != (fault, reason):
+            self._warn(f"{fault}: {reason}" if reason else fault)
+        self._fault = (fault, reason)
 
 
 class _NodeReservation:

@@ -35,7 +35,7 @@ class Runner(Protocol):
     def reserve(self, cpus: float = 1.0) -> Reservation:
         """Request room for a job that counts as this many processors, where they are counted; return at once."""
 
-    def trouble(self) -> str | None:
+    def fault(self) -> str | None:
         """Return why no job can run at present, or None if one can."""
 
     def shutdown(self) -> None:
@@ -64,7 +64,7 @@ class LocalRunner:
     def reserve(self, cpus: float = 1.0) -> Reservation:
         return _LocalReservation()
 
-    def trouble(self) -> str | None:
+    def fault(self) -> str | None:
         return None
 
     def shutdown(self) -> None:

@@ -78,7 +78,7 @@ class RobotFleet:
         for robot in self.robots.values():
             if robot.on_ground and robot.pose(self._frame) is None:
                 found.append(f"{robot.name} (no {self._link(robot)})")
-            elif robot.on_ground and robot.silent_for(self._frame, now_s) > self._waits.silent_s:
+            elif robot.on_ground and robot.silence_s(self._frame, now_s) > self._waits.silent_s:
                 found.append(f"{robot.name} (no new {self._link(robot)})")
         return found
 
@@ -205,7 +205,7 @@ class RobotFleet:
         if at is None:
             return
         if robot.active is not None and robot.active.drives:
-            robot.anchor = robot.active.pass_by(at, self._waits.tolerance_m) or self._standing_point(robot)
+            robot.anchor = robot.active.advance(at, self._waits.tolerance_m) or self._standing_point(robot)
         elif robot.anchor is None or math.dist(at, robot.anchor) > self._waits.tolerance_m:
             robot.anchor = self._standing_point(robot)
 
@@ -242,7 +242,7 @@ class RobotFleet:
         robot = self.robots[active.command["robot"]]
         pose = robot.pose(self._frame)
         if pose is not None and (active.attempt or self.starts):
-            active.pass_by((pose.x, pose.y), self._waits.tolerance_m)
+            active.advance((pose.x, pose.y), self._waits.tolerance_m)
         route = active.route_m[active.passed :]
         if len(route) < 2:
             return None
@@ -315,7 +315,7 @@ class RobotFleet:
         if at is not None:
             active.progress.apply_position(at, now_s)
         if active.cancelled_s is not None:
-            if active.progress.stood_for(now_s) > SETTLED_S:
+            if active.progress.standing_s(now_s) > SETTLED_S:
                 self._finish(active, arrived=False)
             elif now_s - active.cancelled_s > CANCEL_S:
                 self._cancel(active, now_s)
@@ -324,7 +324,7 @@ class RobotFleet:
 
     def _check_silence(self, robot: TrackedRobot, now_s: float) -> None:
         """Tell the user of a robot without new transforms, and mark it as lost after `lost_s`."""
-        silent_s = robot.silent_for(self._frame, now_s)
+        silent_s = robot.silence_s(self._frame, now_s)
         where = f"no new {self._link(robot)}"
         if silent_s <= self._waits.silent_s:
             if robot.silent:

@@ -62,14 +62,14 @@ class Progress:
         if left_m:
             self._approach(left_m, now_s)
 
-    def stood_for(self, now_s: float) -> float:
+    def standing_s(self, now_s: float) -> float:
         """Return for how many seconds the robot has stood still; 0 if it has not been seen yet."""
         return 0.0 if self.moved_from is None else now_s - self.moved_s
 
     def fault(self, now_s: float, stuck_s: float) -> str | None:
         """Return why the robot is stuck, None if it makes progress."""
         has_feedback = now_s - self.feedback_s <= FEEDBACK_S
-        if max(self.stood_for(now_s), now_s - self.nearer_s if has_feedback else 0.0) > stuck_s:
+        if max(self.standing_s(now_s), now_s - self.nearer_s if has_feedback else 0.0) > stuck_s:
             return f"no progress for {stuck_s:g} s"
         then, now = self.recoveries or (0, 0)
         return f"{now - then} recoveries without progress" if now - then >= MOST_RECOVERIES else None
@@ -113,7 +113,7 @@ class ActiveCommand:
         """The points of a drive's route, in metres of the map frame."""
         return [(x, y) for x, y in self.command["route_m"]]
 
-    def pass_by(self, at: Point, tolerance_m: float) -> Point | None:
+    def advance(self, at: Point, tolerance_m: float) -> Point | None:
         """Return the route point the robot is at, and remember it; None if the robot is off the route."""
         route, gone = self.route_m, 0.0
         best, least = self.passed, math.inf
@@ -165,7 +165,7 @@ class TrackedRobot:
         pose = self.pose(map_frame)
         return None if pose is None else (pose.x, pose.y)
 
-    def silent_for(self, map_frame: str, now_s: float) -> float:
+    def silence_s(self, map_frame: str, now_s: float) -> float:
         """Return the seconds since the robot's pose was last updated, counting from `since_s` at the earliest."""
         found = self.frames.find(self.settings.base_frame, map_frame)
         if found is None:

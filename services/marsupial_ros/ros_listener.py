@@ -129,7 +129,7 @@ class RosListener:
         if self.fleet is not None:
             self.fleet.ended(end)
 
-    def complaint(self, text: str) -> None:
+    def warning(self, text: str) -> None:
         self._once(text, text)
 
     def _map(self, message: Mapping[str, Any]) -> None:

@@ -112,7 +112,7 @@ class Rosbridge:
                 ) as connection:
                     pause_s = FIRST_PAUSE_S
                     try:
-                        await self._talk(connection)
+                        await self._communicate(connection)
                     finally:
                         # with code 1000: an exception that leaves the block would close it as an error
                         await connection.close()
@@ -131,7 +131,7 @@ class Rosbridge:
         if self._outbox is not None:
             await self._outbox.join()
 
-    async def _talk(self, connection: ClientConnection) -> None:
+    async def _communicate(self, connection: ClientConnection) -> None:
         # the rest of an interrupted message never arrives
         self._fragments.clear()
         self._outbox = asyncio.Queue()
@@ -165,7 +165,7 @@ class Rosbridge:
             if reader is not None:
                 reader(document)
         except (*UNREADABLE, RecursionError, cbor2.CBORDecodeError) as error:
-            self._listener.complaint(f"rosbridge sent an invalid message ({error!r})")
+            self._listener.warning(f"rosbridge sent an invalid message ({error!r})")
 
     def _action_ended(self, document: Mapping[str, Any]) -> None:
         status = int(document.get("status", GoalStatus.SUCCEEDED if document.get("result") else GoalStatus.UNKNOWN))
@@ -173,7 +173,7 @@ class Rosbridge:
 
     def _on_status(self, document: Mapping[str, Any]) -> None:
         if document.get("level") in ("error", "warning"):
-            self._listener.complaint(f"rosbridge: {document.get('msg')}")
+            self._listener.warning(f"rosbridge: {document.get('msg')}")
 
     def _fragment(self, document: Mapping[str, Any]) -> None:
         name, total = str(document["id"]), int(document["total"])

@@ -106,7 +106,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             planned=metrics.planned,
             failed=metrics.failed,
             lag=metrics.lag,
-            may_go_on=lambda owner: (
+            has_valid_key=lambda owner: (
                 not state.settings.needs_keys or owner == LOCAL_OWNER or state.keys.has_valid_key(owner, time.time())
             ),
         ),
@@ -130,7 +130,7 @@ def _respond(request: Request, error: Exception) -> Response:
     return answer(problem, request.url.path)
 
 
-def _misshaped(_: Request, error: RequestValidationError) -> HttpProblem:
+def _invalid_request(_: Request, error: RequestValidationError) -> HttpProblem:
     """Return the problem for pydantic's errors outside a body."""
     details = []
     for one in error.errors():
@@ -165,7 +165,7 @@ def _later(kind: str, text: str, seconds: int) -> HttpProblem:
 _PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
     HttpProblem: lambda _, error: error,
     MarsupialError: lambda _, error: problem_of(error, None),
-    RequestValidationError: _misshaped,
+    RequestValidationError: _invalid_request,
     HTTPException: _http,
     ReportConflict: lambda _, error: problem_of_all("conflict", error.problems, None),
     UnknownEntry: lambda _, error: HttpProblem("not-found", str(error)),

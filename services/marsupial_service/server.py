@@ -16,13 +16,7 @@ import uvicorn
 from marsupial.errors import UsageError
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.app import create_app
-from marsupial_service.http.connections import (
-    OTHER_FILES,
-    Connections,
-    GuardedProtocol,
-    LoopExceptionHandler,
-    allow_files,
-)
+from marsupial_service.http.connections import OTHER_FILES, Connections, GuardedProtocol, LoopErrorHandler, allow_files
 from marsupial_service.keys import open_keys
 from marsupial_service.planners import planner_infos
 from marsupial_service.settings import ServiceSettings
@@ -49,7 +43,7 @@ class _Server(uvicorn.Server):
         self._ready = ready
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        asyncio.get_running_loop().set_exception_handler(LoopExceptionHandler())
+        asyncio.get_running_loop().set_exception_handler(LoopErrorHandler())
         await super().startup(sockets)
         if self.started:
             gc.freeze()  # otherwise the garbage collector keeps scanning all imported modules

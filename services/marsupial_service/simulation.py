@@ -24,7 +24,7 @@ from marsupial_client.mission_documents import Brief, News
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document, planning_of
 
 
-def simulate_by(
+def simulate_mission(
     client: Client,
     scenario: Scenario,
     *,

@@ -23,7 +23,7 @@ from marsupial.planning.engines import engine
 from marsupial_client import Client
 from marsupial_service.analyses.situations import parsed_plan
 from marsupial_service.schemas.requests import ActionsPlan
-from marsupial_service.simulation import simulate_by
+from marsupial_service.simulation import simulate_mission
 
 ANSWERS = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.TIMEOUT, Outcome.NO_PLAN)
 
@@ -72,7 +72,7 @@ def leaving_nothing(server: Server) -> Iterator[set[psutil.Process]]:
 
 
 def explore(client: Client, planner: str, observer: Recorder, cancelled: Callable[[], bool]) -> Status:
-    return simulate_by(
+    return simulate_mission(
         client,
         builtin_scenario("lobby"),
         strategy="temporal",

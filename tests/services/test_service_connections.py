@@ -17,7 +17,7 @@ from servers import Server
 from service_house import client
 from talk import BROKEN, HOST, Talk, ask
 
-from marsupial_service.http.connections import LoopExceptionHandler
+from marsupial_service.http.connections import LoopErrorHandler
 from marsupial_service.keys import KeyFile
 
 MOST, OF_ADDRESS = 60, 40
@@ -201,7 +201,7 @@ def test_that_files_run_out_is_said_once_and_the_service_goes_on(tmp_path: Path)
 
 def test_faults_of_the_loop_that_are_not_that_are_all_told(caplog: pytest.LogCaptureFixture) -> None:
     loop = asyncio.new_event_loop()
-    faults = LoopExceptionHandler()
+    faults = LoopErrorHandler()
     with caplog.at_level(logging.ERROR):
         for _ in range(3):
             faults(loop, {"message": "socket.accept() out of system resource", "exception": OSError(24, "full")})

@@ -153,7 +153,7 @@ def _simulate_by(server: str) -> Callable[..., Summary]:
         from marsupial_client import Busy, Client
     except ImportError as error:
         raise EngineUnavailable(f"--server needs {error.name}: pip install 'marsupial[client]'") from error
-    from marsupial_service.simulation import simulate_by
+    from marsupial_service.simulation import simulate_mission
 
     def missed(error: Exception) -> None:
         there = "" if isinstance(error, Busy) else ": is `marsupial serve` running there?"
@@ -163,7 +163,7 @@ def _simulate_by(server: str) -> Callable[..., Summary]:
         client = Client(server, key=os.environ.get("MARSUPIAL_KEY"), patience_s=PATIENCE_S, on_outage=missed)
     except ValueError as error:
         raise UsageError(f"--server: {error}") from error
-    return partial(simulate_by, client, stopping=asked_to_stop)
+    return partial(simulate_mission, client, stopping=asked_to_stop)
 
 
 def _asked_for(scenario: Scenario, request: MissionRequest) -> Scenario:

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 # entries removed in one transaction: this takes 50 ms, and other writes should not wait longer
-_SWEPT = 50
-_SWEPT_ROWS = 10_000
+_MOST_ENTRIES = 50
+_MOST_ROWS = 10_000
 _ANY_NUMBER = 1 << 62  # OFFSET needs a LIMIT
 
 W = TypeVar("W", bound=StrEnum)
@@ -175,7 +175,7 @@ class EntryTable(Generic[E]):
         found = dict(map(tuple, reader.execute(f"SELECT {column}, count(*) FROM {self.name} GROUP BY 1").fetchall()))
         return {word: found.get(word, 0) for word in words}
 
-    def remove_old(self, tx: Transaction, retention_s: float, kept: int, now_ms: int, most: int = _SWEPT) -> int:
+    def remove_old(self, tx: Transaction, retention_s: float, kept: int, now_ms: int, most: int = _MOST_ENTRIES) -> int:
         """Remove at most `most` entries that ended too long ago or before the `kept` newest; return how many."""
         before_ms = now_ms - round(1000 * retention_s)
         rows = tx.execute(
@@ -184,7 +184,7 @@ class EntryTable(Generic[E]):
             " ORDER BY finished_ms DESC, number DESC LIMIT ? OFFSET ?) LIMIT ?",
             (before_ms, _ANY_NUMBER, kept, most),
         ).fetchall()
-        left = _SWEPT_ROWS
+        left = _MOST_ROWS
         for number, entry in rows:
             tx.news.add(entry)
             left -= self._remove_rows(tx, number, left)

@@ -31,7 +31,7 @@ class Demo:
         return {"planner": "auto", "budget": {"seconds": BUDGET_S}, self.kind: self.load()}
 
 
-def _moment(name: str) -> dict[str, Any]:
+def _map_state(name: str) -> dict[str, Any]:
     data = (files("marsupial.bench.suite") / "moments" / f"{name}.json.gz").read_bytes()
     situation: dict[str, Any] = json.loads(gzip.decompress(data))
     return situation
@@ -62,12 +62,12 @@ DEMOS: Mapping[str, Demo] = {
     "office-2x2": Demo(
         kind="situation",
         summary="2 carriers with 2 rovers each and 8 targets in an office",
-        load=partial(_moment, "mission-office-2x2-8"),
+        load=partial(_map_state, "mission-office-2x2-8"),
     ),
     "office-6x3": Demo(
         kind="situation",
         summary="6 carriers with 3 rovers each and 18 targets in an office",
-        load=partial(_moment, "mission-office-6x3-18"),
+        load=partial(_map_state, "mission-office-6x3-18"),
     ),
     "yard": Demo(
         kind="map_state",

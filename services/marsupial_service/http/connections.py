@@ -180,7 +180,7 @@ class GuardedProtocol(H11Protocol):
         self.loop.call_later(self._connections.limits.stall_s, self.transport.abort)
 
 
-class LoopExceptionHandler:
+class LoopErrorHandler:
     """The exception handler of an event loop: logs faults."""
 
     def __init__(self) -> None:

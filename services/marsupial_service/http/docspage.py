@@ -44,7 +44,7 @@ def page_of(document: Mapping[str, Any]) -> str:
     parts = [
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body>',
-        f'<h1>{title}</h1><p>{_prose(info["description"])}</p>',
+        f'<h1>{title}</h1><p>{_html(info["description"])}</p>',
         '<p>For programs: <a href="openapi.json">openapi.json</a>.</p><h2>Routes</h2><ul>',
         *(f'<li><a href="#{escape(o["operationId"])}"><code>{m.upper()} {escape(p)}</code></a></li>'
           for p, m, o in _operations(document)),
@@ -65,7 +65,7 @@ def _operations(document: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping
 
 def _operation(path: str, method: str, operation: Mapping[str, Any]) -> Iterator[str]:
     yield f'<h3 id="{escape(operation["operationId"])}"><code><span class="method">{method.upper()}</span> '
-    yield f"{escape(path)}</code></h3><p>{_prose(operation.get('description', ''))}</p><table>"
+    yield f"{escape(path)}</code></h3><p>{_html(operation.get('description', ''))}</p><table>"
     for one in operation.get("parameters", ()):
         name = f"<code>{escape(one['name'])}</code> in {escape(one['in'])}{_required_mark(one.get('required', False))}"
         yield _row(name, _kind(one["schema"]), one.get("description", ""))
@@ -90,7 +90,7 @@ def _kinds_of(part: Mapping[str, Any]) -> str:
 
 
 def _schema(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
-    yield f'<h3 id="{escape(name)}"><code>{escape(name)}</code></h3><p>{_prose(schema.get("description", ""))}</p>'
+    yield f'<h3 id="{escape(name)}"><code>{escape(name)}</code></h3><p>{_html(schema.get("description", ""))}</p>'
     required = schema.get("required", ())
     if "properties" not in schema:
         yield f"<p>{_kind(schema)}</p>"
@@ -104,10 +104,10 @@ def _schema(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _row(name: str, kind: str, text: str) -> str:
-    return f"<tr><td>{name}</td><td>{kind}</td><td>{_prose(text)}</td></tr>"
+    return f"<tr><td>{name}</td><td>{kind}</td><td>{_html(text)}</td></tr>"
 
 
-def _prose(text: str) -> str:
+def _html(text: str) -> str:
     """Return a description as HTML; text between backticks is code."""
     return _CODE.sub(r"<code>\1</code>", escape(text))
 

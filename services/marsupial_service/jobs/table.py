@@ -109,7 +109,7 @@ def _check_queue(tx: Transaction, owner: str, limits: ServiceLimits) -> None:
         waiting, mean_s = tx.execute(sql + more, (JobState.QUEUED, *values)).fetchone()
         if waiting >= most:
             retry_s = math.ceil((mean_s or limits.steps_s) / limits.slots)
-            raise queue_full(min(_LONGEST_RETRY_S, max(1, retry_s)), yours=bool(more))
+            raise queue_full(min(_LONGEST_RETRY_S, max(1, retry_s)), own_share=bool(more))
 
 
 def interrupted(job: str) -> str:
@@ -117,9 +117,9 @@ def interrupted(job: str) -> str:
     return f"{job}/interrupted"
 
 
-def queue_full(retry_after_s: int, *, yours: bool = False) -> TooMany:
-    """Return the error for a refused job: too many wait, in all or (`yours`) of this owner."""
-    whose = "your part of the queue" if yours else "the queue"
+def queue_full(retry_after_s: int, *, own_share: bool = False) -> TooMany:
+    """Return the error for a refused job: too many wait, in all or (`own_share`) of this owner."""
+    whose = "your part of the queue" if own_share else "the queue"
     return TooMany(f"{whose} is full; try again in {retry_after_s} s", retry_after_s)
 
 

@@ -58,5 +58,5 @@ class MissionCounts:
 class MissionSettings(EntrySettings):
     """The limits of missions, and callbacks: may an owner still have missions; how long an input waited."""
 
-    may_go_on: Callable[[str], bool] = lambda owner: True
+    has_valid_key: Callable[[str], bool] = lambda owner: True
     lag: Callable[[float], None] = lambda seconds: None

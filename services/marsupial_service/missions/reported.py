@@ -132,10 +132,10 @@ class ReportedTeam(Generic[R]):
             rover.where = rover.where.ended(name, end)
         return command
 
-    def lose(self, name: str) -> tuple[str, ...]:
+    def mark_lost(self, name: str) -> tuple[str, ...]:
         """Mark a robot and the rovers aboard it as lost; return the newly lost robots, this robot first."""
         riders = (rover for rover, robot in self.robots.items() if robot.where.aboard == name)
-        newly = tuple(one for one in (name, *riders) if not self.robots[one].lost)
-        for one in newly:
+        newly_lost = tuple(one for one in (name, *riders) if not self.robots[one].lost)
+        for one in newly_lost:
             self.robots[one].lost = True
-        return newly
+        return newly_lost

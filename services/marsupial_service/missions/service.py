@@ -161,7 +161,7 @@ class Missions(Entries[MissionRecord]):
         """Cancel missions that no longer get reports, or whose owner has no valid key left."""
         idle_s, now_ms = self._limits.idle_s, self.now_ms()
         for mission, owner, is_idle in await self.read(lambda r: table.abandoned(r, idle_s, now_ms)):
-            if not self._settings.may_go_on(owner):
+            if not self._settings.has_valid_key(owner):
                 reason = "the mission's key has expired or was revoked"
             elif is_idle:
                 reason = f"no report for {idle_s:g} s"

@@ -101,7 +101,7 @@ class MissionState:
         if problems:
             raise ReportConflict(*problems)
 
-    def take(self, report: MissionReport, digest: bytes) -> None:
+    def apply(self, report: MissionReport, digest: bytes) -> None:
         """Apply a checked report."""
         self._digests.setdefault(report.robot, []).append(digest)
         self.t_ms = max(self.t_ms, report.t_ms)
@@ -116,9 +116,9 @@ class MissionState:
         for number, _ in report.failed:
             self._team.end(number, ActionEnd.FAILED)
         for name, _ in report.lost:
-            self._team.lose(name)
+            self._team.mark_lost(name)
 
-    def publish(self, event: StoredEvent) -> None:
+    def apply_event(self, event: StoredEvent) -> None:
         """Apply an event of the mission."""
         if event.type is EventType.COMMANDS:
             batch = json.loads(event.data)
@@ -184,7 +184,7 @@ def new_reports(state: MissionState, sent: Sequence[StoredReport], most_cells: f
                 notes.wrong(one.path, one.message)
             raise ReportConflict(*notes.problems) from error
         if len(sent) > 1:
-            state.take(report, digest)
+            state.apply(report, digest)
         new.append((report, digest))
     return new
 
@@ -219,13 +219,13 @@ class MissionStates:
         self._cache.move_to_end(record.id)
         if record.events > cached.events:
             for _, event in packed.events_after(reader, record.number, cached.events):
-                cached.state.publish(event)
+                cached.state.apply_event(event)
             cached.events = record.events
         if record.inputs > cached.inputs:
             for report, digest in packed.inputs_after(reader, record.number, cached.inputs):
                 if digest is not None:
                     assert isinstance(report, MissionReport)
-                    cached.state.take(report, digest)
+                    cached.state.apply(report, digest)
             cached.inputs = record.inputs
         # the latest one stays, however large it is
         while len(self._cache) > 1 and sum(one.state.cells.size for one in self._cache.values()) > _MOST_CELLS:

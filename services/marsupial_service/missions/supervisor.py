@@ -164,18 +164,18 @@ class MissionSupervisor:
         ended = loop.run_in_executor(
             self.threads, run.follow, lambda value: loop.call_soon_threadsafe(messages.put_nowait, value)
         )
-        talk = asyncio.create_task(self._converse(run, messages))
+        communication = asyncio.create_task(self._communicate(run, messages))
         try:
-            await asyncio.wait((ended, talk), return_when=asyncio.FIRST_COMPLETED)
-            await asyncio.wait((ended, talk), timeout=_LAST_MESSAGES_S)
+            await asyncio.wait((ended, communication), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait((ended, communication), timeout=_LAST_MESSAGES_S)
         finally:
-            talk.cancel()
+            communication.cancel()
             run.cancel()
-            await asyncio.wait((ended, talk))
+            await asyncio.wait((ended, communication))
             self._charge(0.0)
-        if talk.cancelled():
+        if communication.cancelled():
             return await ended
-        await talk
+        await communication
         return None
 
     async def _start_process(self, job: Job) -> JobRun:
@@ -192,7 +192,7 @@ class MissionSupervisor:
             raise Superseded
         return run
 
-    async def _converse(self, run: JobRun, messages: asyncio.Queue[object]) -> None:
+    async def _communicate(self, run: JobRun, messages: asyncio.Queue[object]) -> None:
         """Send inputs and store batches, until the last batch."""
         number = sent = 0
         with self.missions.subscriptions.subscribe(table.inputs_of(self.record.id)) as news:

@@ -183,9 +183,9 @@ def add_reports(
         packed.add_input(tx, record.number, seq, report, digest, now_ms)
     tx.news.add(inputs_of(mission))
     # registered before the state changes, as any statement may fail
-    tx.undone.append(lambda: states.drop(mission))
+    tx.on_rollback.append(lambda: states.drop(mission))
     if len(sent) == 1:
-        tried.take(*new[0])
+        tried.apply(*new[0])
     frame = None if tried.frame == tried.map.first_frame else line(astuple(tried.frame))
     MISSIONS.change(tx, record.number, n=tried.n, t_ms=tried.t_ms, frame=frame)
     record = MISSIONS.existing(tx, mission)

@@ -61,7 +61,7 @@ class CommandedRobot(ReportedRobot[Cell]):
         """The robot's cell; None while it is aboard."""
         return None if self.where.carrier is not None else self.where.at
 
-    def passes(self, cell: Cell) -> None:
+    def advance(self, cell: Cell) -> None:
         """Count the turns of the route up to `cell`; off the route the robot's heading is unknown."""
         order = self.order
         if order is None or not order.route or cell == order.route[order.passed]:
@@ -91,7 +91,7 @@ class RemoteWorld:
         self._count = self._now_ms = 0
         self._paused = self._begun = False
         self._pending = PendingNews()
-        self._pending.see(next(iter(self._robots)), self._map.redraw(brief.grid.cells))
+        self._pending.add(next(iter(self._robots)), self._map.redraw(brief.grid.cells))
         self.cancelled = False
         self.homes = homes_of(self.robots(), kinds)
 
@@ -135,7 +135,7 @@ class RemoteWorld:
         mover.where, mover.free_at_ms = Whereabouts(route[step]), self._now_ms + int(times[step])
         mover.odometer.set_off(self._now_ms)
         self._send(RobotCommand(id=self._count + 1, name="drive", robot=robot, route=tuple(route)))
-        mover.passes(route[step])
+        mover.advance(route[step])
 
     def stop(self, robot: str) -> None:
         order = self._robots[robot].order
@@ -209,7 +209,7 @@ class RemoteWorld:
         if (shift := self._map.grow(report)) is not None:
             self._grow(shift)
         for change in self._map.draw(report):
-            self._pending.see(change.robot or report.robot or next(iter(self._robots)), change)
+            self._pending.add(change.robot or report.robot or next(iter(self._robots)), change)
         of = report.frame or self._map.first_frame
         shift = None if of == self._map.frame else of.shift_to(self._map.frame)
         for note in report.robots:
@@ -221,12 +221,12 @@ class RemoteWorld:
         for number, reason in report.failed:
             self._fail(number, reason)
         for name, reason in report.lost:
-            self._lose(name, reason)
+            self._mark_lost(name, reason)
 
     def _grow(self, shift: FrameShift) -> None:
         """Re-index all places after the map has grown."""
         self._grid = self._map.frame.grid(self._first, self._map.cells)
-        self._pending.move(shift)
+        self._pending.reindex(shift)
         for robot in self._robots.values():
             if robot.where.at is not None:
                 robot.where = replace(robot.where, at=shift.cell(robot.where.at))
@@ -242,7 +242,7 @@ class RemoteWorld:
             if moved_m:
                 robot.where = replace(robot.where, at=cell)
             robot.free_at_ms = self._now_ms
-            robot.passes(cell)
+            robot.advance(cell)
         if note.free_at_ms is not None:
             robot.free_at_ms = note.free_at_ms
         robot.distance_m = robot.distance_m + moved_m if note.distance_m is None else note.distance_m
@@ -270,7 +270,7 @@ class RemoteWorld:
         for name in order.robots:
             self._robots[name].failures += 1
             if self._robots[name].failures >= MOST_FAILURES:
-                self._lose(name, f"failed {MOST_FAILURES} times in a row: {reason}")
+                self._mark_lost(name, f"failed {MOST_FAILURES} times in a row: {reason}")
 
     def _end(self, number: int, end: ActionEnd | None) -> RobotCommand | None:
         order = self._team.end(number, end)  # None: the command ended when one of its robots was lost
@@ -282,8 +282,8 @@ class RemoteWorld:
                 self._robots[order.robot].odometer.arrive(self._now_ms)
         return order
 
-    def _lose(self, name: str, reason: str) -> None:
-        for one in self._team.lose(name):
+    def _mark_lost(self, name: str, reason: str) -> None:
+        for one in self._team.mark_lost(name):
             order = self._robots[one].order
             if order is not None:
                 # a rover that was docking on a lost carrier stays where it stands; one being set down is on the ground
@@ -307,7 +307,7 @@ class PendingNews:
     failed: list[tuple[str, str]] = field(default_factory=list)
     lost: list[tuple[str, str]] = field(default_factory=list)
 
-    def see(self, name: str, change: MapChange) -> None:
+    def add(self, name: str, change: MapChange) -> None:
         """Add cells: revealed if they were unknown at the last news, changed if they were known then."""
         _, indices, before, codes = change
         new, other = (before == UNKNOWN) & (codes != UNKNOWN), (before != UNKNOWN) & (before != codes)
@@ -316,7 +316,7 @@ class PendingNews:
         if new.any():
             _add(name, indices[new], to=self.revealed, unless_in=self.changed)
 
-    def move(self, shift: FrameShift) -> None:
+    def reindex(self, shift: FrameShift) -> None:
         """Re-index all cells after the frame has grown."""
         self.moved = shift if self.moved is None else self.moved.then(shift)
         self.revealed = [(name, shift.indices(cells)) for name, cells in self.revealed]

@@ -69,8 +69,8 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     started_s = time.monotonic()
     limits = state.settings.limits
     try:
-        if (trouble := state.runner.trouble()) is not None:
-            return f"planning is not available: {trouble}"
+        if (fault := state.runner.fault()) is not None:
+            return f"planning is not available: {fault}"
         value_of = state.supervised.value_of if state.runner is LOCAL else partial(value_on, state.runner)
         planned = await value_of(try_planning, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
     except HttpProblem as error:

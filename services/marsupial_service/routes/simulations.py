@@ -69,14 +69,12 @@ def _strategies() -> list[answers.StrategyAnswer]:
             asks = asks_planner(name)
         except MarsupialError:
             continue
-        suits = [_suits(made, roles) for roles in ((Role.CARRIER, Role.ROVER), (Role.CARRIER,))]
-        found.append(
-            answers.StrategyAnswer(name=name, asks_planner=asks, with_rovers=suits[0], without_rovers=suits[1])
-        )
+        fits = [_fits(made, roles) for roles in ((Role.CARRIER, Role.ROVER), (Role.CARRIER,))]
+        found.append(answers.StrategyAnswer(name=name, asks_planner=asks, with_rovers=fits[0], without_rovers=fits[1]))
     return found
 
 
-def _suits(made: object, roles: tuple[Role, ...]) -> bool:
+def _fits(made: object, roles: tuple[Role, ...]) -> bool:
     try:
         check_suits(made, roles)
     except ScenarioError:

@@ -18,7 +18,7 @@ class Transaction:
         self.skip_locked = engine.skip_locked
         self.live = engine.live
         self.news: set[str] = set()  # topics whose subscribers are notified after the commit
-        self.undone: list[Callable[[], None]] = []  # called if the write that appends is not stored
+        self.on_rollback: list[Callable[[], None]] = []  # called if the write that appends is not stored
         # the rollback failed as well, so the connection is useless; and it did before the commit was sent
         self.is_broken = self.is_lost = False
 
@@ -38,7 +38,7 @@ class Transaction:
             connection.execute("COMMIT")
         except BaseException as error:
             # before the rollback: if that fails as well, caches must not keep what was not stored
-            self.undo()
+            self.roll_back()
             try:
                 connection.execute("ROLLBACK")
             except engine.errors:  # none was begun, or the connection is gone
@@ -46,10 +46,10 @@ class Transaction:
                 self.is_lost = not is_begun or (isinstance(error, engine.breaks) and not is_ending)
             raise
 
-    def undo(self, first: int = 0) -> None:
-        """Call what is `undone`, all from the `first` on."""
-        while len(self.undone) > first:
-            self.undone.pop()()
+    def roll_back(self, first: int = 0) -> None:
+        """Run the callbacks in `on_rollback` from the `first` on, the latest first."""
+        while len(self.on_rollback) > first:
+            self.on_rollback.pop()()
 
     def execute(self, sql: str, values: Iterable[Any] = ()) -> StoreRows:
         """Run one statement."""

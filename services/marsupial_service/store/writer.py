@@ -61,7 +61,7 @@ class WriteRequest:
 
     def run(self, transaction: Transaction, engine: StoreBackend) -> None:
         """Run the write; roll back its changes if it raises."""
-        self.refusal, before = None, len(transaction.undone)
+        self.refusal, before = None, len(transaction.on_rollback)
         transaction.execute("SAVEPOINT write")
         try:
             self.result = self.write(transaction)
@@ -69,7 +69,7 @@ class WriteRequest:
             if isinstance(error, engine.errors) and not isinstance(error, engine.refusals):
                 raise
             self.refusal = error
-            transaction.undo(before)
+            transaction.roll_back(before)
             transaction.execute("ROLLBACK TO SAVEPOINT write")
         transaction.execute("RELEASE SAVEPOINT write")
 

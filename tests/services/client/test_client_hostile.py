@@ -21,7 +21,7 @@ from undisturbed import STEPS, LogLines, undisturbed
 from marsupial.generators.builtin import builtin_scenario
 from marsupial_client import AsyncClient, Client, http
 from marsupial_client.mission_documents import Brief, News
-from marsupial_service.simulation import simulate_by
+from marsupial_service.simulation import simulate_mission
 
 BUSY = b"HTTP/1.1 503 Service Unavailable\r\nRetry-After: 0\r\nContent-Length: 4\r\nConnection: close\r\n\r\nbusy"
 FATES = ("busy", "twice", "twice", "relay", "relay", "relay", "relay", "relay")
@@ -238,7 +238,7 @@ async def test_batches_of_async_tasks_do_too(server: Server, proxy: HostileProxy
 
 def test_a_mission_is_the_one_in_process_byte_for_byte(proxy: HostileProxy) -> None:
     lines = LogLines()
-    simulate_by(
+    simulate_mission(
         Client(proxy.url),
         builtin_scenario("lobby"),
         strategy="temporal",

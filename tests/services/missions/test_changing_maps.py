@@ -78,7 +78,7 @@ class RoamingTeam:
 
     def obey(self, batch: MissionBatch) -> None:
         for event in batch.events:
-            self.state.publish(event)
+            self.state.apply_event(event)
             for command in json.loads(event.data)["commands"] if event.type == "commands" else ():
                 self._obey(command)
 
@@ -104,7 +104,7 @@ class RoamingTeam:
 
     def tell(self, report: MissionReport) -> None:
         before = self.state.frame
-        self.state.take(report, b"")
+        self.state.apply(report, b"")
         told = self.state.cells
         self.last = np.where(told == UNKNOWN, embedded(self.last, before, self.state.frame), told)
 

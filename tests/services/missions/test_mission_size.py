@@ -65,7 +65,7 @@ def is_sweeping(folder: Path, missions: int) -> bool:
 
 @pytest.fixture
 def long(place: str, monkeypatch: pytest.MonkeyPatch) -> Store:
-    monkeypatch.setattr(entry_table, "_SWEPT_ROWS", 1000)
+    monkeypatch.setattr(entry_table, "_MOST_ROWS", 1000)
     store = open_store(place)
     store.write(lambda tx: add_mission(tx, "long", "me", 600, 100)).result()
     store.write(lambda tx: add_mission(tx, "short", "me", 3, 200)).result()

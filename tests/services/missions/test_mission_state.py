@@ -17,8 +17,8 @@ UNDOCK = {"id": 1, "name": "undock", "robot": "rover1_1", "carrier": "carrier1",
 def state_after(*commands: Mapping[str, object]) -> MissionState:
     """Return the state of a mission whose first carrier is lost once these commands were given."""
     state = MissionState(brief("lobby"))
-    state.publish(StoredEvent(EventType.COMMANDS, json.dumps({"revision": 1, "commands": commands})))
-    state.take(MissionReport(n=1, t_ms=0, lost=(("carrier1", "battery"),)), b"")
+    state.apply_event(StoredEvent(EventType.COMMANDS, json.dumps({"revision": 1, "commands": commands})))
+    state.apply(MissionReport(n=1, t_ms=0, lost=(("carrier1", "battery"),)), b"")
     return state
 
 

@@ -24,11 +24,11 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import Summary
 from marsupial.model.mission import Status
 from marsupial_client import Client
-from marsupial_service.simulation import simulate_by
+from marsupial_service.simulation import simulate_mission
 
 
 def explore(url: str, lines: LogLines, cancelled: Any = lambda: False, patience_s: float = 60.0) -> Summary:
-    return simulate_by(
+    return simulate_mission(
         Client(url, patience_s=patience_s),
         builtin_scenario("lobby"),
         strategy="temporal",

@@ -90,7 +90,7 @@ async def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: 
 
 async def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(place: str) -> None:
     good = {"me", "you"}
-    async with open_missions(place, idle_s=2.0, may_go_on=lambda owner: owner in good) as missions:
+    async with open_missions(place, idle_s=2.0, has_valid_key=lambda owner: owner in good) as missions:
         idle = await started(missions)
         other, _ = await missions.create(brief("lobby"), b"same", owner="you")
         good.remove("you")

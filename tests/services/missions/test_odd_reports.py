@@ -92,7 +92,7 @@ class Fuzz:
 
     def next(self, batch: MissionBatch) -> MissionReport | Control:
         for event in batch.events:
-            self.state.publish(event)
+            self.state.apply_event(event)
             if event.type == "commands":
                 for command in json.loads(event.data)["commands"]:
                     if command["name"] != "stop":
@@ -107,7 +107,7 @@ class Fuzz:
                 self.state.check(report)
             except ReportConflict:
                 continue
-            self.state.take(report, b"")
+            self.state.apply(report, b"")
             for number in (*report.finished, *(number for number, _ in report.failed)):
                 del self.open[number]
             return report

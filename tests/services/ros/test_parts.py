@@ -289,7 +289,7 @@ class Listener:
     def ended(self, end: ActionResult) -> None:
         self.ends.append(end)
 
-    complaint = disconnected
+    warning = disconnected
 
 
 def talk(*sent: str | bytes, times: int = 1) -> tuple[Listener, list[dict[str, Any]]]:

@@ -57,8 +57,8 @@ class Ears:
         self.listener.message(topic, {"transforms": [link]})
         return link
 
-    def silent_for(self, now_s: float) -> float:
-        return self.house.fleet.robots["carrier1"].silent_for("map", now_s)
+    def silence_s(self, now_s: float) -> float:
+        return self.house.fleet.robots["carrier1"].silence_s("map", now_s)
 
 
 @pytest.mark.parametrize(
@@ -111,9 +111,9 @@ def test_a_transform_is_as_old_as_its_stamp_where_time_is_simulated(
     for now_s, stamp_s in heard.items():
         ears.clock.set(now_s)
         ears.tf("carrier1", 2.0, stamp_s)
-    assert ears.silent_for(now_s) == silent_s
+    assert ears.silence_s(now_s) == silent_s
     ears.tf("carrier1", 2.0, fresh_s)
-    assert ears.silent_for(now_s) == 0.0
+    assert ears.silence_s(now_s) == 0.0
 
 
 @pytest.mark.parametrize("offset_s", [-1e6, 0.0, 1e6])
@@ -122,7 +122,7 @@ def test_clocks_that_differ_make_no_transform_old(tmp_path: Path, offset_s: floa
     for passed_s in (0.0, 1.0, -50.0, 2.0):  # a clock that is set back is as good as any
         before_s = ears.clock.now_s
         ears.tf("carrier1", 2.0, 1.5e9 + offset_s + passed_s)
-        assert ears.silent_for(before_s) <= 0.0
+        assert ears.silence_s(before_s) <= 0.0
 
 
 def test_transforms_without_stamps_and_static_ones_never_count_as_repeated(tmp_path: Path) -> None:
@@ -131,9 +131,9 @@ def test_transforms_without_stamps_and_static_ones_never_count_as_repeated(tmp_p
         for now_s in (10.0, 20.0):
             ears.clock.set(now_s)
             ears.tf("carrier1", 2.0, stamp_s)
-        assert ears.silent_for(20.0) == 0.0
+        assert ears.silence_s(20.0) == 0.0
     ears.tf("carrier1", 2.0, 0.0, "/tf_static")
-    assert ears.silent_for(1e6) == 0.0
+    assert ears.silence_s(1e6) == 0.0
 
 
 def test_a_robot_is_late_if_its_localisation_is(house: House) -> None:
@@ -142,7 +142,7 @@ def test_a_robot_is_late_if_its_localisation_is(house: House) -> None:
     assert identity is not None
     frames.add("map", "carrier1/odom", identity[0], 3.0)
     frames.add("carrier1/odom", "carrier1/base_link", identity[0], 9.0)
-    assert house.fleet.robots["carrier1"].silent_for("map", 10.0) == 7.0
+    assert house.fleet.robots["carrier1"].silence_s("map", 10.0) == 7.0
 
 
 def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) -> None:
@@ -159,7 +159,7 @@ def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) ->
         stamp = {"sec": int(ears.clock.now_s), "nanosec": 0}
         fresh = {**good, "header": {"frame_id": "map", "stamp": stamp}}
         ears.listener.message("/tf", {"transforms": [bad, fresh]})
-        assert ears.silent_for(ears.clock.now_s) == 0.0
+        assert ears.silence_s(ears.clock.now_s) == 0.0
     assert [text.startswith("/tf: message ignored") for text in ears.said] == [True]
 
 

@@ -76,7 +76,7 @@ def test_a_write_that_refuses_takes_back_its_own_changes_only(store: Store) -> N
     undone = []
 
     def refuse(tx: Transaction) -> None:
-        tx.undone.append(lambda: undone.append("refused"))
+        tx.on_rollback.append(lambda: undone.append("refused"))
         tx.execute(NEW, ("half",))
         raise KeyError("no")
 
