@@ -49,7 +49,7 @@ class StoreCapacity:
             if whose not in self._sums:
                 self._sums[whose] = stored_bytes(reader, whose)
             if self._sums[whose] >= limit * (1 + RESERVE if of_reports else 1):
-                taken = f"{what} and missions take {self._sums[whose]} bytes, more than the limit of {limit:.0f}"
+                taken = f"{what} and missions take {self._sums[whose]} bytes; the limit is {limit:.0f}"
                 raise StoreFull(f"{taken}; old ones are removed automatically")
 
 

@@ -262,7 +262,7 @@ async def test_a_full_store_takes_no_job_but_knows_those_it_has(place: str) -> N
         assert other == 0
         assert 1000 < mine == await jobs.read(stored_bytes) < 20_000
     async with open_jobs(place, store_bytes=mine) as jobs:
-        with pytest.raises(StoreFull, match=rf"take {mine} bytes, {mine} are allowed"):
+        with pytest.raises(StoreFull, match=rf"take {mine} bytes; the limit is {mine}"):
             await jobs.submit(request(), owner="you")
         assert (await jobs.submit(request(), owner="me", idempotency_key="k")).replayed
     async with open_jobs(place, store_bytes=mine, kept_jobs=0) as jobs:
