@@ -81,7 +81,7 @@ async def test_who_waits_too_long_for_a_turn_is_refused(tmp_path: Path) -> None:
             asker.held.go_on.release()
         await asyncio.gather(*running)
         assert asker.state.analyses.slots.in_use == 0
-    assert problem(answer, 429, "too-many")["detail"].startswith("at most 2 at a time")
+    assert problem(answer, 429, "too-many")["detail"].startswith("at most 2 such requests")
 
 
 async def test_analyses_count_against_the_quota(tmp_path: Path) -> None:

@@ -116,7 +116,7 @@ def test_a_mission_for_what_is_not_offered_is_refused(asked: httpx.Client, plann
 
 @pytest.mark.parametrize(
     ("planner", "text"),
-    [("greedy=plan {domain} {problem}", "greedy is a planner already"), ("mine=plan {domain}", "{problem} is missing")],
+    [("greedy=plan {domain} {problem}", "'greedy' is the name"), ("mine=plan {domain}", "{problem} is missing")],
 )
 def test_what_can_not_be_offered_is_refused_at_the_start(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], planner: str, text: str
