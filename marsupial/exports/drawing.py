@@ -38,7 +38,6 @@ from marsupial.replay.palette import LIGHT, Palette, robot_styles
 from marsupial.wording import clock
 
 WIDTH_IN, HEIGHT_IN = 12.8, 7.2
-PNG_DPI = 150.0
 
 MARKERS = {Role.CARRIER: "o", Role.ROVER: "D"}
 SIZES_PT = {Role.CARRIER: 17.0, Role.ROVER: 8.0}
@@ -59,6 +58,13 @@ Pixels = npt.NDArray[np.uint8]
 Style = dict[str, Any]  # keyword arguments of matplotlib for a mark or text
 
 
+class MissionFigure(Figure):
+    """A figure that notebooks show without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        return figure_file(self, "png")
+
+
 class MissionDrawing:
     """The drawing of one mission; `dpi` is pixels per inch of a figure of `WIDTH_IN` x `HEIGHT_IN`, ignored by SVG."""
 
@@ -69,7 +75,7 @@ class MissionDrawing:
         self.colours = {name: palette.robot(style) for name, style in styles.items()}
         self._dashed = {name: style.dashed for name, style in styles.items()}
         self._drives, self._handovers = drives(playback), handovers(playback)
-        self.figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), dpi=dpi, facecolor=palette.page)
+        self.figure = MissionFigure(figsize=(WIDTH_IN, HEIGHT_IN), dpi=dpi, facecolor=palette.page)
         self._canvas = FigureCanvasAgg(self.figure)
         self._animated: list[Artist] = []
         self._background: Any = None
@@ -255,7 +261,7 @@ class MissionDrawing:
         angle, ring = math.pi / 2 - 2 * math.pi * number / count, CARGO_RING_PT * self._cells_per_point
         return carrier.x + ring * math.cos(angle), carrier.y + ring * math.sin(angle)
 
-    def still(self, t_ms: int) -> Figure:
+    def still(self, t_ms: int) -> MissionFigure:
         """Return the drawing at a moment as a figure to save; `frame` can't be called after that."""
         for artist in self._animated:
             artist.set_animated(False)
@@ -278,12 +284,13 @@ GROUNDS = (("unknown", "unknown"), ("floor", "free"), ("obstacle", "wall"), ("fr
 """Labels of the legend with their colours of the palette; the page has the same words in ``legend.js``."""
 
 
-def figure(events: Sequence[MissionEvent], kind: str, *, at_ms: int | None = None, palette: Palette = LIGHT) -> bytes:
-    """Return the drawing of a mission at a moment, or its end, as a file of a kind in `SAME_BYTES`."""
+def mission_figure(
+    events: Sequence[MissionEvent], *, at_ms: int | None = None, palette: Palette = LIGHT, dpi: float = 100.0
+) -> MissionFigure:
+    """Return the drawing of a mission at a moment, or its end."""
     playback = Playback(events)
-    drawing = MissionDrawing(playback, palette=palette, dpi=PNG_DPI if kind == "png" else 100.0)
     t_ms = playback.end_ms if at_ms is None else min(max(at_ms, playback.start_ms), playback.end_ms)
-    return figure_file(drawing.still(t_ms), kind)
+    return MissionDrawing(playback, palette=palette, dpi=dpi).still(t_ms)
 
 
 def _draw_lanes(axes: Axes, playback: Playback, palette: Palette, colours: Mapping[str, str]) -> Rectangle:

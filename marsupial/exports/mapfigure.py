@@ -10,12 +10,16 @@ beside a mark, its name stands farther off at the end of a line:
                                   └───╲──┘
          ring 0: four sides            ★
 
+Axes count metres of the map frame, so that a point read off them can stand in a scenario file. If the map is rotated in
+its frame, the frame's metres do not run along the map's edges: then axes count from the map's corner, and say so.
+
 Names are placed one by one, each at the place of least cost (`best_place`), and never moved again: marks are few, and
 an optimal layout would look no better.
 """
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -29,7 +33,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
 from marsupial.errors import UsageError
-from marsupial.exports.figures import MapAxes, figure_file
+from marsupial.exports.figures import figure_file
 from marsupial.exports.ground import coarse
 from marsupial.exports.mapclasses import LOOKS, MapClass
 from marsupial.model.grid import Cell, CellArray, Grid
@@ -40,6 +44,8 @@ TICKS_IN = 0.65  # width left of the map for the labels of ticks
 
 # Most pixels of the map's longer side: more would be finer than the figure, and make an SVG of megabytes.
 MOST_PIXELS = 1400
+
+ROTATED_RAD = 1e-6  # a smaller yaw is a rounding error: it moves no corner of a map of kilometres by a centimetre
 
 GAP_PT = 9.0  # distance from the centre of a mark to its name
 
@@ -83,9 +89,14 @@ def map_figure(
     FigureCanvasAgg(figure)
     place = (TICKS_IN / WIDTH_IN, (below_in + 0.4) / whole_in, wide_in / WIDTH_IN, high_in / whole_in)
     axes = figure.add_axes(place)
-    frame = MapAxes(grid.width, grid.height, grid.resolution_m, grid.origin_m)
-    _draw_map(axes, frame, classes)
-    _draw_starts(axes, frame, classes, starts)
+    is_rotated = abs(grid.origin_m[2]) > ROTATED_RAD
+    origin_m = (0.0, 0.0, 0.0) if is_rotated else (*grid.origin_m[:2], 0.0)
+    on_axes = replace(grid, origin_m=origin_m)
+    _draw_map(axes, on_axes, classes)
+    if is_rotated:
+        turn = f"the map is turned by {math.degrees(grid.origin_m[2]):.3g}° in the map frame"
+        axes.set_xlabel(f"metres from the lower left corner: {turn}", fontsize=8, color=LIGHT.dim)
+    _draw_starts(axes, on_axes, classes, starts)
     figure.text(0.2 / WIDTH_IN, 1 - 0.14 / whole_in, title, fontsize=13, fontweight="bold", color=LIGHT.ink, va="top")
     _add_legend(figure, grid, classes, start_text if starts else "", top=1 - 0.5 / whole_in)
     for row, line in enumerate(line for text in warnings for line in wrapped(text)):
@@ -104,25 +115,28 @@ def wrapped(text: str) -> list[str]:
     return lines
 
 
-def _draw_map(axes: Axes, frame: MapAxes, classes: CellArray) -> None:
+def _draw_map(axes: Axes, on_axes: Grid, classes: CellArray) -> None:
     block = max(1, math.ceil(max(classes.shape) / MOST_PIXELS))
     picture = coarse(classes, block)
     image = np.zeros((*picture.shape, 3), dtype=np.uint8)
     for kind in MapClass:
         image[picture == kind] = tuple(bytes.fromhex(LOOKS[kind].colour[1:]))
     height, width = (block * size for size in picture.shape)
-    axes.imshow(image, origin="lower", extent=frame.part(width, height), interpolation="nearest")
-    axes.axis(frame.extent)
+    left, bottom = on_axes.point_m(0, 0)
+    right, top = on_axes.point_m(width, height)
+    axes.imshow(image, origin="lower", extent=(left, right, bottom, top), interpolation="nearest")
+    right, top = on_axes.point_m(on_axes.width, on_axes.height)  # the last blocks may reach beyond
+    axes.axis((left, right, bottom, top))
     axes.set_anchor("NW")
     axes.tick_params(labelsize=8, colors=LIGHT.dim, length=2)
     axes.yaxis.set_major_locator(MaxNLocator(6))
-    frame.label(axes)
-    axes.xaxis.label.set_color(LIGHT.dim)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(lambda value, _: f"{round(value, 6) + 0.0:.10g} m")
     axes.spines[:].set_color(LIGHT.dim)
 
 
-def _draw_starts(axes: Axes, frame: MapAxes, classes: CellArray, starts: Mapping[str, Cell]) -> None:
-    marks = {name: frame.centre(cell) for name, cell in starts.items()}
+def _draw_starts(axes: Axes, on_axes: Grid, classes: CellArray, starts: Mapping[str, Cell]) -> None:
+    marks = {name: on_axes.centre_m(cell) for name, cell in starts.items()}
     for x, y in marks.values():
         axes.plot(x, y, "*", markersize=13, color=LIGHT.frontier, markeredgecolor=LIGHT.ink, markeredgewidth=1.0)
     name_marks(axes, marks, lambda box: _walled(axes, classes, box))

@@ -22,6 +22,8 @@ class ExportOptions:
     dark: bool = False  # whether figures and films have a dark background
 
 
+PNG_DPI = 150.0
+
 Events = Sequence[MissionEvent]
 
 
@@ -33,9 +35,12 @@ class Export(NamedTuple):
 
 
 def _figure(events: Events, suffix: str, options: ExportOptions) -> bytes:
-    from marsupial.exports.drawing import figure
+    from marsupial.exports.drawing import mission_figure
+    from marsupial.exports.figures import figure_file
 
-    return figure(events, suffix.removeprefix("."), at_ms=options.at_ms, palette=DARK if options.dark else LIGHT)
+    kind, palette = suffix.removeprefix("."), DARK if options.dark else LIGHT
+    drawn = mission_figure(events, at_ms=options.at_ms, palette=palette, dpi=PNG_DPI if kind == "png" else 100.0)
+    return figure_file(drawn, kind)
 
 
 def _film(events: Events, suffix: str, options: ExportOptions) -> bytes:

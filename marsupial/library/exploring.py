@@ -44,14 +44,14 @@ class Exploration(Summary):
     events: tuple[MissionEvent, ...] = ()
 
     def plot(self) -> Figure:
-        """Return a drawing of the mission: explored map, robots' trails, where rovers were set down and picked up.
+        """Return a drawing of the mission: explored map, robots' trails, who did what when.
 
         It is a matplotlib figure that pyplot does not know, so it need not be closed. Notebooks show it; `savefig`
         writes it.
         """
-        from marsupial.library.picture import mission_figure
+        from marsupial.exports.drawing import mission_figure
 
-        return mission_figure(self.events, self)
+        return mission_figure(self.events)
 
     def save_replay(self, path: str | PathLike[str]) -> Path:
         """Write one HTML page that replays the mission and needs nothing else; return its path.

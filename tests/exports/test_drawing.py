@@ -8,15 +8,20 @@ from growing_mission import growing_mission
 from PIL import Image
 from synthetic_mission import synthetic_mission
 
-from marsupial.exports.drawing import MissionDrawing, figure
+from marsupial.exports.drawing import MissionDrawing
 from marsupial.exports.ground import coarse, frontier, ground_image
 from marsupial.exports.trails import Activity, stretches
+from marsupial.exports.write import ExportOptions, export_mission
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 from marsupial.replay.page import module_text
 from marsupial.replay.palette import DARK, LIGHT
 
 EVENTS = synthetic_mission()
+
+
+def figure(suffix: str, at_ms: int | None = None) -> bytes:
+    return export_mission(EVENTS, suffix, ExportOptions(at_ms=at_ms))
 
 
 def texts(svg: bytes) -> list[str]:
@@ -30,7 +35,7 @@ def colours(pixels: np.ndarray) -> set[str]:
 
 
 def test_a_figure_says_in_words_who_does_what_at_its_moment() -> None:
-    at_start, in_yard = (texts(figure(EVENTS, "svg", at_ms=t_ms)) for t_ms in (0, 12_000))
+    at_start, in_yard = (texts(figure(".svg", at_ms=t_ms)) for t_ms in (0, 12_000))
     assert {"two halves", "0:00", "carrier1", "rover1_1", "aboard carrier1", "drives"} <= set(at_start)
     assert {"0:12", "explores", "waits", "aboard carrier1"} <= set(in_yard)
     assert {"unknown", "floor", "obstacle", "frontier", "undocked", "docked"} <= set(at_start)
@@ -38,17 +43,17 @@ def test_a_figure_says_in_words_who_does_what_at_its_moment() -> None:
 
 
 def test_a_figure_rounds_its_time_as_tables_do() -> None:
-    assert "0:13" in texts(figure(EVENTS, "svg", at_ms=12_600))
+    assert "0:13" in texts(figure(".svg", at_ms=12_600))
 
 
 def test_a_moment_outside_the_mission_is_its_start_or_end() -> None:
-    assert "0:26" in texts(figure(EVENTS, "svg", at_ms=10**9))
-    assert "0:26" in texts(figure(EVENTS, "svg"))
+    assert "0:26" in texts(figure(".svg", at_ms=10**9))
+    assert "0:26" in texts(figure(".svg"))
 
 
-@pytest.mark.parametrize("kind", ["svg", "pdf", "png"])
+@pytest.mark.parametrize("kind", [".svg", ".pdf", ".png"])
 def test_the_same_figure_is_the_same_bytes(kind: str) -> None:
-    assert figure(EVENTS, kind, at_ms=5000) == figure(EVENTS, kind, at_ms=5000)
+    assert figure(kind, at_ms=5000) == figure(kind, at_ms=5000)
 
 
 @pytest.mark.parametrize("palette", [LIGHT, DARK], ids=["light", "dark"])
@@ -69,7 +74,7 @@ def test_pictures_are_the_same_whichever_was_drawn_before() -> None:
 
 
 def test_a_map_that_has_grown_is_shown_whole() -> None:
-    pixels = np.asarray(Image.open(io.BytesIO(figure(growing_mission(), "png"))))
+    pixels = np.asarray(Image.open(io.BytesIO(export_mission(growing_mission(), ".png", ExportOptions()))))
     assert LIGHT.wall in colours(pixels[::2, ::2, :3])
 
 

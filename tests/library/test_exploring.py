@@ -5,7 +5,6 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ import marsupial
 from marsupial.cli.main import main
 from marsupial.errors import EngineUnavailable, ScenarioError, UsageError
 from marsupial.formats.missionlog import read_log
-from marsupial.model import MissionStarted, Objective, Situation
+from marsupial.model import Objective, Situation
 from marsupial.planning.list_scheduling.greedy import Greedy, serve
 
 QUICK: dict[str, Any] = {"planner": "greedy", "steps": 1}
@@ -166,38 +165,8 @@ def test_what_cannot_be_done_is_told_before_anything_is_written(tmp_path: Path) 
         assert not log.exists()
 
 
-def test_the_drawing_shows_the_map_the_robots_and_the_metrics(lobby: marsupial.Exploration) -> None:
-    figure = lobby.plot()
-    (axes,) = figure.axes
-    assert "exploration time 0:" in axes.get_title(loc="left")
-    assert "coverage 100.0%" in axes.get_title(loc="left")
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels[:6] == ["carrier1", "rover1_1", "rover1_2", "carrier2", "rover2_1", "rover2_2"]
-    assert {"start", "undocked", "docked"} <= set(labels)
-    marks = [line.get_marker() for line in axes.get_lines()]
-    assert (marks.count("v"), marks.count("^")) == (lobby.deployments, lobby.retrievals)
-    assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
-
-
-def test_the_drawing_counts_in_metres_of_the_map_frame(lobby: marsupial.Exploration) -> None:
-    started = lobby.events[0]
-    assert isinstance(started, MissionStarted)
-    moved = replace(lobby, events=(replace(started, origin_m=(-10.3, 500.0, 0.0)), *lobby.events[1:]))
-    here, there = (
-        next(line for line in result.plot().axes[0].get_lines() if line.get_marker() == "o").get_xydata()
-        for result in (lobby, moved)
-    )
-    assert np.asarray(there) - np.asarray(here) == pytest.approx(np.array([[-10.3, 500.0]]))
-
-
-def test_trails_are_as_long_as_what_was_driven(lobby: marsupial.Exploration) -> None:
-    lines = {line.get_color(): line for line in lobby.plot().axes[0].get_lines() if line.get_linestyle() == "-"}
-    driven = 0.0
-    for line in lines.values():
-        if line.get_marker() == "None":
-            steps = np.hypot(*np.diff(np.array(line.get_xydata()), axis=0).T)
-            driven += float(steps[~np.isnan(steps)].sum())
-    assert driven == pytest.approx(lobby.distance_m, rel=1e-3)
+def test_notebooks_show_the_drawing(lobby: marsupial.Exploration) -> None:
+    assert lobby.plot()._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
 
 
 def test_drawing_leaves_pyplot_alone() -> None:
