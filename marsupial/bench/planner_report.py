@@ -22,7 +22,6 @@ class RunRow:
 
     @property
     def best_ms(self) -> int | None:
-        """Best known makespan, or None."""
         return None if self.round.best is None else self.round.best.makespan_ms
 
     @property
@@ -149,7 +148,6 @@ def table(rows: Sequence[RunRow], absent: Sequence[BenchEngine]) -> str:
 
 
 def progress_line(run: EngineRun) -> str:
-    """Return the result of a run as a line."""
     what = "no plan" if run.makespan_ms is None else f"{run.makespan_ms / 1000:.3f} s"
     return f"{run.instance}: {run.engine}, {run.budget_s:g} s: {what}"
 

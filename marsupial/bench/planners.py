@@ -63,7 +63,6 @@ class EngineRun:
 
     @property
     def makespan_ms(self) -> int | None:
-        """Makespan of the best plan, or None."""
         return None if self.plan is None else self.plan.makespan_ms
 
     @property

@@ -325,5 +325,4 @@ def _draw_lanes(axes: Axes, playback: Playback, palette: Palette, colours: Mappi
 
 
 def shortened(text: str, most: int) -> str:
-    """Return a text cut to at most `most` characters."""
     return text if len(text) <= most else text[: most - 1] + "…"

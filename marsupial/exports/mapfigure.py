@@ -106,7 +106,6 @@ def map_figure(
 
 
 def wrapped(text: str) -> list[str]:
-    """Return the lines of a warning."""
     lines = [""]
     for word in f"! {text}".split():
         if len(lines[-1]) + len(word) > 118:  # this many fit the figure

@@ -136,7 +136,6 @@ class _Recording:
         return {**facts, "seed": str(mission.seed), **status}
 
     def messages(self) -> Iterator[Timed]:
-        """Yield all messages in order of time."""
         topics = [self._grids(), self._poses(), self._routes(), self._robots(), self._trails(), self._plans()]
         return merge(*topics, self._log(), self._numbers(), key=lambda message: message[0])
 

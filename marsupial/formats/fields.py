@@ -44,11 +44,9 @@ class Notes:
         self.problems: list[Problem] = [] if problems is None else problems
 
     def at(self, key: str) -> str:
-        """Return the path of a field."""
         return f"{self.path}.{key}" if self.path and not key.startswith("[") else f"{self.path}{key}"
 
     def below(self, key: str) -> Notes:
-        """Return the notes on a field."""
         return Notes(self.at(key), self.problems)
 
     def wrong(self, key: str, message: str) -> None:
@@ -76,7 +74,6 @@ class Fields(Notes):
         self._refused: set[str] = set()
 
     def has(self, key: str) -> bool:
-        """Return whether a field is present."""
         self._known[key] = None
         return key in self.data
 
@@ -85,7 +82,6 @@ class Fields(Notes):
         return float(self._take(key, default, 0.0, lambda value: number_fault(value) or bound.fault(value)))
 
     def integer(self, key: str, default: int | None = None, bound: Bound = FINITE) -> int:
-        """Read an integer within the bound."""
         return int(self._take(key, default, 0, lambda v: _unless(is_whole(v), "an integer", v) or bound.fault(v)))
 
     def quantity(self, key: str, default: float | None = None) -> float:

@@ -91,7 +91,6 @@ class LogEncoder:
         return [self._looks(seen)] if seen else []
 
     def line(self, event: m.MissionEvent) -> str:
-        """Return the next event as a line of its own."""
         if isinstance(event, m.Revealed):
             return self._looks([event])
         if isinstance(event, m.Changed):

@@ -33,7 +33,6 @@ class MissionLog:
 
     @property
     def mission(self) -> m.MissionStarted:
-        """The first event."""
         first = self.events[0]
         assert isinstance(first, m.MissionStarted)
         return first
@@ -101,7 +100,6 @@ class LogChecker:
         self._over = False
 
     def check(self, event: m.MissionEvent) -> list[Problem]:
-        """Return the problems of the next event."""
         problems = list(self._order(event))
         if self._mission is None:
             if not isinstance(event, m.MissionStarted):

@@ -65,7 +65,6 @@ SCENARIOS: dict[str, BuiltIn] = {
 
 
 def is_builtin(name: str) -> bool:
-    """Return whether `builtin_scenario` knows this name."""
     return name in SCENARIOS or _drawn(name) is not None
 
 

@@ -41,7 +41,6 @@ class Box(NamedTuple):
 
     @property
     def area(self) -> int:
-        """Number of cells."""
         return (self.x1 - self.x0) * (self.y1 - self.y0)
 
 
@@ -75,7 +74,6 @@ def door_cells(resolution_m: float) -> int:
 
 
 def carve(cells: CellArray, box: Box, code: int) -> None:
-    """Set all cells of `box` to `code`."""
     cells[box.y0 : box.y1, box.x0 : box.x1] = code
 
 

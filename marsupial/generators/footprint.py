@@ -169,7 +169,6 @@ class FootprintMap:
     height_m: float
 
     def grid(self, seed: int) -> Grid:
-        """Draw a map."""
         size = CanvasSize(self.width_m, self.height_m, RESOLUTION_M)
         cells = np.full((round(self.height_m / RESOLUTION_M), round(self.width_m / RESOLUTION_M)), OBSTACLE, np.uint8)
         self.carve(cells, np.random.default_rng(seed), size)

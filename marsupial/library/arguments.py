@@ -8,7 +8,6 @@ from marsupial.sim.sensors import Sensor
 
 
 def strategy_argument(value: str | Decider) -> str | Decider:
-    """Return a strategy or its name, checked."""
     if isinstance(value, str):
         return text("strategy", value)
     _check_parts("strategy", value, "name", "decide")
@@ -28,7 +27,6 @@ def planner_argument(value: str | Engine) -> str | Engine:
 
 
 def sensor_argument(value: Sensor | None) -> Sensor | None:
-    """Return a sensor, checked, or None."""
     if value is not None:
         _check_parts("sensor", value, "visible")
     return value

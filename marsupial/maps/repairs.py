@@ -32,11 +32,9 @@ class Specks(NamedTuple):
 
     @property
     def number(self) -> int:
-        """Number of specks."""
         return len(np.unique(self.groups))
 
     def smaller(self, cells: int) -> Specks:
-        """Return the specks of fewer than `cells` cells."""
         few = np.bincount(self.groups)[self.groups] < cells
         return Specks(self.cells[few], self.groups[few])
 

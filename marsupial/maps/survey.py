@@ -126,7 +126,6 @@ class Surveyor:
         return UnseenPart(self.territory)
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
-        """Return the present targets."""
         frontiers = self.frontiers(robots)
         if self._targets is None or self._targets[0] is not frontiers:
             self._targets = frontiers, self.finder.find(frontiers)

@@ -102,5 +102,4 @@ class Territory:
         return Window.around(self._lowest, self._highest, 1, (self.grid.height, self.grid.width))
 
     def of_role(self, role: Role) -> tuple[RobotType, ...]:
-        """Return the robot types of a role."""
         return tuple(kind for kind in self.kinds.values() if kind.role is role)

@@ -17,7 +17,6 @@ class Incumbent:
 
     @property
     def value(self) -> Value | None:
-        """The value of `plan` by the objective."""
         return None if self._rank is None else self._rank[1]
 
     def take(self, plan: Plan) -> bool:

@@ -40,7 +40,6 @@ class Palette:
         return {UNKNOWN: self.unknown, OBSTACLE: self.wall, FLOOR: self.free}.get(code, self.other)
 
     def robot(self, style: RobotStyle) -> str:
-        """Return the colour of a robot."""
         return self.families[style.hue][style.shade]
 
 

@@ -62,7 +62,6 @@ def _sentence(outcome: ComparisonOutcome, rival: Contender, stands: Pairing) -> 
 
 
 def quality_sentence(outcome: ComparisonOutcome) -> str:
-    """Return a sentence about exploration quality."""
     found = ((rival, outcome.pairing(outcome.cases, rival, QUALITY)) for rival in outcome.rivals)
     parts = [
         f"that of {rival} is {abs(gain.mean):.1%} {'higher' if gain.mean >= 0 else 'lower'} than {outcome.base}'s"

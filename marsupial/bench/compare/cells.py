@@ -60,12 +60,10 @@ class Pairing:
 
     @property
     def gain(self) -> float | None:
-        """The mean gain."""
         return None if (found := self.estimate) is None else found.mean
 
     @property
     def gains(self) -> tuple[float, ...]:
-        """The gain of each pair."""
         return tuple(map(self._share, self.logs))
 
     @property
@@ -103,7 +101,6 @@ class ComparisonOutcome:
 
     @cached_property
     def _maps(self) -> dict[Case, list[str]]:
-        """The maps of each case."""
         maps: dict[Case, list[str]] = {}
         for case in cases_of(self.header):
             maps.setdefault(self._by_kind(case), []).append(case.scenario)
@@ -111,7 +108,6 @@ class ComparisonOutcome:
 
     @property
     def maps(self) -> set[str]:
-        """The names of all maps."""
         return {name for names in self._maps.values() for name in names}
 
     def _by_kind(self, case: Case) -> Case:
@@ -120,7 +116,6 @@ class ComparisonOutcome:
 
     @cached_property
     def contenders(self) -> tuple[Contender, ...]:
-        """The contenders in order."""
         return contenders_of(self.header)
 
     @property
@@ -145,7 +140,6 @@ class ComparisonOutcome:
 
     @cached_property
     def scenarios(self) -> tuple[str, ...]:
-        """The names of the scenarios in order."""
         return tuple(dict.fromkeys(case.scenario for case in self.cases))
 
     @property
@@ -163,7 +157,6 @@ class ComparisonOutcome:
         return self.missions_of(*self.cases) * len(self.contenders)
 
     def cases_of(self, scenario: str) -> tuple[Case, ...]:
-        """Return the cases of a scenario."""
         return tuple(case for case in self.cases if case.scenario == scenario)
 
     def statuses(self, scenario: str, contender: Contender) -> Counter[str]:
@@ -173,7 +166,6 @@ class ComparisonOutcome:
         return Counter({status: found[status] for status in sorted(found, key=lambda s: (s != Status.COMPLETE, s))})
 
     def incomplete(self) -> tuple[MissionRow, ...]:
-        """Return the rows of incomplete missions."""
         return tuple(row for row in self.rows if not row.complete)
 
     def estimate(self, case: Case, contender: Contender, measure: Metric) -> Estimate | None:

@@ -144,7 +144,6 @@ class _Shift:
             self.results.put(error)
 
     def stop(self) -> None:
-        """End all workers."""
         self._stopped = True
         for run in self._runs:
             run.cancel()

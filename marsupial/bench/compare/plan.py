@@ -165,17 +165,14 @@ def parse_header(text: str, source: str) -> dict[str, Any]:
 
 
 def cases_of(header: Mapping[str, Any]) -> tuple[Case, ...]:
-    """Return the cases of a comparison in their order."""
     return tuple(Case(str(c["scenario"]), int(c["carriers"]), int(c["rovers"])) for c in header["cases"])
 
 
 def contenders_of(header: Mapping[str, Any]) -> tuple[Contender, ...]:
-    """Return the contenders of a comparison in their order."""
     return tuple(Contender(str(strategy), str(planner)) for strategy, planner in header["contenders"])
 
 
 def budget_text(header: Mapping[str, Any]) -> str:
-    """Return the budget of each planning in words."""
     ((unit, amount),) = header["budget"].items()
     return f"{amount:g} {unit if amount != 1 else unit.removesuffix('s')}"
 

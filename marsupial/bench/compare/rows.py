@@ -105,7 +105,6 @@ class Format(Generic[Record]):
         return _line((*KEY, *self.readers))
 
     def encode(self, record: Record) -> str:
-        """Return the record's line."""
         case, contender = record.trial.case, record.trial.contender
         line: list[object] = [case.scenario, contender.strategy, contender.planner, case.carriers, case.rovers]
         return _line([*line, record.trial.seed, *(_written(getattr(record, name)) for name in self.readers)])

@@ -44,12 +44,10 @@ class ReportTable:
     rows: list[tuple[TableCell, ...]] = field(default_factory=list)
 
     def add(self, *cells: TableCell | str) -> None:
-        """Add a row."""
         self.rows.append(tuple(cell if isinstance(cell, TableCell) else TableCell(cell) for cell in cells))
 
 
 def tables(outcome: ComparisonOutcome) -> list[ReportTable]:
-    """Return all tables of a comparison."""
     made = [status_table(outcome)]
     if len(outcome.contenders) > 1:
         made.insert(0, main_table(outcome))

@@ -38,7 +38,6 @@ class Best:
 
     @property
     def optimal(self) -> bool:
-        """Whether the plan is proven optimal."""
         return self.lower_bound_ms == self.makespan_ms
 
     def read_plan(self, situation: Situation) -> Plan:

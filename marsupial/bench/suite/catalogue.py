@@ -42,11 +42,9 @@ class MissionMoment:
 
     @property
     def name(self) -> str:
-        """Name of the instance."""
         return f"mission-{self.scenario}-{self.carriers}x{self.rovers}-{self.targets}"
 
     def situation(self) -> Situation:
-        """Read the situation from its file."""
         data = (files("marsupial.bench.suite") / "moments" / f"{self.name}.json.gz").read_bytes()
         return situation_from_json(gzip.decompress(data).decode())
 

@@ -46,7 +46,6 @@ class Floor:
     homes: bool = False  # every carrier must return to its start
 
     def situation(self) -> Situation:
-        """Draw the situation."""
         return _FloorDrawing(self).situation()
 
 

@@ -37,13 +37,11 @@ def volume() -> Volume:
 
 
 def say(text: str) -> None:
-    """Print a message."""
     if _volume is not Volume.QUIET:
         complain(text)
 
 
 def warn(text: str) -> None:
-    """Print a warning."""
     say(f"warning: {text}")
 
 

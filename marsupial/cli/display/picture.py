@@ -99,7 +99,6 @@ def doing(robot: RobotView) -> str:
 
 
 def plan_text(plan: Planned) -> str:
-    """Return the number and the trigger of a plan as text."""
     return printable(f"plan {plan.revision}: {trigger_text(plan.trigger)}")
 
 

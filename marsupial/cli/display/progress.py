@@ -39,7 +39,6 @@ class MissionWatch(MissionTracker):
         self.area: Mask = np.zeros((0, 0), dtype=np.bool_)
 
     def reachable(self, area: Mask) -> None:
-        """Set the cells to explore."""
         self.area = area
 
     @property

@@ -42,7 +42,6 @@ def play(
 
 
 def summary_lines(playback: Playback) -> list[str]:
-    """Return a line for each plan and one for the end."""
     news = [(plan.t_ms, plan_line(plan)) for plan in playback.plans]
     news.append((playback.end_ms, _end_text(playback.ended)))
     wide = max(len(clock(t_ms / 1000)) for t_ms, _ in news)

@@ -19,7 +19,6 @@ def scenario_or_file(incomplete: str) -> list[str]:
 
 
 def strategy(incomplete: str) -> list[str]:
-    """Return matching strategies."""
     from marsupial.strategies.clairvoyant import CLAIRVOYANT
     from marsupial.strategies.registry import strategy_names
 
@@ -35,21 +34,18 @@ def strategies(incomplete: str) -> list[str]:
 
 
 def paper(incomplete: str) -> list[str]:
-    """Return matching papers."""
     from marsupial.papers import PAPERS
 
     return _starting(incomplete, PAPERS)
 
 
 def suite(incomplete: str) -> list[str]:
-    """Return matching suites of maps."""
     from marsupial.bench.suite.maps import SUITES
 
     return _starting(incomplete, SUITES)
 
 
 def planner(incomplete: str) -> list[str]:
-    """Return matching planners."""
     from marsupial.planning.names import engine_names
 
     return _starting(incomplete, engine_names())

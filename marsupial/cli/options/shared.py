@@ -56,12 +56,10 @@ def check_extra(what: str, extra: str, *modules: str) -> None:
 
 
 def scenario_argument(help: str, **more: Any) -> Any:
-    """Return the argument that names a scenario or a file."""
     return typer.Argument(autocompletion=completing.scenario_or_file, help=help, **more)
 
 
 def planner_option(help: str) -> Any:
-    """Return the option that names a planner."""
     return typer.Option("--planner", "-p", autocompletion=completing.planner, help=help)
 
 

@@ -128,7 +128,6 @@ FRAME_EVERY_S = 0.2  # wall-clock time between two updates of the bar
 
 @contextmanager
 def compare_progress() -> Iterator[Watch]:
-    """Yield the callback for the missions of a comparison."""
     console = Console(file=sys.stderr)
     if volume() is Volume.QUIET or not console.is_terminal or console.is_dumb_terminal:
         yield Lines(time.monotonic).watch
@@ -163,12 +162,10 @@ class Lines:
             self.show(done, total)
 
     def show(self, done: int, total: int) -> None:
-        """Print the progress."""
         self._printed_s = self._now()
         say(self.words(done, total))
 
     def tell(self, text: str) -> None:
-        """Print a message."""
         say(text)
 
     def words(self, done: int, total: int) -> str:

@@ -41,7 +41,6 @@ class FactTable:
     problems: list[tuple[int, str]] = field(default_factory=list)
 
     def wrong(self, line: int, message: str) -> None:
-        """Note a problem."""
         self.problems.append((line, message))
 
     def check(self) -> None:
@@ -65,7 +64,6 @@ class FactTable:
         return found[0] if found else None
 
     def line_of(self, key: Key) -> int:
-        """Return the line of a number."""
         return self.values[key][1]
 
     def ms(self, key: Key) -> int | None:
@@ -190,7 +188,6 @@ def _home_in_goal(table: FactTable, robot: str) -> str | None:
 
 
 def _check_starts(table: FactTable) -> None:
-    """Check that exactly one robot is at each start."""
     owners: dict[str, str] = {}
     for (name, *args), line in table.facts.items():
         if name == "at" and args[1] in owners:

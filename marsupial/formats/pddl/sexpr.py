@@ -45,7 +45,6 @@ class Form:
 
 
 def at_line(line: int, message: str) -> Problem:
-    """Return a problem at a line of a text."""
     return Problem(f"line {line}", message)
 
 

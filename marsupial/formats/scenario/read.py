@@ -205,7 +205,6 @@ def _read_energy(fields: Fields) -> EnergyModel:
 
 
 def read_goal(top: Fields) -> Goal:
-    """Read ``goal``."""
     fields, default = top.part("goal", required=False), Goal()
     goal = Goal(
         recover_rovers=fields.flag("recover_rovers", default.recover_rovers),
@@ -216,7 +215,6 @@ def read_goal(top: Fields) -> Goal:
 
 
 def read_limits(top: Fields) -> MissionLimits:
-    """Read ``limits``."""
     fields = top.part("limits", required=False)
     seconds = fields.quantity("time_s", MissionLimits().time_ms / 1000)
     fields.finish()

@@ -44,7 +44,6 @@ def write_scenario(scenario: Scenario, path: Path | str) -> None:
 
 
 def scenario_text(scenario: Scenario) -> str:
-    """Return the content of a scenario file."""
     fields: dict[str, Any] = {"format": FORMAT, "version": VERSION, "name": scenario.name}
     if own := terrain_fields(scenario.grid):
         fields["terrains"] = own
@@ -64,7 +63,6 @@ def scenario_text(scenario: Scenario) -> str:
 
 
 def terrain_fields(grid: Grid) -> list[dict[str, Any]]:
-    """Return the value of the field ``terrains``."""
     own = (terrain for terrain in grid.terrains if terrain.code >= len(TERRAINS))
     return [{"name": one.name, "code": one.code, "blocks_sight": one.blocks_sight} for one in own]
 
@@ -86,7 +84,6 @@ def _map_fields(grid: Grid) -> dict[str, Any]:
 
 
 def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any]:
-    """Return the fields of a robot type."""
     fields: dict[str, Any] = {
         "name": kind.name,
         "role": str(kind.role),

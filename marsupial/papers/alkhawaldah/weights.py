@@ -100,7 +100,6 @@ def _recommended(times: Floats) -> float:
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return the findings on the statements of section 3."""
     times = {world: _times(outcome, world) for world in WORLDS}
     return [_never_great(times), _near_the_line(times), _recommended_is_good(times)]
 

@@ -224,7 +224,6 @@ class _Tracing(NamedTuple):
 
 @inlined
 def _linked(work: _Tracing, block: int, turn: int) -> bool:
-    """Return whether a block is linked to its neighbour in a direction."""
     if not work.skeleton[block + work.around[turn]]:
         return False
     if not turn & 1:

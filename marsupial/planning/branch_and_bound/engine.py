@@ -85,7 +85,6 @@ def _may_step(budget: Budget, clock: Callable[[], float], begun: float) -> Calla
 
 
 def _first_plans(situation: Situation, start: Plan | None) -> Iterator[Plan]:
-    """Yield the initial plans, if any."""
     if start is not None and check(situation, start).valid:
         yield start
         return

@@ -124,7 +124,6 @@ def may_have_plan(tables: Tables, search: SearchState) -> bool:
 
 @native
 def enter(tables: Tables, search: SearchState) -> None:
-    """Enter the root state."""
     _enter(tables, search, 0)
 
 

@@ -68,7 +68,6 @@ def aries(finder: Finder = find_spec) -> ProcessEngine:
 
 
 def load_aries() -> None:
-    """Import the libraries of Aries."""
     import up_aries.solver  # noqa: F401
 
 

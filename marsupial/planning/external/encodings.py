@@ -59,7 +59,6 @@ class Vocabulary:
                 yield meet(name=ActionName.DOCK, duration_ms=max(1, kind.dock_ms))
 
     def capacity(self, carrier: RobotState) -> int:
-        """Return the number of places of a carrier."""
         return self.situation.type_by_name[carrier.type].capacity
 
     def is_scarce(self, carrier: RobotState) -> bool:

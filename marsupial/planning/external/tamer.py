@@ -43,7 +43,6 @@ def tamer(finder: Finder = find_spec) -> ProcessEngine:
 
 
 def load_tamer() -> None:
-    """Import the libraries of Tamer."""
     import up_tamer.engine  # noqa: F401
 
 

@@ -52,7 +52,6 @@ class Timeline:
 
     @property
     def plan(self) -> Plan:
-        """The plan so far."""
         return Plan.of(self.actions)
 
     @property

@@ -34,7 +34,6 @@ class ProblemData(NamedTuple):
     recover: bool  # whether all rovers have to end aboard
 
     def members(self, group: int) -> Ints:
-        """Return the members of a group."""
         return self.groups[group, 1 : 1 + self.groups[group, 0]]
 
 

@@ -42,7 +42,6 @@ class ParallelSearches:
 
     @property
     def score(self) -> Value:
-        """The score of the best list."""
         return min(search.score for search in self._searches)
 
     @property

@@ -105,7 +105,6 @@ def before(sched: LinkedSchedule, node: int, robot: int) -> int:
 
 @inlined
 def is_transfer(sched: LinkedSchedule, node: int) -> bool:
-    """Return whether a node is a dock or an undock."""
     return sched.nodes[node, col.KIND] == col.DOCK or sched.nodes[node, col.KIND] == col.UNDOCK
 
 
@@ -119,7 +118,6 @@ def load_change(sched: LinkedSchedule, node: int) -> int:
 
 @inlined
 def is_carrier(sched: LinkedSchedule, robot: int) -> bool:
-    """Return whether a robot is a carrier."""
     return sched.robots[robot, col.CAPACITY] >= 0
 
 
@@ -303,7 +301,6 @@ def new_transfer(sched: LinkedSchedule, kind: int, place: int) -> int:
 
 @inlined
 def begin(sched: LinkedSchedule) -> None:
-    """Begin a change."""
     # A new number makes all stamps and queue marks of earlier changes void at once.
     sched.work[0, col.EPOCH] += 1
     for k in range(col.UNDONE):

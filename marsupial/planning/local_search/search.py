@@ -287,5 +287,4 @@ def _weights_of(data: ProblemData, objective: Objective) -> Floats:
 
 
 def is_feasible(data: ProblemData, events: Ints32) -> bool:
-    """Return whether a list of events is feasible."""
     return Annealing(data, [events], 0).score[0] < LATEST

@@ -193,7 +193,6 @@ def swap(sched: LinkedSchedule) -> bool:
 
 @inlined
 def reverse(sched: LinkedSchedule) -> bool:
-    """Reverse a part of a sortie."""
     first = choices.random_target(sched)
     count, node = 0, first
     while count < LONGEST_SEGMENT and sched.nodes[node, col.KIND] == col.EXPLORE:

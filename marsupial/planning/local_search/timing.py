@@ -201,7 +201,6 @@ def makespan_of(sched: LinkedSchedule) -> int:
 
 @inlined
 def set_due(sched: LinkedSchedule, due: int) -> None:
-    """Change the due date."""
     sched.work[0, col.DUE] = due
     late = 0
     for node in range(len(sched.nodes)):

@@ -44,7 +44,6 @@ class Results:
 
     @property
     def plan(self) -> Plan | None:
-        """The best plan of all."""
         return self._incumbent.plan
 
     def take(self, name: str, plan: Plan) -> bool:
