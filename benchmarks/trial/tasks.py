@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
+from benchmarks.floors import Floor
 from marsupial.bench.suite.catalogue import INSTANCES
-from marsupial.bench.suite.floors import Floor
 from marsupial.formats.situation import situation_from_json, situation_to_json
 from marsupial.model.objective import MAKESPAN, Value
 from marsupial.model.situation import Situation

@@ -26,7 +26,7 @@ from situations import (
     two_rooms,
 )
 
-from marsupial.bench.suite.floors import Floor
+from benchmarks.floors import Floor
 from marsupial.model import UNREACHABLE, Budget, Finished, Improved, Outcome, Plan, Role, Situation, SituationGoal
 from marsupial.planning.branch_and_bound.engine import Exact
 from marsupial.planning.checker import check

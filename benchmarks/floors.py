@@ -1,5 +1,8 @@
 """Random situations on synthetic floors: rover-only rooms between corridors for carriers.
 
+Most instances of the planner suite (`marsupial.bench.suite.catalogue`) were drawn here, by `FLOORS`; the others are
+moments of missions.
+
     +=====+=======+     =, |: corridors, like streets between blocks of different sizes
     |  .  D   .   |     each block is a room; D: a door, which is a meeting point
     +=====+===D===+     .: targets, most of them in rooms
@@ -211,3 +214,68 @@ def _straight_ms(p: Point, q: Point) -> int:
     """Return a rover's travel time in ms between points of a room, eight-connected, rounded up."""
     short, long = sorted((abs(p.x - q.x), abs(p.y - q.y)))
     return -(-ROVER_SLOWNESS * (1_000_000 * long + 414_214 * short) // 1_000_000)
+
+
+FLOORS = {
+    "rooms": (
+        Floor(seed=11, carriers=1, rovers=1, targets=3, rooms=1),
+        Floor(seed=12, carriers=1, rovers=2, targets=5, rooms=2),
+        Floor(seed=13, carriers=2, rovers=2, targets=8, rooms=4),
+        Floor(seed=14, carriers=3, rovers=2, targets=12, rooms=5),
+        Floor(seed=15, carriers=6, rovers=3, targets=20, rooms=8, scattered=True),
+        Floor(seed=16, carriers=12, rovers=3, targets=50, rooms=20, scattered=True),
+        Floor(seed=17, carriers=34, rovers=3, targets=150, rooms=50, scattered=True),
+    ),
+    "two-doors": (
+        Floor(seed=21, carriers=2, rovers=1, targets=6, rooms=3, doors=2, lot_ms=(20_000, 6_000)),
+        Floor(seed=22, carriers=2, rovers=2, targets=8, rooms=4, doors=2, lot_ms=(20_000, 6_000), recover=True),
+        Floor(seed=23, carriers=4, rovers=3, targets=16, rooms=6, doors=2, lot_ms=(20_000, 6_000)),
+        Floor(
+            seed=24,
+            carriers=6,
+            rovers=3,
+            targets=20,
+            rooms=6,
+            doors=2,
+            lot_ms=(20_000, 6_000),
+            recover=True,
+            scattered=True,
+        ),
+        Floor(seed=25, carriers=34, rovers=3, targets=150, rooms=50, doors=2, lot_ms=(20_000, 6_000), scattered=True),
+    ),
+    "pressure": (
+        Floor(seed=31, carriers=1, rovers=1, targets=3, rooms=2, recover=True),
+        Floor(seed=32, carriers=2, rovers=1, targets=6, rooms=5, recover=True),
+        Floor(seed=33, carriers=2, rovers=2, targets=8, rooms=7, recover=True),
+        Floor(seed=34, carriers=6, rovers=3, targets=22, rooms=20, recover=True),
+        Floor(seed=35, carriers=12, rovers=3, targets=50, rooms=45, recover=True, scattered=True),
+        Floor(seed=36, carriers=34, rovers=3, targets=150, rooms=135, recover=True, scattered=True),
+    ),
+    "homes": (
+        Floor(seed=41, carriers=1, rovers=2, targets=5, rooms=2, recover=True, homes=True, roaming=True),
+        Floor(seed=42, carriers=2, rovers=2, targets=8, rooms=4, recover=True, homes=True),
+        Floor(seed=43, carriers=4, rovers=3, targets=16, rooms=6, recover=True, homes=True, roaming=True),
+        Floor(seed=144, carriers=6, rovers=3, targets=20, rooms=12, recover=True, homes=True, scattered=True),
+    ),
+    "in-flight": (
+        Floor(seed=51, carriers=2, rovers=2, targets=8, rooms=5, in_flight=True),
+        Floor(seed=52, carriers=3, rovers=2, targets=12, rooms=7, in_flight=True, recover=True),
+        Floor(seed=53, carriers=6, rovers=3, targets=20, rooms=10, in_flight=True, recover=True, scattered=True),
+    ),
+}
+"""The drawn instances of the suite by family."""
+
+MOMENTS = {
+    "mission-lobby-1x2-5": (1, 3),
+    "mission-rooms-1x1-11": (1, 75.024),
+    "mission-office-2x2-8": (1, 134.686),
+    "mission-office-2x2-17": (1, 220.336),  # and all rovers aboard at the end
+    "mission-maze-2x2-16": (2, 111.368),
+    "mission-cave-2x2-42": (1, 112.434),
+    "mission-random-3x2-30": (1, 58.843),
+    "mission-rooms-4x3-20": (1, 40.864),
+    "mission-office-6x3-18": (1, 49.993),
+    "mission-cave-6x3-21": (1, 68.273),  # and all rovers aboard at the end
+    "mission-office-6x3-0": (1, 168.363),
+}
+"""Seed and time (s) of the moments of missions with the greedy planner and 8 steps that are the other instances."""
