@@ -25,18 +25,17 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
+from importlib.resources import files
 from threading import Thread
 
-import numpy as np
-
 from marsupial import native
-from marsupial.arrays import Ints
 from marsupial.codecache import is_lasting
+from marsupial.formats.situation import situation_from_json
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
 from marsupial.model import Budget, Decider, Engine, ObjectiveName, Role, Scenario
 from marsupial.model.planning import NO_PLANNER
-from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
+from marsupial.model.situation import Situation
 from marsupial.planning.engines import PRELOAD, PROCESSES, engine
 from marsupial.planning.external.commands import PREFIX
 from marsupial.processes.launcher import warm_up
@@ -49,9 +48,6 @@ FALLBACK = "greedy"
 STAND_IN = "heuristic"  # the strategy that is tried in place of another package's
 
 SMALL_MAP = "lobby"
-
-# Sizes of the situation that planners are tried on; each carrier has a rover aboard.
-CARRIERS, TARGETS, MEETINGS = 2, 4, 3
 
 ONE_STEP = Budget(steps=1)
 
@@ -145,29 +141,4 @@ def trial_situation() -> Situation:
     """Return a situation with all kinds of actions: undock, explore, dock, drive home."""
     # It is about the smallest whose optimal plan takes a search to prove: a smaller one would end before the search's
     # code is called.
-    crews, kind = range(1, CARRIERS + 1), frozenset({"rover"})
-    carriers = (RobotState(name=f"carrier{i}", type="carrier", place=f"start{i}", home=f"home{i}") for i in crews)
-    rovers = (RobotState(name=f"rover{i}", type="rover", carrier=f"carrier{i}") for i in crews)
-    times = _travel_ms(2 * CARRIERS + TARGETS + MEETINGS)
-    return Situation(
-        types=(
-            PlanningType(name="carrier", role=Role.CARRIER, capacity=1),
-            PlanningType(name="rover", role=Role.ROVER, dock_ms=1000, undock_ms=1000),
-        ),
-        robots=(*carriers, *rovers),
-        targets=tuple(TargetInfo(name=f"target{i}", explorers=kind) for i in range(1, TARGETS + 1)),
-        meetings=tuple(f"meeting{i}" for i in range(1, MEETINGS + 1)),
-        homes=tuple(f"home{i}" for i in crews),
-        travel_ms={"carrier": times, "rover": times},
-        goal=SituationGoal(recover_rovers=True, return_home=True),
-    )
-
-
-def _travel_ms(places: int) -> Ints:
-    """Return random times (places, places) that satisfy the triangle inequality."""
-    drawn = np.random.default_rng(2).integers(1, 9, (places, places)) * 1000
-    times = np.minimum(drawn, drawn.T)
-    np.fill_diagonal(times, 0)
-    for via in range(places):
-        times = np.minimum(times, times[:, [via]] + times[[via]])
-    return times
+    return situation_from_json((files("marsupial.library") / "trial.json").read_text(encoding="utf-8"))

@@ -14,7 +14,7 @@ from pathlib import Path
 from marsupial.codecache import PRECOMPILED, precompile_into, processor_environment
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.choices import DEFAULT_PLANNER
-from marsupial.library.first_use import CARRIERS, ONE_STEP, SMALL_MAP, try_mission, try_planner
+from marsupial.library.first_use import ONE_STEP, SMALL_MAP, try_mission, try_planner
 from marsupial.library.missions import simulate
 from marsupial.library.recording import LogFile
 from marsupial.model.robots import Routes
@@ -51,7 +51,7 @@ def compile_here(job: int, folder: Path) -> None:
         strategies: tuple[str, ...] = ("temporal", CLAIRVOYANT)
     else:
         # Routes of least energy, and a log: no other trial compiles these.
-        scenario = with_routes(builtin_scenario(SMALL_MAP, CARRIERS, 1), Routes.ENERGY)
+        scenario = with_routes(builtin_scenario(SMALL_MAP, carriers=2, rovers=1), Routes.ENERGY)
         with tempfile.TemporaryDirectory(prefix="marsupial-") as logs, LogFile(Path(logs, "log.jsonl")) as log:
             simulate(scenario, strategy="heuristic", planner=DEFAULT_PLANNER, budget=ONE_STEP, seed=1, observer=log)
         try_planner("exact")
