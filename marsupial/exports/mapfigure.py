@@ -1,7 +1,7 @@
 """How a map is interpreted, as a figure: who can stand where, unknown ground, leaks, islands, starts.
 
-Names of starts stand beside their mark, clear of other marks and names, and off walls if possible. If there is no room
-beside a mark, its name stands farther off at the end of a line:
+Names of starts stand beside their mark, clear of other marks and names. If there is no room beside a mark, its name
+stands farther off at the end of a line:
 
 ::
 
@@ -18,7 +18,8 @@ an optimal layout would look no better.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import Any, NamedTuple
@@ -40,6 +41,7 @@ from marsupial.model.grid import Cell, CellArray, Grid
 from marsupial.replay.palette import LIGHT
 
 WIDTH_IN, LEGEND_IN, DPI = 10.0, 3.3, 150.0
+WARNING_WIDTH = 118  # characters of a warning that fit the width
 TICKS_IN = 0.65  # width left of the map for the labels of ticks
 
 # Most pixels of the map's longer side: more would be finer than the figure, and make an SVG of megabytes.
@@ -57,10 +59,7 @@ RING_PT, RINGS = 16.0, 6  # distance between rings of places, and their number
 SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 CORNERS = tuple(product((1, -1), (1, -1)))
 
-# Cost of hiding something or leaving the map, and of standing on walls alone; one ring farther off costs 1.
-BLOCKED, ON_WALLS = 100.0, 3.0
-
-Share = Callable[[Bbox], float]  # returns the share of walls, 0 to 1, below a box in the figure (pixels)
+BLOCKED = 100.0  # cost of hiding something or leaving the map; one ring farther off costs 1
 
 KINDS = ("png", "svg", "pdf")
 
@@ -83,7 +82,8 @@ def map_figure(
         raise UsageError(f"can't write .{kind}; there are {', '.join('.' + name for name in KINDS)}")
     wide_in = WIDTH_IN - LEGEND_IN - TICKS_IN + 0.2
     high_in = min(12.0, max(3.2, wide_in * grid.height / grid.width))
-    below_in = 0.25 * sum(len(wrapped(text)) for text in warnings)
+    warned = [line for text in warnings for line in _wrapped(text)]
+    below_in = 0.25 * len(warned)
     whole_in = high_in + 0.9 + below_in
     figure = Figure(figsize=(WIDTH_IN, whole_in), dpi=DPI, facecolor=LIGHT.page)
     FigureCanvasAgg(figure)
@@ -96,22 +96,17 @@ def map_figure(
     if is_rotated:
         turn = f"the map is turned by {math.degrees(grid.origin_m[2]):.3g}° in the map frame"
         axes.set_xlabel(f"metres from the lower left corner: {turn}", fontsize=8, color=LIGHT.dim)
-    _draw_starts(axes, on_axes, classes, starts)
+    _draw_starts(axes, on_axes, starts)
     figure.text(0.2 / WIDTH_IN, 1 - 0.14 / whole_in, title, fontsize=13, fontweight="bold", color=LIGHT.ink, va="top")
     _add_legend(figure, grid, classes, start_text if starts else "", top=1 - 0.5 / whole_in)
-    for row, line in enumerate(line for text in warnings for line in wrapped(text)):
+    for row, line in enumerate(warned):
         y = (below_in - 0.25 * row) / whole_in
         figure.text(0.2 / WIDTH_IN, y, line, fontsize=9, color=LOOKS[MapClass.LEAK].colour, va="top")
     return figure_file(figure, kind)
 
 
-def wrapped(text: str) -> list[str]:
-    lines = [""]
-    for word in f"! {text}".split():
-        if len(lines[-1]) + len(word) > 118:  # this many fit the figure
-            lines.append("  ")
-        lines[-1] += f"{word} "
-    return lines
+def _wrapped(text: str) -> list[str]:
+    return textwrap.wrap(f"! {text}", WARNING_WIDTH, subsequent_indent="  ", break_long_words=False)
 
 
 def _draw_map(axes: Axes, on_axes: Grid, classes: CellArray) -> None:
@@ -134,20 +129,11 @@ def _draw_map(axes: Axes, on_axes: Grid, classes: CellArray) -> None:
     axes.spines[:].set_color(LIGHT.dim)
 
 
-def _draw_starts(axes: Axes, on_axes: Grid, classes: CellArray, starts: Mapping[str, Cell]) -> None:
+def _draw_starts(axes: Axes, on_axes: Grid, starts: Mapping[str, Cell]) -> None:
     marks = {name: on_axes.centre_m(cell) for name, cell in starts.items()}
     for x, y in marks.values():
         axes.plot(x, y, "*", markersize=13, color=LIGHT.frontier, markeredgecolor=LIGHT.ink, markeredgewidth=1.0)
-    name_marks(axes, marks, lambda box: _walled(axes, classes, box))
-
-
-def _walled(axes: Axes, classes: CellArray, box: Bbox) -> float:
-    """Return the share of walls, 0 to 1, below a box in the figure (pixels)."""
-    height, width = classes.shape
-    low, high = axes.transAxes.inverted().transform(box.get_points()) * (width, height)
-    left, bottom = np.maximum(low, 0).astype(int)
-    under = classes[bottom : max(0, math.ceil(high[1])), left : max(0, math.ceil(high[0]))]
-    return float(np.mean(under == MapClass.WALL)) if under.size else 0.0
+    name_marks(axes, marks)
 
 
 def _add_legend(figure: Figure, grid: Grid, classes: CellArray, start_text: str, *, top: float) -> None:
@@ -175,7 +161,7 @@ class NamedPlace(NamedTuple):
     ring: int
 
 
-def name_marks(axes: Axes, marks: Mapping[str, tuple[float, float]], walls: Share) -> None:
+def name_marks(axes: Axes, marks: Mapping[str, tuple[float, float]]) -> None:
     """Write the names of `marks` (in data coordinates) beside them; the figure must have its canvas."""
     axes.apply_aspect()  # matplotlib places axes when it draws; `transData` is wrong before that
     scale = axes.figure.dpi / 72
@@ -187,7 +173,7 @@ def name_marks(axes: Axes, marks: Mapping[str, tuple[float, float]], walls: Shar
         text = axes.annotate(name, at, (0, 0), textcoords="offset points", zorder=6, **style)
         size = text.get_window_extent()
         clear = [Bbox([spot, spot]).padded(CLEAR_PT * scale) for other, spot in spots.items() if other != name]
-        found = best_place(spots[name], (size.width, size.height), scale, [*taken, *clear], axes.bbox, walls)
+        found = best_place(spots[name], (size.width, size.height), scale, [*taken, *clear], axes.bbox)
         text.set_position((found.dx, found.dy))
         taken.append(_box(spots[name], (size.width, size.height), found, scale))
         if found.ring:
@@ -201,7 +187,6 @@ def best_place(
     scale: float,
     taken: Sequence[Bbox],
     inside: Bbox,
-    walls: Share,
 ) -> NamedPlace:
     """Return the place of least cost for a name of this size (pixels) whose mark is at `spot`.
 
@@ -212,7 +197,7 @@ def best_place(
         box = _box(spot, size, place, scale)
         hidden = sum(Bbox.intersection(box, other) is not None for other in taken)
         outside = not (inside.x0 <= box.x0 and box.x1 <= inside.x1 and inside.y0 <= box.y0 and box.y1 <= inside.y1)
-        return BLOCKED * (hidden + outside) + place.ring + ON_WALLS * walls(box)
+        return BLOCKED * (hidden + outside) + place.ring
 
     return min(_places(size[0] / scale, size[1] / scale), key=cost)
 

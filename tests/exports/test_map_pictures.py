@@ -105,26 +105,21 @@ def test_axes_count_in_metres_of_the_map_frame() -> None:
     assert {"-10 m", "507 m"} <= set(texts)
 
 
-def no_walls(_: Bbox) -> float:
-    return 0.0
-
-
 ROOMY = Bbox.from_extents(0, 0, 1000, 1000)
 
 
-def test_names_stand_beside_their_marks_clear_of_others_and_of_walls() -> None:
+def test_names_stand_beside_their_marks_clear_of_others() -> None:
     size, spot = (50.0, 12.0), (500.0, 500.0)
-    alone = best_place(spot, size, 1.0, [], ROOMY, no_walls)
+    alone = best_place(spot, size, 1.0, [], ROOMY)
     assert (alone.dx > 25, alone.dy, alone.ring) == (True, 0, 0)
     beside = Bbox.from_extents(510, 490, 540, 510)
-    assert best_place(spot, size, 1.0, [beside], ROOMY, no_walls).dx < -25
-    assert best_place(spot, size, 1.0, [], ROOMY, lambda box: float(box.x0 > 500)).dx < -25
-    assert best_place((990.0, 500.0), size, 1.0, [], ROOMY, no_walls).dx < -25
+    assert best_place(spot, size, 1.0, [beside], ROOMY).dx < -25
+    assert best_place((990.0, 500.0), size, 1.0, [], ROOMY).dx < -25
 
 
 def test_names_without_room_beside_their_marks_stand_farther_off() -> None:
     crowd = Bbox.from_extents(480, 480, 520, 520)
-    assert best_place((500.0, 500.0), (50.0, 12.0), 1.0, [crowd], ROOMY, no_walls).ring > 0
+    assert best_place((500.0, 500.0), (50.0, 12.0), 1.0, [crowd], ROOMY).ring > 0
 
 
 def test_small_maps_are_letters_cell_by_cell_where_there_are_no_blocks() -> None:
