@@ -25,7 +25,6 @@ class Generator:
     # and the `options` by keyword
     carve: Callable[..., None]
     least_m: tuple[float, float]  # smallest width and height that it can fill
-    summary: str
     # further parameters, numbers from 0 on, with their defaults
     options: Mapping[str, float] = field(default_factory=dict)
     most: Mapping[str, float] = field(default_factory=dict)  # highest value of each option
@@ -41,12 +40,10 @@ class Generator:
 
 
 GENERATORS: dict[str, Generator] = {
-    "office": Generator(office, (30, 24), "two corridors and rooms on both sides, half of them for rovers only"),
-    "maze": Generator(maze, (24, 24), "a maze around a centre for rovers only with several openings"),
-    "rooms": Generator(rooms, (12, 12), "rooms without corridors, some behind narrow doors"),
-    "random": Generator(
-        random_obstacles, (6, 6), "open ground with random boxes", {"share": DEFAULT_SHARE}, {"share": MOST_SHARE}
-    ),
-    "cave": Generator(cave, (15, 15), "winding halls with patches of rough ground"),
-    "lobby": Generator(lobby, (8, 9), "one hall with a few rooms"),
+    "office": Generator(office, (30, 24)),
+    "maze": Generator(maze, (24, 24)),
+    "rooms": Generator(rooms, (12, 12)),
+    "random": Generator(random_obstacles, (6, 6), {"share": DEFAULT_SHARE}, {"share": MOST_SHARE}),
+    "cave": Generator(cave, (15, 15)),
+    "lobby": Generator(lobby, (8, 9)),
 }

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 from marsupial.errors import Problem, ScenarioError
 from marsupial.generators import GENERATORS
-from marsupial.generators.footprint import FOOTPRINT_MAPS
+from marsupial.generators.footprint import FOOTPRINT_MAPS, footprint_map
 from marsupial.model import FLOOR, ROUGH, Goal, Grid, RobotType, Scenario, TeamMember
 from marsupial.model.bounds import BOUNDS, team_fault
 from marsupial.model.robots import default_types, uniform_team
@@ -83,7 +83,7 @@ def builtin_scenario(name: str, carriers: int = DEFAULT_CARRIERS, rovers: int = 
     check_team_size(carriers, rovers)
     kind, seed = _drawn(name) or (name, SCENARIOS[name].seed)
     if kind in FOOTPRINT_MAPS:
-        return bare_map_scenario(name, FOOTPRINT_MAPS[kind].grid(seed), carriers, rovers)
+        return bare_map_scenario(name, footprint_map(kind, seed), carriers, rovers)
     entry = SCENARIOS[kind]
     size = {"width_m": entry.width_m, "height_m": entry.height_m, "resolution_m": RESOLUTION_M}
     grid = GENERATORS[kind].make(**size, seed=seed, **entry.options)

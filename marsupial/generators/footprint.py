@@ -10,7 +10,6 @@ Every kind has one size and is drawn by a seed. Rooms have a wide door (`canvas.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from marsupial.generators.canvas import (
     close_border,
     door_cells,
     fill_pockets,
+    solid,
 )
 from marsupial.generators.natural import cave
 from marsupial.generators.rooms import building, rooms
@@ -160,27 +160,23 @@ def _between_floor(cells: CellArray, wall: int, length: int) -> Iterator[Box]:
                 yield Box(*box[2:], *box[:2]) if upright else Box(*box)
 
 
-@dataclass(frozen=True, slots=True)
-class FootprintMap:
-    """A kind of map: its size in metres, and the function that carves it out of solid cells."""
+Carve = Callable[[CellArray, np.random.Generator, CanvasSize], None]
 
-    carve: Callable[[CellArray, np.random.Generator, CanvasSize], None]
-    width_m: float
-    height_m: float
-
-    def grid(self, seed: int) -> Grid:
-        size = CanvasSize(self.width_m, self.height_m, RESOLUTION_M)
-        cells = np.full((round(self.height_m / RESOLUTION_M), round(self.width_m / RESOLUTION_M)), OBSTACLE, np.uint8)
-        self.carve(cells, np.random.default_rng(seed), size)
-        return Grid(cells=cells, resolution_m=RESOLUTION_M)
-
-
-FOOTPRINT_MAPS: Mapping[str, FootprintMap] = {
-    "partition": FootprintMap(rooms, 36.0, 28.0),
-    "turned": FootprintMap(turned, 36.0, 28.0),
-    "comb": FootprintMap(comb, 40.0, 18.0),
-    "cavern": FootprintMap(cavern, 32.0, 26.0),
-    "halls": FootprintMap(halls, 36.0, 28.0),
-    "spiral": FootprintMap(spiral, 28.0, 22.0),
-    "grid": FootprintMap(grid, 35.5, 36.75),
+FOOTPRINT_MAPS: Mapping[str, tuple[Carve, float, float]] = {
+    "partition": (rooms, 36.0, 28.0),
+    "turned": (turned, 36.0, 28.0),
+    "comb": (comb, 40.0, 18.0),
+    "cavern": (cavern, 32.0, 26.0),
+    "halls": (halls, 36.0, 28.0),
+    "spiral": (spiral, 28.0, 22.0),
+    "grid": (grid, 35.5, 36.75),
 }
+"""Each kind of map: the function that carves it out of solid cells, its width and its height in metres."""
+
+
+def footprint_map(kind: str, seed: int) -> Grid:
+    carver, width_m, height_m = FOOTPRINT_MAPS[kind]
+    size = CanvasSize(width_m, height_m, RESOLUTION_M)
+    cells = solid(size, seed, (0.0, 0.0))
+    carver(cells, np.random.default_rng(seed), size)
+    return Grid(cells=cells, resolution_m=RESOLUTION_M)

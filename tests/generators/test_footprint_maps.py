@@ -4,7 +4,7 @@ import pytest
 from marsupial.bench.suite.maps import PROOF, SUITES, TUNING
 from marsupial.errors import ScenarioError
 from marsupial.generators.builtin import builtin_scenario, is_builtin
-from marsupial.generators.footprint import FOOTPRINT_MAPS
+from marsupial.generators.footprint import FOOTPRINT_MAPS, footprint_map
 from marsupial.maps.reach import largest_reach
 from marsupial.model.grid import FLOOR, OBSTACLE
 from marsupial.model.robots import default_types
@@ -17,7 +17,7 @@ every_kind = pytest.mark.parametrize("kind", FOOTPRINT_MAPS)
 
 @every_kind
 def test_the_same_seed_draws_the_same_closed_map_and_another_seed_another(kind: str) -> None:
-    drawn = [FOOTPRINT_MAPS[kind].grid(seed).cells for seed in (1, 1, 2)]
+    drawn = [footprint_map(kind, seed).cells for seed in (1, 1, 2)]
     assert (drawn[0] == drawn[1]).all()
     assert (drawn[0] != drawn[2]).any()
     for edge in (drawn[0][0], drawn[0][-1], drawn[0][:, 0], drawn[0][:, -1]):
@@ -27,7 +27,7 @@ def test_the_same_seed_draws_the_same_closed_map_and_another_seed_another(kind: 
 @every_kind
 @pytest.mark.parametrize("seed", SEEDS)
 def test_rovers_reach_all_of_it_and_carriers_not_but_all_is_floor(kind: str, seed: int) -> None:
-    grid = FOOTPRINT_MAPS[kind].grid(seed)
+    grid = footprint_map(kind, seed)
     free = grid.cells != OBSTACLE
     assert (grid.cells[free] == FLOOR).all()
     carriers, rovers = (largest_reach(grid, each) for each in (CARRIER, ROVER))
@@ -37,7 +37,7 @@ def test_rovers_reach_all_of_it_and_carriers_not_but_all_is_floor(kind: str, see
 
 def test_a_drawn_map_is_a_scenario_by_its_kind_and_seed() -> None:
     comb = builtin_scenario("comb-7", 2, 2)
-    assert (comb.grid.cells == FOOTPRINT_MAPS["comb"].grid(7).cells).all()
+    assert (comb.grid.cells == footprint_map("comb", 7).cells).all()
     assert comb.robot_types == default_types(2)
     fixed, other = builtin_scenario("office"), builtin_scenario("office-7")
     assert fixed.robot_types == other.robot_types
