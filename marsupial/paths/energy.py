@@ -97,10 +97,8 @@ class EnergySearch:
     def field(self, source: Cell, heading: int | None = None) -> Floats:
         """Return the least energy of driving to each cell (height, width), inf for none; exact to one part in 10^9."""
         self._search(source, None, heading)
-        energies = np.full(self._frame.size, np.inf)
-        kernels.least_of_all(self._work, energies)
-        energies *= self.motion.distance
-        return self._frame.inside(energies)
+        everywhere = np.arange(self._frame.size, dtype=np.uint32)
+        return self._frame.inside(self.motion.distance * self._least(everywhere))
 
     def costs(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
         """Return the least energy of driving from `source` to each wanted cell; inf where there is no route."""

@@ -162,13 +162,6 @@ def least(work: EnergyBuffers, cells: Cells, energies: Floats) -> None:
         energies[k] = _least(work.cost, cells[k])
 
 
-@native
-def least_of_all(work: EnergyBuffers, energies: Floats) -> None:
-    """Write the energies of all cells that the last search reached."""
-    for k in range(work.ends[BUCKETS]):
-        energies[work.touched[k]] = _least(work.cost, work.touched[k])
-
-
 @inlined
 def _arrived(work: EnergyBuffers, cell: np.uint64) -> int:
     """Return the heading of arrival at a cell at its least energy; `SOURCE` at the source."""
