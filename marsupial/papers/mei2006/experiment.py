@@ -13,17 +13,18 @@ from marsupial.bench.compare.figures import COLOURS, INK, Figure, as_figure, cov
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
+from marsupial.exports.trails import drives as drives_of
+from marsupial.exports.trails import trail
 from marsupial.generators.builtin import explorers
 from marsupial.generators.canvas import close_border
 from marsupial.generators.papers import SIDE, WALLED, scattered
 from marsupial.library.missions import simulate
+from marsupial.library.recording import Recorder
 from marsupial.maps.reach import largest_reach
-from marsupial.mission.observer import Observer
+from marsupial.mission.playback import Playback
 from marsupial.model import FLOOR, OBSTACLE, Budget, Cell, EnergyModel, Grid, RobotType, Role, Routes, Scenario
-from marsupial.model.mission import DriveEnded, DriveStarted, MissionEvent
 from marsupial.papers.mei2006 import paths
 from marsupial.papers.mei2006.paths import PRINTED_LONGER, PRINTED_SAVED, path_table
-from marsupial.paths.routes import route_of
 
 NAME, CORNER = "mei", "mei-corner"
 SEED, ONE_STEP = 1, Budget(steps=1)
@@ -161,20 +162,6 @@ def _corner_figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
     yield from _figures(outcome)
 
 
-class _Trail(Observer):
-    """Collects the cells that a robot drives to, without the unfinished part of a drive."""
-
-    def __init__(self) -> None:
-        self.cells: list[Cell] = []
-        self._drive: tuple[Cell, ...] = ()
-
-    def event(self, event: MissionEvent) -> None:
-        if isinstance(event, DriveStarted):
-            self._drive = route_of(event.cell, event.steps)
-        elif isinstance(event, DriveEnded) and event.cell in self._drive:
-            self.cells += self._drive[: self._drive.index(event.cell) + 1]
-
-
 def routes_figure(scenario: Scenario, contenders: Sequence[Contender], *, name: str, about: str) -> Figure:
     """Return the routes of contenders without a planner, from a random start."""
     from matplotlib.figure import Figure as Drawing
@@ -182,18 +169,20 @@ def routes_figure(scenario: Scenario, contenders: Sequence[Contender], *, name: 
     drawing = Drawing(figsize=(3.4 * len(contenders), 3.7), layout="constrained")
     walls = np.where(scenario.grid.cells == OBSTACLE, 1.0, np.nan)
     for panel, contender in zip(drawing.subplots(1, len(contenders), squeeze=False)[0], contenders, strict=True):
-        trail = _Trail()
+        recorder = Recorder()
         summary = simulate(
             scenario,
             strategy=contender.strategy,
             planner=contender.planner,
             budget=ONE_STEP,
             seed=SEED,
-            observer=trail,
+            observer=recorder,
         )
         panel.imshow(walls, origin="lower", cmap="gray", vmin=0, vmax=2.5, interpolation="nearest")
-        panel.plot(*np.array(trail.cells).T, color=COLOURS[0], linewidth=0.9)
-        panel.plot(*trail.cells[0], "o", color=COLOURS[1], markersize=5)
+        played = Playback(recorder.events)
+        (drives,) = drives_of(played).values()
+        panel.plot(*trail(drives, played.end_ms).T, color=COLOURS[0], linewidth=0.9)
+        panel.plot(*drives[0].cells[0], "o", color=COLOURS[1], markersize=5)
         panel.set_title(f"{contender}: {summary.distance_m:.0f} m, {summary.energy_j:.0f} J", fontsize=9, color=INK)
         panel.set_axis_off()
     title = f"Routes: {about}"
