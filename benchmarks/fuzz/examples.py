@@ -12,9 +12,9 @@ from importlib.resources import files
 from pathlib import Path
 
 import marsupial
+from benchmarks.scenario_files import scenario_text
 from marsupial.bench.compare.folder import FILES
 from marsupial.formats.pddl.read import read_problem
-from marsupial.formats.scenario import scenario_text
 from marsupial.formats.situation import situation_to_json
 from marsupial.formats.strips import text_of
 from marsupial.generators.builtin import builtin_scenario

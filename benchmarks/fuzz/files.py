@@ -11,6 +11,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 from benchmarks.fuzz.examples import ROOT, deploy
+from benchmarks.scenario_files import scenario_text
 from marsupial.bench.compare.folder import FILES, read_curves, read_rows, read_timings
 from marsupial.bench.compare.plan import parse_header
 from marsupial.bench.suite.best import read_best, write_best
@@ -25,7 +26,7 @@ from marsupial.formats.missionlog import parse_log
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
 from marsupial.formats.pddl.read import read_problem
 from marsupial.formats.pddl.text import check_domain, problem_text
-from marsupial.formats.scenario import is_scenario_file, read_scenario, scenario_text
+from marsupial.formats.scenario import is_scenario_file, read_scenario
 from marsupial.formats.situation import situation_from_json, situation_to_json
 from marsupial.formats.strips import runs_in, text_of
 from marsupial.generators import canvas

@@ -13,10 +13,10 @@ import psutil
 import pytest
 from patience import HANG_S
 
+from benchmarks.scenario_files import write_scenario
 from marsupial.cli.main import main
 from marsupial.cli.work.compare_arguments import cases_of
 from marsupial.formats.missionlog import read_log
-from marsupial.formats.scenario.write import write_scenario
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status
 

@@ -3,9 +3,9 @@ from pathlib import Path
 import pytest
 import yaml
 
+from benchmarks.scenario_files import write_scenario
 from marsupial.cli.main import main
 from marsupial.errors import MapError, ScenarioError
-from marsupial.formats.scenario import write_scenario
 from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.library.scenarios import load_scenario
 from marsupial.maps.describe import describe

@@ -1,7 +1,6 @@
 """Scenario files: what is read, that writing loses nothing, and other teams for a scenario."""
 
 import json
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,8 +9,9 @@ import pytest
 from PIL import Image
 from yard import GOOD, changed, stored
 
+from benchmarks.scenario_files import write_scenario
 from marsupial.errors import ScenarioError
-from marsupial.formats.scenario import is_scenario_file, read_scenario, scenario_text, with_team, write_scenario
+from marsupial.formats.scenario import is_scenario_file, read_scenario, with_team
 from marsupial.generators import GENERATORS
 from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, Grid, Terrain
@@ -181,33 +181,6 @@ def test_everything_a_scenario_can_hold_survives_writing_and_reading(tmp_path: P
     )
     write_scenario(scenario, tmp_path / "a.yaml")
     assert_same(read_scenario(tmp_path / "a.yaml"), scenario)
-
-
-def test_what_was_written_reads_well() -> None:
-    text = scenario_text(builtin_scenario("lobby"))
-    assert "team:\n  carriers: 2\n  rovers_per_carrier: 2\n" in text
-    assert "  terrains: [floor]\n" in text
-    assert text.count("\n  - '#") == 44
-
-
-def test_a_failed_write_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "a.yaml"
-    path.write_text("before", encoding="utf-8")
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(ScenarioError, match=r"can't be written \(No space left on device\)"):
-        write_scenario(builtin_scenario("lobby"), path)
-    assert path.read_text(encoding="utf-8") == "before"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_terrain_without_a_name_can_not_be_written() -> None:
-    grid = Grid(cells=np.full((2, 2), 9, dtype=np.uint8), resolution_m=1.0)
-    with pytest.raises(ScenarioError, match="terrain code 9 of the map has no name"):
-        scenario_text(bare_map_scenario("x", grid))
 
 
 # --- which file is which, and other teams ---------------------------------------------------------------------------
