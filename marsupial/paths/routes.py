@@ -56,19 +56,14 @@ def route_length(route: Sequence[Cell], diagonal: float = SQRT2) -> float:
     return float(_lengths(route, diagonal)[-1])
 
 
-def travel_ms(length_cells: float, resolution_m: float, speed_mps: float) -> int:
-    """Return the time in ms to drive a finite length at constant speed."""
-    return int(_times(np.float64(length_cells), resolution_m, speed_mps))
-
-
 def travel_table_ms(lengths: npt.NDArray[np.float64], resolution_m: float, speed_mps: float) -> Times:
-    """Return `travel_ms` of every length, int64 of the same shape, and `UNREACHABLE` where the length is inf."""
+    """Return the time in ms to drive each length at constant speed, int64, and `UNREACHABLE` where it is inf."""
     reached = np.isfinite(lengths)
     return np.where(reached, _times(np.where(reached, lengths, 0.0), resolution_m, speed_mps), UNREACHABLE)
 
 
 def passing_times_ms(route: Sequence[Cell], resolution_m: float, speed_mps: float, diagonal: float = SQRT2) -> Times:
-    """Return when the centre of each cell of `route` is passed, in ms after departure: `travel_ms` of the way."""
+    """Return when the centre of each cell of `route` is passed, in ms after departure."""
     return _times(_lengths(route, diagonal), resolution_m, speed_mps)
 
 

@@ -4,9 +4,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from marsupial.model import UNREACHABLE, Cell
-from marsupial.paths.routes import passing_times_ms, route_length, route_of, steps_of, travel_ms, travel_table_ms
+from marsupial.paths.routes import passing_times_ms, route_length, route_of, steps_of, travel_table_ms
 
 STEP_TEXTS = st.text("01234567", max_size=60)
+
+
+def travel_ms(length_cells: float, resolution_m: float, speed_mps: float) -> int:
+    return int(travel_table_ms(np.array([length_cells]), resolution_m, speed_mps)[0])
 
 
 def test_digits_count_counter_clockwise_from_east():

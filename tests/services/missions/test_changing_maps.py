@@ -16,6 +16,7 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.maps.footprint import fits
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray
+from marsupial.model.mission import MissionEnded
 from marsupial.model.runs import Runs, known_runs
 from marsupial_service.missions.frames import MissionFrame, embedded
 from marsupial_service.missions.state import MissionState
@@ -248,7 +249,7 @@ def test_whatever_the_map_does_nobody_drives_into_an_obstacle_and_the_log_goes_o
     inputs, batches = fly(team)
     lines = [event.data for batch in batches for event in batch.events if event.type is EventType.LOG]
     log = parse_log("".join(f"{line}\n" for line in lines).encode())
-    assert log.ended is not None
+    assert isinstance(log.events[-1], MissionEnded)
     told = {json.loads(line)["event"] for line in lines}
     assert {"change", "frame", "drive", "plan"} <= told
     assert np.array_equal(Playback(log.events).cells_at(log.events[-1].t_ms), told_map(team, inputs))

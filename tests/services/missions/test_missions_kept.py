@@ -85,7 +85,7 @@ async def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: 
         async for _event in followed(missions, record.id):
             pass
         log = parse_log((await missions.log(record)).encode())
-    assert (log.ended.status, log.ended.coverage, log.ended.t_ms) == (Status.COMPLETE, 1.0, 0)
+    assert (log.events[-1].status, log.events[-1].coverage, log.events[-1].t_ms) == (Status.COMPLETE, 1.0, 0)
 
 
 async def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(place: str) -> None:

@@ -17,6 +17,7 @@ from marsupial.errors import InputError
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import UNKNOWN, Cell
+from marsupial.model.mission import MissionEnded
 from marsupial.model.runs import known_runs
 from marsupial_service.missions.state import MissionState, ReportConflict
 from marsupial_service.missions.values import (
@@ -166,5 +167,5 @@ def test_a_mission_survives_whatever_the_ledger_lets_pass_and_can_be_gone_throug
             inputs.append(fuzz.next(batches[-1]) if len(batches) < 400 else Control.CANCEL)
             batches.append(hosted.batch(PendingInput(input=inputs[-1])))
     lines = [event.data for batch in batches for event in batch.events if event.type is EventType.LOG]
-    assert parse_log("".join(f"{line}\n" for line in lines).encode()).ended is not None
+    assert isinstance(parse_log("".join(f"{line}\n" for line in lines).encode()).events[-1], MissionEnded)
     assert again(brief, inputs, batches) == batches

@@ -5,11 +5,13 @@ from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
+from marsupial_service.schemas.words import EventType
 from mission_house import team
 from servers import Server
 from talk import frames
 
 from marsupial.formats.missionlog import parse_log
+from marsupial.model.mission import MissionEnded
 from marsupial_service.http.openapi import stored_text
 from marsupial_service.schemas.enums import EventType
 
@@ -123,7 +125,7 @@ def test_every_event_that_is_sent_is_as_its_schema_says(server: Server, mission:
             if "frame" in report:
                 server.ask("POST", f"{mission}/cancel")
     assert seen == set(EventType) - {EventType.QUOTA}  # which only keys have
-    assert parse_log("".join(f"{line}\n" for line in lines).encode()).ended is not None
+    assert isinstance(parse_log("".join(f"{line}\n" for line in lines).encode()).events[-1], MissionEnded)
 
 
 def test_the_page_of_documents_needs_nothing_from_elsewhere(server: Server) -> None:
