@@ -263,10 +263,9 @@ def _read_speed(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> 
     file = fields.text("file")
     steps = fields.part("terrains")
     percents = {}
-    for name in steps.data:
-        percent = steps.number(name, None, PERCENT)
-        if (code := _code(steps, str(name), str(name), terrains)) is not None:
-            percents[code] = percent
+    for name in map(str, steps.data):  # YAML's keys may be numbers
+        if (code := _code(steps, name, name, terrains)) is not None:
+            percents[code] = steps.number(name, None, PERCENT)
     base, multiplier = fields.number("base", BASE), fields.number("multiplier", MULTIPLIER)
     fields.finish()
     occupancy = _mask(fields, folder, file)

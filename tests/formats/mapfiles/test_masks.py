@@ -104,7 +104,7 @@ def test_a_scenario_has_masks_beside_its_map(tmp_path: Path) -> None:
 def test_what_is_wrong_with_masks_is_named_by_field(tmp_path: Path) -> None:
     path = scenario_file(
         tmp_path,
-        "  keepout: {file: gone.yaml, terrain: keepuot, also: 1}\n  speed: {file: mask.yaml, terrains: {slow: 0}}",
+        "  keepout: {file: gone.yaml, terrain: keepuot, also: 1}\n  speed: {file: mask.yaml, terrains: {slow: 0, 4}}",
     )
     with pytest.raises(ScenarioError) as caught:
         read_scenario(path)
@@ -115,6 +115,7 @@ def test_what_is_wrong_with_masks_is_named_by_field(tmp_path: Path) -> None:
         "map.keepout.also: unknown field; the fields here are file, terrain",
         "map.keepout.file: /gone.yaml: no such file",
         "map.speed.terrains.slow: must be positive, got 0",
+        "map.speed.terrains.4: unknown terrain '4'",
     ]
 
 
