@@ -16,7 +16,8 @@ from marsupial.formats.pddl.plansteps import Reading, Step, reading_of, steps_of
 from marsupial.model import Plan, Situation
 from marsupial.wording import counted
 
-_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]{1,3})?"
+# with one way only to match digits: else the time for a line would grow with the square of their number
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]{1,3})?"
 _DURATION = rf"\[\s*(?:({_NUMBER})\s*|d:\s*({_NUMBER})\s*;[^\]]*)\](?:\s*\))?\s*"
 _LINE = re.compile(rf"({_NUMBER})\s*:\s*\(\s*([^\s()]+)((?:\s+[^\s()]+)*)\s*\)\s*(?:{_DURATION})?(?:;.*)?")
 

@@ -34,7 +34,7 @@ _PLAN_BYTES = 4 << 20  # most bytes read of one plan
 
 _LINE_BYTES = 1 << 16
 
-_STEP = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?\s*:\s*\(", re.IGNORECASE)
+_STEP = re.compile(r"\s*[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[+-]?\d+)?\s*:\s*\(", re.IGNORECASE)
 _UNSOLVABLE = re.compile(
     r"problem unsolvable(!|$)"  # POPF, OPTIC; not "unsolvable by EHC, and best-first search has been disabled"
     r"|the problem is unsolvable since at the fixpoint level"  # LPG

@@ -1,6 +1,7 @@
 """Plans as text in IPC format."""
 
 from dataclasses import replace
+from time import process_time
 
 import pytest
 from hypothesis import given, settings
@@ -13,6 +14,7 @@ from marsupial.formats.pddl.plansteps import Step, steps_of
 from marsupial.formats.pddl.plantext import read_plan, read_plan_text, write_plan_text
 from marsupial.model import Action, ActionName, Plan, Situation
 from marsupial.planning.checker import check
+from marsupial.planning.external.output import Printed
 from marsupial.planning.list_scheduling.greedy import serve
 
 MOVE = Action(name=ActionName.MOVE, start_ms=0, duration_ms=10_000, robot="c1", origin="c1_start", place="m1")
@@ -27,11 +29,8 @@ TEXT = """\
 """
 
 
-def test_a_plan_is_written_one_action_a_line() -> None:
+def test_a_plan_is_written_one_action_a_line_and_reads_back() -> None:
     assert write_plan_text(PLAN, one_room()) == TEXT
-
-
-def test_a_plan_reads_back() -> None:
     assert read_plan_text(TEXT, one_room()) == PLAN
 
 
@@ -44,9 +43,6 @@ def test_what_planners_write_is_understood() -> None:
     15.0020000 : (explore r1 rover_type m1 t1)  [ 4.0 ]\r
     """
     assert read_plan_text(text, one_room()) == PLAN
-
-
-def test_an_empty_text_is_an_empty_plan() -> None:
     assert read_plan_text("; nothing to do\n", one_room()) == Plan(actions=())
 
 
@@ -56,12 +52,9 @@ def test_times_are_rounded_to_the_nearest_millisecond() -> None:
     assert read_plan_text(text, one_room()).actions[2].duration_ms == 4_000
 
 
-def test_gaps_that_rounding_closes_are_opened_again() -> None:
+def test_gaps_that_rounding_closes_are_opened_again_but_actions_that_touch_as_written_are_left_alone() -> None:
     text = TEXT.replace("10.001:", "10.0001:").replace("15.002:", "15.0002:")
     assert read_plan_text(text, one_room()) == PLAN
-
-
-def test_actions_that_touch_as_written_are_left_alone() -> None:
     text = TEXT.replace("10.001:", "10.000:")
     assert [a.start_ms for a in read_plan_text(text, one_room()).actions] == [0, 10_000, 15_002]
 
@@ -78,13 +71,9 @@ def test_the_rest_of_a_running_action_is_part_of_the_first_drive() -> None:
     assert read_plan_text("0.5: (move c1 carrier_type c1_start m1)", situation) == Plan.of([drive])
 
 
-def test_a_start_before_the_robot_is_free_cannot_be_written() -> None:
-    early = Action(name=ActionName.MOVE, start_ms=6_999, duration_ms=10_000, robot="c1", origin="c1_start", place="m1")
+def test_a_start_before_the_robot_is_free_and_an_unknown_robot_cannot_be_written() -> None:
     with pytest.raises(InvalidPlanError, match="before c1 is free"):
-        write_plan_text(Plan.of([early]), in_flight())
-
-
-def test_an_unknown_robot_cannot_be_written() -> None:
+        write_plan_text(Plan.of([replace(MOVE, start_ms=6_999)]), in_flight())
     with pytest.raises(InvalidPlanError, match="there is no robot 'c9'"):
         write_plan_text(Plan.of([replace(MOVE, robot="c9")]), one_room())
 
@@ -120,6 +109,14 @@ def test_a_line_that_means_nothing_is_reported(line: str, message: str) -> None:
     (problem,) = caught.value.problems
     assert problem.path == "line 2"
     assert message in problem.message
+
+
+def test_the_time_for_a_line_does_not_grow_with_the_square_of_its_digits() -> None:
+    digits, began = "9" * 60_000, process_time()
+    assert list(Printed().feed(f"{digits}\n".encode())) == []
+    with pytest.raises(PlanTextError):
+        read_plan_text(digits, one_room())
+    assert process_time() - began < 5
 
 
 def test_every_bad_line_is_reported_in_order() -> None:
