@@ -23,7 +23,6 @@ lines about a map that changes or grows say version 3. The format for other prog
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
-from enum import StrEnum
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, get_args, get_origin, get_type_hints
@@ -283,6 +282,8 @@ def _below(path: str, name: str) -> str:
 
 def _read(hint: Any, value: Any, path: str, problems: list[Problem]) -> Any:
     """Return `value` as the type `hint`; if it can't be, add the problems and return anything."""
+    if hint in _NAMES:
+        return _read_scalar(hint, value, path, problems)
     if get_origin(hint) is UnionType:
         (inner,) = (kind for kind in get_args(hint) if kind is not NoneType)
         return None if value is None else _read(inner, value, path, problems)
@@ -296,12 +297,10 @@ def _read(hint: Any, value: Any, path: str, problems: list[Problem]) -> Any:
         return get_origin(hint)(_read_array(items, value, path, problems))
     if is_dataclass(hint):
         return _read_object(hint, value, path, problems)  # type: ignore[arg-type]
-    if issubclass(hint, StrEnum):
-        if isinstance(value, str) and value in set(hint):
-            return hint(value)
-        problems.append(Problem(path, f"must be one of {', '.join(hint)}, got {_shown(value)}"))
-        return None
-    return _read_scalar(hint, value, path, problems)
+    if isinstance(value, str) and value in set(hint):  # a `StrEnum`
+        return hint(value)
+    problems.append(Problem(path, f"must be one of {', '.join(hint)}, got {_shown(value)}"))
+    return None
 
 
 def _read_array(hints: tuple[Any, ...], value: Any, path: str, problems: list[Problem]) -> tuple[Any, ...]:

@@ -107,7 +107,11 @@ def _check_events(text: str | bytes, aliases: bool) -> None:
     for event in yaml.parse(text, SafeLoader):
         if not aliases and (isinstance(event, yaml.AliasEvent) or getattr(event, "tag", None) is not None):
             raise YamlFault("aliases and tags are not allowed")
-        if isinstance(event, yaml.AliasEvent):
+        if isinstance(event, yaml.ScalarEvent):
+            count += 1
+            if event.anchor is not None:
+                sizes[event.anchor] = 1
+        elif isinstance(event, yaml.AliasEvent):
             if event.anchor not in sizes:
                 assert event.start_mark is not None
                 raise YamlFault(f"line {event.start_mark.line + 1}: alias *{event.anchor} names nothing before it")
@@ -120,10 +124,6 @@ def _check_events(text: str | bytes, aliases: bool) -> None:
             anchor, before = opened.pop()
             if anchor is not None:
                 sizes[anchor] = count - before
-        elif isinstance(event, yaml.ScalarEvent):
-            count += 1
-            if event.anchor is not None:
-                sizes[event.anchor] = 1
         if len(opened) > MOST_LEVELS:
             raise YamlFault(TOO_DEEP)
         if aliased > MOST_ALIASED:
@@ -150,10 +150,10 @@ def _fault(error: Exception, text: str | bytes) -> str:
 
 
 def with_lines(problems: Iterable[Problem], text: str | bytes) -> list[Problem]:
-    """Return the problems with the line of their field, or of the part that it is missing from."""
+    """Return the problems with the line of their field, or of the part that it is missing from, in a text of YAML."""
     # A text of a single line, as JSON may be, gets no line numbers.
     problems = list(problems)
-    root = compose_yaml(text) if problems else None
+    root = PlainLoader(text).get_single_node() if problems else None
     if root is None or root.start_mark.line == root.end_mark.line:
         return problems
     return [replace(problem, line=_line(root, problem.path)) for problem in problems]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from marsupial.wording import counted
 
 if TYPE_CHECKING:
     from rosbags.rosbag2 import Reader
+    from rosbags.typesys.store import Typestore
 
 SUFFIXES = (".mcap", ".db3")
 METADATA = "metadata.yaml"
@@ -121,14 +123,20 @@ def _topic(reader: Reader, asked: str | None, source: str) -> tuple[str, list[st
 
 def _last(reader: Reader, topic: str) -> tuple[Any, int]:
     """Return the last map of a topic, and the number of its maps; only the last is decoded."""
-    from rosbags.typesys import Stores, get_typestore
-
     raw, count = b"", 0
     for _, _, data in reader.messages([c for c in reader.connections if c.topic == topic]):
         raw, count = data, count + 1
     if not count:
         raise MapError(f"has no map on {topic}", source=str(reader.path))
-    return get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr(raw, MAP_TYPE), count
+    return _types().deserialize_cdr(raw, MAP_TYPE), count
+
+
+@cache
+def _types() -> Typestore:
+    """Return the message types of ROS 2, which compile a reader of each type that they read."""
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_HUMBLE)
 
 
 def _reading(occupancy: Occupancy, form: str, warnings: list[str]) -> MapReading:

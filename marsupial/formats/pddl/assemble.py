@@ -218,7 +218,7 @@ def _target(table: FactTable, word: str, members: Members) -> TargetInfo:
             table.wrong(table.lines[robot], f"{robot} can't explore {word}, but another robot of type {kind} can")
     if ("explored", word) in table.facts:
         table.wrong(table.facts["explored", word], f"{word} is explored already: leave it out")
-    kinds |= {key[1] for key in table.facts if key[0] == "explores" and key[2] == word}
+    kinds |= {kind for kind in table.of_kind("robot_type") if ("explores", kind, word) in table.facts}
     reveal = table.values.get(("reveal", word))
     return TargetInfo(
         name=decode_name(word),

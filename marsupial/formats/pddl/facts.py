@@ -56,7 +56,7 @@ def exact(text: str) -> Fraction:
         value = Fraction(text)
     except ZeroDivisionError:
         raise ValueError(f"{text!r} divides by zero") from None
-    if abs(value) > MOST:
+    if abs(value.numerator) > int(MOST) * value.denominator:  # faster than comparing a fraction with a float
         raise ValueError(f"{text} is more than {MOST:g}")
     return value
 

@@ -4,6 +4,7 @@ Any PDDL 2.1 planner can read a problem, and `read_problem` returns exactly the 
 """
 
 from collections.abc import Iterator
+from functools import cache
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.domain import domain_text, pddl_folder
@@ -43,7 +44,7 @@ def check_domain(text: str) -> None:
     """
     form = parse_form(text)
     # A domain that lacks most of the declarations gets three lines, not a problem for each declaration.
-    given, wanted = _declarations(form), _declarations(parse_form(domain_text()))
+    given, wanted = _declarations(form), _canonical()
     name = ", ".join(name for kind, name in given if kind == "name")
     if strange := foreign_domain(name, form.line, given, list(wanted)):
         raise SituationError(strange)
@@ -62,6 +63,11 @@ def check_domain(text: str) -> None:
 
 
 _Declarations = dict[tuple[str, str], tuple[Form, int]]
+
+
+@cache
+def _canonical() -> _Declarations:
+    return _declarations(parse_form(domain_text()))
 
 
 def _declarations(domain: Form) -> _Declarations:
