@@ -34,6 +34,11 @@ def of(pattern: str) -> Callable[[], list[bytes]]:
     return lambda: [path.read_bytes() for path in sorted(ROOT.glob(pattern))]
 
 
+def headers() -> list[bytes]:
+    """Return the yaml of a map, with the image of few pixels."""
+    return [(ROOT / "docs/tutorial/workshop.yaml").read_bytes().replace(b"workshop.png", b"small.pgm")]
+
+
 def scenarios() -> list[bytes]:
     """Return the small built-in scenarios, one with every field, and the tutorial's."""
     lobby = scenario_text(builtin_scenario("lobby")).encode()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
 from functools import cache
@@ -16,7 +16,7 @@ import httpx2
 from benchmarks.fuzz.examples import yaml_blocks
 from benchmarks.fuzz.files import MOST_CELLS, stored
 from marsupial.errors import UsageError
-from marsupial_client import Client, blocking_session
+from marsupial_client import Client, Mission, blocking_session
 from marsupial_client.http import address
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.map_tracker import MapTracker
@@ -86,26 +86,36 @@ def operator_words(text: str) -> None:
 # -- the client ------------------------------------------------------------------------------------------------------
 
 
+_answers: list[httpx2.Response] = []
+
+
+@cache
+def _client() -> Client:
+    """Return a client that gets `_answers`, the last one first, and tries only once."""
+    http = httpx2.Client(transport=httpx2.MockTransport(lambda _: _answers.pop()))
+    return Client("http://host", patience_s=0, http=http)
+
+
 @contextmanager
-def _client(reply: Callable[[httpx2.Request], httpx2.Response]) -> Iterator[Client]:
-    """Yield a client that gets its answer at once and whose clock stands still: without patience it tries once."""
-    http = httpx2.Client(transport=httpx2.MockTransport(reply))
-    client = Client("http://host", patience_s=0, http=http)
-    with patch.object(blocking_session, "monotonic", lambda: 0.0), client:
-        yield client
+def _answering(answer: httpx2.Response) -> Iterator[Client]:
+    """Yield a client that gets an answer at once and whose clock stands still: it has no patience."""
+    _answers[:] = [answer]
+    with patch.object(blocking_session, "monotonic", lambda: 0.0):
+        yield _client()
+
+
+@cache
+def _mission() -> Mission:
+    document = {"id": "m", "n": 0, "links": {"self": "/m", "events": "/m/events"}}
+    with _answering(httpx2.Response(200, json=document)) as client:
+        return client.mission("m")
 
 
 def stream(data: bytes) -> None:
     """Read the events of a mission from a stream."""
-    document = {"id": "m", "n": 0, "links": {"self": "/m", "events": "/m/events"}}
-
-    def reply(request: httpx2.Request) -> httpx2.Response:
-        if request.url.path == "/v1/missions/m":
-            return httpx2.Response(200, json=document)
-        return httpx2.Response(200, content=data, headers={"Content-Type": "text/event-stream"})
-
-    with _client(reply) as client:
-        list(client.mission("m").events())
+    mission = _mission()
+    with _answering(httpx2.Response(200, content=data, headers={"Content-Type": "text/event-stream"})):
+        list(mission.events())
 
 
 def refusal(data: bytes) -> None:
@@ -114,7 +124,7 @@ def refusal(data: bytes) -> None:
     status, _, again = first.partition(b" ")
     code = int(status) if status.isdigit() and len(status) == 3 else 503
     headers = {"Retry-After": again.decode("latin-1")} if again.isascii() and again.isalnum() else {}
-    with _client(lambda _: httpx2.Response(max(200, min(code, 599)), content=text, headers=headers)) as client:
+    with _answering(httpx2.Response(max(200, min(code, 599)), content=text, headers=headers)) as client:
         client.ask("GET", "/v1/jobs")
 
 

@@ -17,6 +17,9 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 _TOKEN = re.compile(rb"[A-Za-z_]+|[-+.\d]+|\s+|.", re.DOTALL)
 
+WINDOW = 256
+"""Bytes of an input in which one change of words is made."""
+
 ODD_WORDS = (
     b"", b"0", b"-1", b"1.5", b"-0.0", b"1e999", b"-1e999", b"1e-400", b"1e308", b"9223372036854775808", b"9" * 5000,
     b"0x7f", b"nan", b".inf", b"NaN", b"Infinity", b"null", b"~", b"true", b"[]", b"{}", b'""', b"''", b"\0",
@@ -55,13 +58,19 @@ def _in_bytes(data: bytes, rng: random.Random, words: Sequence[bytes]) -> bytes:
 
 
 def _in_words(data: bytes, rng: random.Random, words: Sequence[bytes]) -> bytes:
-    tokens = _TOKEN.findall(data) or [b""]
+    (start, tokens), (_, others) = _tokens(data, rng), _tokens(data, rng)
     at = rng.randrange(len(tokens))
     end = min(len(tokens), at + rng.choice((1, 1, 1, 2, 8, 64)))
-    some = rng.choice((b"", rng.choice(tokens), rng.choice(ODD_WORDS), rng.choice((*words, b"1")), 2 * tokens[at]))
+    some = rng.choice((b"", rng.choice(others), rng.choice(ODD_WORDS), rng.choice((*words, b"1")), 2 * tokens[at]))
     if rng.random() < 0.2:  # beside it, not in its place
         end = at
-    return b"".join((*tokens[:at], some, *tokens[end:]))
+    return b"".join((data[:start], *tokens[:at], some, *tokens[end:], data[start + WINDOW :]))
+
+
+def _tokens(data: bytes, rng: random.Random) -> tuple[int, list[bytes]]:
+    """Return where a window of `data` begins, and its tokens: those of all data would take longer than many readers."""
+    start = rng.randrange(max(1, len(data) - WINDOW + 1))
+    return start, _TOKEN.findall(data, start, start + WINDOW) or [b""]
 
 
 def _in_json(data: bytes, rng: random.Random, words: Sequence[bytes]) -> bytes:
@@ -70,9 +79,9 @@ def _in_json(data: bytes, rng: random.Random, words: Sequence[bytes]) -> bytes:
     at = rng.randrange(len(lines))
     try:
         value = json.loads(lines[at])
-        places = list(_places(value))
-        inside, key = rng.choice(places)
-        _change(inside, key, rng, [value[name] for value, name in places])
+        places = _places(value)
+        (inside, key), (other, name) = rng.choice(places), rng.choice(places)
+        _change(inside, key, rng, other[name])
         text = json.dumps(value, ensure_ascii=rng.random() < 0.5).encode(errors="surrogatepass")
     except (
         ValueError,
@@ -85,18 +94,22 @@ def _in_json(data: bytes, rng: random.Random, words: Sequence[bytes]) -> bytes:
     return b"".join(lines)
 
 
-def _places(value: Any) -> Iterator[tuple[Any, Any]]:
-    """Yield each list and mapping inside a value with each of its indices and keys."""
-    inner: Any = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, item in inner:
-        yield value, key
-        yield from _places(item)
+def _places(value: Any) -> list[tuple[Any, Any]]:
+    """Return each list and mapping inside a value with each of its indices and keys."""
+    found: list[tuple[Any, Any]] = []
+    waiting = [value]
+    for inside in waiting:
+        keys: Any = inside if isinstance(inside, dict) else range(len(inside)) if isinstance(inside, list) else ()
+        for key in keys:
+            found.append((inside, key))
+            waiting.append(inside[key])
+    return found
 
 
-def _change(inside: Any, key: Any, rng: random.Random, others: Sequence[Any]) -> None:
+def _change(inside: Any, key: Any, rng: random.Random, other: Any) -> None:
     ways: list[Callable[[], Any]] = [
         lambda: inside.__setitem__(key, rng.choice(ODD_VALUES)),
-        lambda: inside.__setitem__(key, json.loads(json.dumps(rng.choice(others)))),
+        lambda: inside.__setitem__(key, json.loads(json.dumps(other))),
         lambda: inside.__delitem__(key),
         lambda: inside.update({f"{key}x": inside[key]}) if isinstance(inside, dict) else inside.append(inside[key]),
     ]

@@ -13,9 +13,11 @@ import random
 import re
 import sys
 import time
+import warnings
 from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
+from types import FunctionType
 
 PACKAGES = ("marsupial", "marsupial_service", "marsupial_client", "marsupial_ros")
 
@@ -40,9 +42,15 @@ def fuzz(family: str, folder: Path, runs: int, seconds: int, seed: int) -> None:
     os.dup2(log, 2)
     with atheris.instrument_imports(include=list(PACKAGES), exclude=_left_out()):
         from benchmarks.fuzz.targets import TARGETS
+    from marsupial.formats import strips
+
+    for function in vars(strips).values():  # compiled ones are no `FunctionType`
+        if isinstance(function, FunctionType) and function.__module__ == strips.__name__:
+            atheris.instrument_func(function)
     from benchmarks.fuzz.mutations import mutated
     from benchmarks.fuzz.trying import LONGEST, fault_of
 
+    warnings.simplefilter("error")
     target, found = TARGETS[family], set[str]()
     words = target.words.encode().split()
     corpus, seeds = folder / "corpus" / family, folder / "seeds" / family
@@ -85,7 +93,8 @@ def replay(file: Path) -> int:
     if family not in TARGETS:
         print(f"{file}: its name must begin with a family and a dot; there are {', '.join(TARGETS)}")
         return 2
-    fault = fault_of(TARGETS[family], file.read_bytes())
+    with warnings.catch_warnings(action="error"):
+        fault = fault_of(TARGETS[family], file.read_bytes())
     print(f"{family}: {fault or 'no finding'}")
     return int(fault is not None)
 

@@ -45,7 +45,7 @@ TARGETS: Mapping[str, FuzzTarget] = {
     "scenario": FuzzTarget(files.scenario, examples.scenarios, f"{_FIELDS} generator file mask keepout speed drawn"),
     "nav2": FuzzTarget(
         files.nav2,
-        examples.of("docs/tutorial/workshop.yaml"),
+        examples.headers,
         "image mode trinary scale raw resolution origin negate occupied_thresh free_thresh yes",
     ),
     "image": FuzzTarget(files.image, examples.images, "P1 P2 P4 P5 IHDR IDAT tRNS PLTE acTL"),
