@@ -127,6 +127,8 @@ def _load(file: Path | io.BytesIO, max_cells: int) -> GreyImage | str:
         return fault
     with Image.open(file, formats=FORMATS) as image:
         image.load()
+        if image.mode == "P" and image.palette is None:
+            raise ValueError("its palette is missing")
         has_alpha = image.has_transparency_data and not image.mode.startswith("I")
         opaque = np.asarray(image.convert("RGBA").getchannel("A")) == 255 if has_alpha else None
         grey, coloured = _grey(image)

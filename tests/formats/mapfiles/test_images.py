@@ -19,18 +19,14 @@ def test_grey_comes_back_as_it_is_top_row_first(tmp_path: Path) -> None:
         assert (image.grey.tolist(), image.opaque, image.coloured) == (SHADES.tolist(), None, 0)
 
 
-def test_alpha_says_which_pixels_are_opaque(tmp_path: Path) -> None:
+def test_alpha_or_a_transparent_colour_says_which_pixels_are_opaque(tmp_path: Path) -> None:
     alpha = np.array([[255, 254, 0], [255, 1, 255]], dtype=np.uint8)
     Image.fromarray(np.dstack([SHADES, SHADES, SHADES, alpha])).save(tmp_path / "a.png")
     image = read_grey(tmp_path / "a.png")
     assert image.grey.tolist() == SHADES.tolist()
     assert image.opaque.tolist() == [[True, False, False], [True, False, True]]
-
-
-def test_a_transparent_colour_of_a_grey_png_counts_as_alpha(tmp_path: Path) -> None:
     Image.fromarray(SHADES).save(tmp_path / "a.png", transparency=100)
-    image = read_grey(tmp_path / "a.png")
-    assert image.opaque.tolist() == [[True, False, True], [True, True, True]]
+    assert read_grey(tmp_path / "a.png").opaque.tolist() == [[True, False, True], [True, True, True]]
 
 
 def test_16_bit_greys_are_rounded_to_8(tmp_path: Path) -> None:
@@ -56,7 +52,7 @@ def test_more_pixels_than_allowed_are_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("width", "height", "message"),
     [
-        (9999, 9999, "9999 x 9999 cells are more than the limit of 2125000 for a compressed file of 66 bytes: crop"),
+        (9999, 9999, "9999 x 9999 cells are more than the limit of 2125000 for a compressed file of 67 bytes: crop"),
         (1459, 1457, "1459 x 1457 cells are more than the limit of 2125000"),
         (30_000, 30_000, "30000 x 30000 cells are more than the limit of 100000000: crop the map"),
     ],
@@ -108,14 +104,14 @@ def test_no_cut_or_changed_file_raises_anything_but_a_map_error(tmp_path: Path, 
     assert refused > 10
 
 
-def png_that_says(width: int, height: int) -> bytes:
+def png_that_says(width: int, height: int, kind: int = 0) -> bytes:
     """Return a PNG whose header names a size its data doesn't have."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"\0")) + chunk(b"IEND", b"")
+    header = struct.pack(">IIBBBBB", width, height, 8, kind, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"\0\0")) + chunk(b"IEND", b"")
 
 
 @pytest.mark.parametrize(
@@ -124,6 +120,11 @@ def png_that_says(width: int, height: int) -> bytes:
 )
 def test_the_size_is_read_from_the_header_alone(data: bytes, size: tuple[int, int]) -> None:
     assert size_of(data) == size
+
+
+def test_a_missing_palette_is_named() -> None:
+    with pytest.raises(MapError, match="its palette is missing"):
+        grey_of(png_that_says(1, 1, kind=3))
 
 
 @pytest.mark.parametrize("data", [b"", b"GIF89a", b"\x89PNG\r\n\x1a\n", b"P5 x"])
