@@ -17,7 +17,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 _TOKEN = re.compile(rb"[A-Za-z_]+|[-+.\d]+|\s+|.", re.DOTALL)
 
-WINDOW = 256
+WINDOW = 128
 """Bytes of an input in which one change of words is made."""
 
 ODD_WORDS = (

@@ -51,7 +51,7 @@ def fuzz(family: str, folder: Path, runs: int, seconds: int, seed: int) -> None:
     from benchmarks.fuzz.trying import LONGEST, fault_of
 
     warnings.simplefilter("error")
-    target, found = TARGETS[family], set[str]()
+    target, found, rng = TARGETS[family], set[str](), random.Random(seed)
     words = target.words.encode().split()
     corpus, seeds = folder / "corpus" / family, folder / "seeds" / family
 
@@ -64,8 +64,7 @@ def fuzz(family: str, folder: Path, runs: int, seconds: int, seed: int) -> None:
             file.write_bytes(data)
             print(f"{family}: {fault}\n    python -m benchmarks fuzz --replay {file}", flush=True)
 
-    def mutate(data: bytes, most: int, seed: int) -> bytes:
-        rng = random.Random(seed)
+    def mutate(data: bytes, most: int, _: int) -> bytes:
         changed = atheris.Mutate(data, most) if rng.random() < 0.4 else mutated(bytes(data), rng, words)
         return bytes(changed[:most])
 
