@@ -11,8 +11,9 @@ that have them.
 """
 
 import re
-from collections.abc import Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import yaml
@@ -29,9 +30,6 @@ MOST_LEVELS = 20  # most levels of nested lists and mappings; no file of ours ne
 TOO_DEEP = f"lists and mappings are nested more than {MOST_LEVELS} levels deep"
 
 MOST_ALIASED = 100_000  # most values that all aliases together repeat
-
-
-_INDEX = re.compile(r"\[(\d+)\]")
 
 
 class YamlFault(Exception):
@@ -156,38 +154,29 @@ def with_lines(problems: Iterable[Problem], text: str | bytes) -> list[Problem]:
     root = PlainLoader(text).get_single_node() if problems else None
     if root is None or root.start_mark.line == root.end_mark.line:
         return problems
-    return [replace(problem, line=_line(root, problem.path)) for problem in problems]
+    parts = cache(_parts)  # there may be thousands of problems
+    return [replace(problem, line=_line(root, problem.path, parts)) for problem in problems]
 
 
-def _line(node: yaml.Node, path: str) -> int | None:
+_Parts = dict[str, tuple[yaml.Node, yaml.Node]]
+
+
+def _parts(node: yaml.Node) -> _Parts:
+    """Return the parts of a node by key or index (``[1]``): the node of the name and that of the value."""
+    if isinstance(node, yaml.MappingNode):
+        return {key.value: (key, value) for key, value in node.value if isinstance(key, yaml.ScalarNode)}
+    return {f"[{i}]": (item, item) for i, item in enumerate(node.value)} if isinstance(node, yaml.SequenceNode) else {}
+
+
+def _line(node: yaml.Node, path: str, parts: Callable[[yaml.Node], _Parts]) -> int | None:
     """Return the line of the last existing part of a path (``robot_types[1].speed_mps``); None if none exists."""
     line = None
-    rest = path
-    while rest:
-        found = _key(node, rest) if isinstance(node, yaml.MappingNode) else _item(node, rest)
-        if found is None:
+    while path:
+        # Keys may hold dots and brackets themselves: take the longest key that the path begins with.
+        ends = (end for end in range(len(path), 0, -1) if path[end : end + 1] in ("", ".", "["))
+        end = next((end for end in ends if path[:end] in parts(node)), None)
+        if end is None:
             break
-        named, node, rest = found
-        line = named.start_mark.line + 1
+        named, node = parts(node)[path[:end]]
+        line, path = named.start_mark.line + 1, path[end:].removeprefix(".")
     return line
-
-
-def _key(node: yaml.MappingNode, path: str) -> tuple[yaml.Node, yaml.Node, str] | None:
-    """Return the node of the key that a path begins with, the node of its value, and the rest of the path."""
-    path = path.removeprefix(".")
-    # Keys may hold dots and brackets themselves: take the longest key that the path begins with.
-    fitting = [
-        (key, value, path[len(key.value) :])
-        for key, value in node.value
-        if isinstance(key, yaml.ScalarNode) and key.value and path.startswith(key.value)
-    ]
-    ending = [found for found in fitting if not found[2] or found[2][0] in ".["]
-    return min(ending, key=lambda found: len(found[2]), default=None)
-
-
-def _item(node: yaml.Node, path: str) -> tuple[yaml.Node, yaml.Node, str] | None:
-    match = _INDEX.match(path)
-    if match is None or not isinstance(node, yaml.SequenceNode) or int(match[1]) >= len(node.value):
-        return None
-    item = node.value[int(match[1])]
-    return item, item, path[match.end() :]
