@@ -5,6 +5,7 @@ open. If a fact contradicts another one (two robots at one start, two carriers o
 line is reported.
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -16,7 +17,7 @@ from marsupial.formats.pddl.facts import duration_ms, seconds
 from marsupial.formats.pddl.names import decode_name, decode_type
 from marsupial.formats.pddl.sexpr import at_line
 from marsupial.model import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo, TravelTable
-from marsupial.model.bounds import BOUNDS, Bound
+from marsupial.model.bounds import BOUNDS, Bound, team_fault
 from marsupial.model.robots import Role
 from marsupial.wording import counted
 
@@ -56,6 +57,14 @@ class FactTable:
         """Return the second arguments of a predicate's facts whose first argument is `first`."""
         return [key[2] for key in self.facts if key[0] == name and key[1] == first]
 
+    def firsts(self, name: str) -> Mapping[str, set[str]]:
+        """Return the first arguments of a predicate's facts by their second argument; none for others."""
+        found: defaultdict[str, set[str]] = defaultdict(set)
+        for key in self.facts:
+            if key[0] == name:
+                found[key[2]].add(key[1])
+        return found
+
     def single(self, name: str, first: str) -> str | None:
         """Return the second argument of the predicate's only fact with that first argument, or None; note several."""
         found = self.args(name, first)
@@ -89,12 +98,16 @@ class FactTable:
 
 def assemble(table: FactTable) -> Situation:
     """Return the situation that the facts describe. Raise `SituationError` with every contradiction and its line."""
-    members = {robot: _type_word(table, robot) for robot in table.of_kind("carrier", "rover")}
+    words = table.of_kind("carrier", "rover")
+    if fault := team_fault(len(words)):  # at once: what follows compares robots with all else
+        raise SituationError([at_line(1, f"robots: {fault}")])
+    members = {robot: _type_word(table, robot) for robot in words}
     _check_starts(table)
     _check_loads(table)
     types = tuple(_type(table, word, members) for word in table.of_kind("robot_type"))
     robots = tuple(_robot(table, robot, kind) for robot, kind in members.items())
-    targets = tuple(_target(table, word, members) for word in table.of_kind("target"))
+    explorers = table.firsts("explores")
+    targets = tuple(_target(table, word, members, explorers[word]) for word in table.of_kind("target"))
     travel = _travel(table, members)
     goal = _goal(table)
     table.check()
@@ -201,8 +214,9 @@ def _check_starts(table: FactTable) -> None:
 
 def _check_loads(table: FactTable) -> None:
     """Check that `num_docked` is the number of rovers aboard."""
+    aboard = table.firsts("on")
     for carrier in table.of_kind("carrier"):
-        load = sum(key[0] == "on" and key[2] == carrier for key in table.facts)
+        load = len(aboard[carrier])
         count = table.count(("num_docked", carrier))
         if ("num_docked", carrier) not in table.values:
             table.wrong(table.lines[carrier], f"(num_docked {carrier}) is missing")
@@ -210,7 +224,7 @@ def _check_loads(table: FactTable) -> None:
             table.wrong(table.line_of(("num_docked", carrier)), f"{counted(load, 'rover')} on {carrier}, not {count}")
 
 
-def _target(table: FactTable, word: str, members: Members) -> TargetInfo:
+def _target(table: FactTable, word: str, members: Members, explorers: set[str]) -> TargetInfo:
     able = {robot for robot in members if ("can_explore", robot, word) in table.facts}
     kinds = {members[robot] for robot in able}
     for robot, kind in members.items():
@@ -218,11 +232,10 @@ def _target(table: FactTable, word: str, members: Members) -> TargetInfo:
             table.wrong(table.lines[robot], f"{robot} can't explore {word}, but another robot of type {kind} can")
     if ("explored", word) in table.facts:
         table.wrong(table.facts["explored", word], f"{word} is explored already: leave it out")
-    kinds |= {kind for kind in table.of_kind("robot_type") if ("explores", kind, word) in table.facts}
     reveal = table.values.get(("reveal", word))
     return TargetInfo(
         name=decode_name(word),
-        explorers=frozenset(decode_type(kind) for kind in kinds),
+        explorers=frozenset(decode_type(kind) for kind in kinds | explorers),
         reveal_m2=0.0 if reveal is None else float(reveal[0]),
     )
 
@@ -267,15 +280,15 @@ def _travel(table: FactTable, members: Members) -> dict[str, TravelTable]:
     for (word, origin, place), time in _drives(table, members, owners):
         if origin in index and place in index:
             tables[word][index[origin], index[place]] = time
+    rovers, meetings = table.of_kind("rover"), {word: index[word] for word in table.of_kind("meeting")}
     for kind, times in tables.items():
-        _stand(table, [rover for rover in table.of_kind("rover") if members[rover] == kind], times, index)
+        _stand(table, [rover for rover in rovers if members[rover] == kind], times, meetings)
     return {decode_type(word): rows for word, rows in tables.items()}
 
 
-def _stand(table: FactTable, rovers: Sequence[str], times: TravelTable, index: Mapping[str, int]) -> None:
+def _stand(table: FactTable, rovers: Sequence[str], times: TravelTable, meetings: Mapping[str, int]) -> None:
     """Record where rovers of a type can be set down; report where one can't although another can, or drives there."""
-    for meeting in table.of_kind("meeting"):
-        at = index[meeting]
+    for meeting, at in meetings.items():
         fits = [rover for rover in rovers if ("can_stand", rover, meeting) in table.facts]
         reached = bool((times[:, at] != UNREACHABLE).any())
         why = "a drive leads there" if reached else f"{fits[0]} of the same type can" if fits else ""

@@ -1,5 +1,7 @@
 """Problems of the canonical domain read back."""
 
+from time import process_time
+
 import pytest
 from hypothesis import HealthCheck, given, settings
 from odd_situations import odd_situations
@@ -142,17 +144,13 @@ def test_all_problems_are_reported_together_by_line() -> None:
     text = problem_text(in_flight()).replace("(on r1 c1)", "(on r1 c7)").replace("(is_a r2 rover_type)", "(is_a r2)")
     with pytest.raises(SituationError) as caught:
         read_problem(text)
-    lines = [int(problem.path.removeprefix("line ")) for problem in caught.value.problems]
-    assert len(lines) == 2
-    assert lines == sorted(lines)
+    first, second = [int(problem.path.removeprefix("line ")) for problem in caught.value.problems]
+    assert first <= second
 
 
 def test_a_goal_of_one_fact_needs_no_and() -> None:
-    situation = one_room()
-    text = problem_text(situation)
-    start = text.index("(:goal")
-    text = text[:start] + "(:goal (explored t1)))"
-    assert read_problem(text) == situation
+    start, _, _ = problem_text(one_room()).partition("(:goal")
+    assert read_problem(start + "(:goal (explored t1)))") == one_room()
 
 
 @pytest.mark.parametrize("number", ["1e1000000", "9" * 5000, "1/0", "1e20", "-1e999"])
@@ -161,10 +159,16 @@ def test_a_number_that_nothing_can_be_made_of_is_named(number: str) -> None:
         exact(number)
 
 
-def test_places_without_end_are_refused_before_their_tables_are_made() -> None:
-    objects = " ".join(f"m{i}" for i in range(5000))
-    text = (
-        f"(define (problem p) (:domain marsupial) (:objects {objects} - meeting r - robot_type) (:init) (:goal (and)))"
-    )
-    with pytest.raises(SituationError, match="travel tables of 25000000 entries"):
-        read_problem(text)
+@pytest.mark.parametrize(
+    ("count", "kinds", "message"),
+    [
+        (5000, "meeting r - robot_type", "travel tables"),
+        (20_000, "robot_type", "for neither"),
+        (1001, "rover", "1000 robots"),
+    ],
+)
+def test_objects_without_end_are_refused_in_time(count: int, kinds: str, message: str) -> None:
+    objects, began = " ".join(f"m{i}" for i in range(count)), process_time()
+    with pytest.raises(SituationError, match=message):
+        read_problem(f"(define (problem p) (:domain marsupial) (:objects {objects} - {kinds}) (:init) (:goal (and)))")
+    assert process_time() - began < 5

@@ -179,13 +179,9 @@ def test_times_rounded_to_hundredths_are_mended_to_the_situations_own(text: str)
     )
 
 
-@pytest.mark.parametrize("duration", ["0.02", "0.010", "0.0", "1e-3"])
+@pytest.mark.parametrize("duration", ["0.02", "0.010", "1e-3"])
 def test_what_rounding_does_not_explain_is_left_to_the_checker(duration: str) -> None:
     text = f"0.00: (explore c1 carrier_type c1_start t1) [{duration}]\n4.00: (explore c1 carrier_type t1 t2) [3.02]\n"
-    if duration == "0.0":
-        with pytest.raises(PlanTextError, match="must take longer"):
-            read_plan(text, odd_drives())
-        return
     reading = read_plan(text, odd_drives())
     assert [action.duration_ms for action in reading.plan.actions] == [round(float(duration) * 1000), 3_020]
     assert reading.mended == ()
