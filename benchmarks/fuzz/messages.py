@@ -86,22 +86,33 @@ def operator_words(text: str) -> None:
 # -- the client ------------------------------------------------------------------------------------------------------
 
 
-_answers: list[httpx2.Response] = []
+class _Answers(httpx2.Client):
+    """Gets `answer` at once: what httpx2 does about a request takes longer than reading its answer."""
+
+    answer: httpx2.Response
+
+    def build_request(self, *_: Any, **__: Any) -> httpx2.Request:
+        return _REQUEST
+
+    def send(self, request: httpx2.Request, **_: Any) -> httpx2.Response:
+        self.answer.request = request
+        return self.answer
 
 
-@cache
-def _client() -> Client:
-    """Return a client that gets `_answers`, the last one first, and tries only once."""
-    http = httpx2.Client(transport=httpx2.MockTransport(lambda _: _answers.pop()))
-    return Client("http://host", patience_s=0, http=http)
+_REQUEST, _HTTP = httpx2.Request("GET", "http://host"), _Answers()
 
 
 @contextmanager
 def _answering(answer: httpx2.Response) -> Iterator[Client]:
-    """Yield a client that gets an answer at once and whose clock stands still: it has no patience."""
-    _answers[:] = [answer]
+    """Yield a client that gets an answer and whose clock stands still: without patience it tries once."""
+    _HTTP.answer = answer
     with patch.object(blocking_session, "monotonic", lambda: 0.0):
         yield _client()
+
+
+@cache
+def _client() -> Client:
+    return Client("http://host", patience_s=0, http=_HTTP)
 
 
 @cache
