@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
-from marsupial_service.schemas.words import EventType
 from mission_house import team
 from servers import Server
 from talk import frames
