@@ -193,7 +193,7 @@ def test_the_service_offers_them(tmp_path: Path) -> None:
     infos = {info.name: info for info in planner_infos({})}
     assert infos["copy"].missing is None
     assert infos["half"].missing is not None
-    with pytest.raises(UsageError, match="copy is a planner already"):
+    with pytest.raises(UsageError, match="the name of another planner"):
         planner_infos({"copy": "cmd:plan {domain} {problem}"})
 
 
