@@ -126,7 +126,7 @@ def test_the_commands_work_beside_a_server_which_says_when_it_is_full(
         assert float(lines["marsupial_store_disk_bytes"]) > shown["stored_bytes"]
         while (full := http.post("/v1/jobs", json=job)).status_code != 507:
             assert full.status_code == 202
-        assert "the limit of 1;" in problem(full, 507, "store-full")["detail"]
+        assert "the limit is 1;" in problem(full, 507, "store-full")["detail"]
         assert int(full.headers["retry-after"]) == 60
         assert (command("retain"), command("retain", "--kept", "0")) == (2, 0)
         said = capsys.readouterr().err

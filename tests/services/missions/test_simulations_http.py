@@ -100,7 +100,10 @@ def test_the_image_has_to_be_the_one_that_the_yaml_names(http: httpx.Client, cho
     if accepted:
         http.post(answer.json()["links"]["cancel"])
     else:
-        told = {"pointer": "/map/image_base64", "detail": "the yaml names room.png, you chose mended.png"}
+        told = {
+            "pointer": "/map/image_base64",
+            "detail": "must be the image that the yaml names, room.png, got mended.png",
+        }
         assert problem(answer, 422, "invalid")["errors"] == [told]
 
 
@@ -111,7 +114,7 @@ def test_the_image_has_to_be_the_one_that_the_yaml_names(http: httpx.Client, cho
         ({**SMALL, "strategy": "luck"}, "/strategy", "unknown strategy"),
         ({**SMALL, "rovers": 1, "strategy": "closest-frontier"}, "/strategy", "rovers"),
         ({**SMALL, "planner": "luck"}, "/planner", "unknown planner"),
-        ({**SMALL, "planner": "cmd:luck"}, "/planner", "command lines"),
+        ({**SMALL, "planner": "cmd:luck"}, "/planner", "not a command line"),
         ({**SMALL, "budget": {"seconds": 1e5}}, "/budget/seconds", "at most"),
         ({**SMALL, "speed": 0}, "/speed", "greater"),
         ({**SMALL, "carriers": 0}, "/carriers", "greater"),
