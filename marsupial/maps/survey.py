@@ -265,9 +265,7 @@ class Surveyor:
         kinds = tuple(planning_type(kind) for kind in self.territory.kinds.values())
         goal = SituationGoal()
         if ending:
-            goal = SituationGoal(
-                recover_rovers=self._goal.recover_rovers or self._goal.return_home, return_home=self._goal.return_home
-            )
+            goal = SituationGoal(recover_rovers=self._goal.aboard, return_home=self._goal.return_home)
         return Situation(
             types=kinds,
             robots=states,

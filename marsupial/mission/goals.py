@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Set
 
-from marsupial.model import Cell, Goal, RobotReport, RobotType, Role, SituationGoal
+from marsupial.model import Cell, Goal, RobotReport, RobotType, Role
 
 
 def homes_of(robots: Iterable[RobotReport], kinds: Mapping[str, RobotType]) -> dict[str, Cell]:
@@ -18,20 +18,19 @@ def achieved(goal: Goal) -> str:
 
 
 def unmet(
-    goal: Goal | SituationGoal,
+    goal: Goal,
     robots: Iterable[RobotReport],
     kinds: Mapping[str, RobotType],
     homes: Mapping[str, Cell],
     under_way: Set[str] = frozenset(),
 ) -> list[str]:
     """Return in words which parts of the goal are not met; robots `under_way` have not arrived yet."""
-    recover = goal.recover_rovers or goal.return_home
     found = []
     for robot in robots:
         if robot.lost:
             continue
         if kinds[robot.type].role is Role.ROVER:
-            if recover and (robot.carrier is None or robot.name in under_way):
+            if goal.aboard and (robot.carrier is None or robot.name in under_way):
                 found.append(f"{robot.name} is not aboard")
         elif (
             goal.return_home

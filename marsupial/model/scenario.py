@@ -26,6 +26,11 @@ class Goal:
     recover_rovers: bool = True
     return_home: bool = False
 
+    @property
+    def aboard(self) -> bool:
+        """Whether all rovers have to end aboard: carriers return home with them."""
+        return self.recover_rovers or self.return_home
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionLimits:

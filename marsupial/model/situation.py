@@ -19,6 +19,7 @@ import numpy.typing as npt
 from marsupial.errors import Problem, SituationError
 from marsupial.model.bounds import BOUNDS, team_fault
 from marsupial.model.robots import Role
+from marsupial.model.scenario import Goal
 from marsupial.wording import counted
 
 UNREACHABLE = -1  # entry of a travel table without a path
@@ -59,16 +60,10 @@ class TargetInfo:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SituationGoal:
+class SituationGoal(Goal):
     """The goal of a plan besides exploring all targets."""
 
     recover_rovers: bool = False
-    return_home: bool = False
-
-    @property
-    def aboard(self) -> bool:
-        """Whether all rovers have to end aboard: carriers return home with them."""
-        return self.recover_rovers or self.return_home
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

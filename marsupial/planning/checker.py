@@ -125,7 +125,7 @@ class _World:
             if target not in self.explored:
                 yield ViolationKind.TARGET_UNEXPLORED, f"{target} has not been explored"
         goal = self.situation.goal
-        if goal.recover_rovers or goal.return_home:
+        if goal.aboard:
             for rover in self.situation.of_role(Role.ROVER):
                 if self.on[rover.name] is None:
                     yield ViolationKind.ROVER_NOT_ABOARD, f"{rover.name} is not aboard a carrier"

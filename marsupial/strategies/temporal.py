@@ -31,9 +31,9 @@ How it works
   The previous plan comes first among equals, so robots do not change plans without a gain.
 - *Engines that minimise only the makespan* get only the known targets: by makespan alone, guessed targets made missions
   longer (docs/strategies.md). All candidates are still compared on the guess.
-- *Progress is certain.* Robots follow only the real part of a plan for a guess, so such plans could lead in circles. If
-  the targets stay the same for `MOST_REPEATS` plans, the guess is left out until they change. A plan is then replaced
-  only by one that ends sooner, so it ends.
+- *Progress does not depend on the guess.* Robots follow only the real part of a plan for a guess, so such plans could
+  lead in circles. If the targets stay the same for `MOST_REPEATS` plans, the guess is left out until they change. All
+  of a plan is real then, and it is replaced only by a better one.
 - *Once no target is left,* the engine is asked for the shortest plan that recovers the rovers or brings the team home.
 
 Teams without rovers need no docking plans, and gain more from replanning often. They replan as soon as they have seen
@@ -133,7 +133,7 @@ class Temporal(Strategy):
         self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
     ) -> OnArrival | None:
         """Return the policy for a team without rovers; None for others."""
-        self._recovers = goal.recover_rovers or goal.return_home
+        self._recovers = goal.aboard
         team = {robot.type: kinds[robot.type] for robot in world.robots()}
         if any(kind.role is Role.ROVER for kind in team.values()):
             return None
