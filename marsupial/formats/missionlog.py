@@ -31,18 +31,6 @@ class MissionLog:
     events: tuple[m.MissionEvent, ...]
     truncated: bool = False  # whether its last line was cut off; that line is not among the events
 
-    @property
-    def mission(self) -> m.MissionStarted:
-        first = self.events[0]
-        assert isinstance(first, m.MissionStarted)
-        return first
-
-    @property
-    def ended(self) -> m.MissionEnded | None:
-        """The stop report, or None if the run was killed before it could write one."""
-        last = self.events[-1]
-        return last if isinstance(last, m.MissionEnded) else None
-
 
 def read_log(path: str | PathLike[str]) -> MissionLog:
     """Read a log file, `-` for standard input; a `LogError` has the first 50 problems with their lines and fields."""

@@ -18,7 +18,7 @@ from marsupial.cli.main import main
 from marsupial.cli.work.compare_arguments import cases_of
 from marsupial.formats.missionlog import read_log
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.model.mission import Status
+from marsupial.model.mission import Status, started
 
 QUICK = ("--planner", "greedy", "--steps", "1")
 
@@ -82,7 +82,7 @@ def test_the_same_steps_and_seed_give_the_same_log(
         code, summary, _ = run_json(capsys, "lobby", *options, "--log", str(log))
         assert (code, summary["log"], summary["planner"], summary["plans_refused"]) == (0, str(log), planner, 0)
     assert logs[0].read_bytes() == logs[1].read_bytes()
-    ended = read_log(logs[0]).ended
+    ended = read_log(logs[0]).events[-1]
     assert ended.status is Status.COMPLETE
 
 
@@ -235,7 +235,7 @@ def test_a_terminated_run_keeps_its_log_and_leaves_nothing_running(tmp_path: Pat
         out, _ = process.communicate(timeout=HANG_S)
     assert process.returncode == 130
     assert json.loads(out)["status"] == "cancelled"
-    ended = read_log(log).ended
+    ended = read_log(log).events[-1]
     assert ended.status is Status.CANCELLED
     assert engines
     assert not [pid for pid in engines if os.path.exists(f"/proc/{pid}")]
@@ -244,7 +244,7 @@ def test_a_terminated_run_keeps_its_log_and_leaves_nothing_running(tmp_path: Pat
 def test_routes_of_least_energy_are_asked_for_by_an_option(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = tmp_path / "lobby.jsonl"
     assert main(["run", "lobby", *QUICK, "--routes", "energy", "--log", str(log)]) == 0
-    assert {str(kind.routes) for kind in read_log(log).mission.types} == {"energy"}
+    assert {str(kind.routes) for kind in started(read_log(log).events).types} == {"energy"}
     capsys.readouterr()
     assert main(["run", "lobby", *QUICK, "--routes", "scenic"]) == 2
     assert "--routes: must be shortest or energy, got 'scenic'" in capsys.readouterr().err
