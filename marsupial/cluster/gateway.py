@@ -166,7 +166,7 @@ class RelayedRun:
         self._gateway = gateway
         self._link: Link | None = None
         self._placement: Placement | None = None
-        self._wanted = self._ordered = self._spare = self._over = False
+        self._wanted = self._ordered = self._client_gone = self._over = False
         self._relay = Relay(channel, self._from_client, self._client_left)
 
     def _from_client(self, tag: bytes, payload: bytes) -> None:
@@ -178,7 +178,7 @@ class RelayedRun:
             self._ordered = True
 
     def _client_left(self) -> None:
-        self._spare = True
+        self._client_gone = True
         if self._ordered and self._link is not None:
             self._link.send(self.number, CANCEL)
         elif self._link is not None or not self._wanted:
@@ -208,7 +208,7 @@ class RelayedRun:
         try:
             self._placement = await self._find_placement(cpus)
         finally:
-            if self._spare or self._placement is None:
+            if self._client_gone or self._placement is None:
                 self.end()
         if self._over or self._placement is None:
             return
@@ -221,7 +221,7 @@ class RelayedRun:
 
     async def _find_placement(self, cpus: float) -> Placement | None:
         gateway = self._gateway
-        while not self._spare:
+        while not self._client_gone:
             ready = gateway.ready()
             if not ready:
                 gateway.changed.clear()
@@ -237,4 +237,4 @@ class RelayedRun:
 
     def _is_wanted(self, ready: Mapping[str, Link]) -> bool:
         """Return whether a placement on these nodes is wanted: no other nodes are ready yet."""
-        return not self._spare and self._gateway.ready().keys() == ready.keys()
+        return not self._client_gone and self._gateway.ready().keys() == ready.keys()

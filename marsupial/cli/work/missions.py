@@ -155,12 +155,12 @@ def _simulate_by(server: str) -> Callable[..., Summary]:
         raise EngineUnavailable(f"--server needs {error.name}: pip install 'marsupial[client]'") from error
     from marsupial_service.simulation import simulate_mission
 
-    def missed(error: Exception) -> None:
+    def report_outage(error: Exception) -> None:
         there = "" if isinstance(error, Busy) else ": is `marsupial serve` running there?"
         say(f"{error}; trying for {PATIENCE_S:g} s{there}")
 
     try:
-        client = Client(server, key=os.environ.get("MARSUPIAL_KEY"), patience_s=PATIENCE_S, on_outage=missed)
+        client = Client(server, key=os.environ.get("MARSUPIAL_KEY"), patience_s=PATIENCE_S, on_outage=report_outage)
     except ValueError as error:
         raise UsageError(f"--server: {error}") from error
     return partial(simulate_mission, client, stopping=asked_to_stop)
