@@ -35,6 +35,9 @@ class Occupancy:
             raise MapError(f"needs a non-empty 2-d int8 array, got {self.values.dtype} {self.values.shape}")
         if fault := BOUNDS["resolution_m"].fault(self.resolution_m):
             raise MapError(f"resolution {fault}")
+        for value in self.origin_m:
+            if fault := BOUNDS["coordinate_m"].fault(value):
+                raise MapError(f"origin {fault}")
 
 
 def shortest_resolution(resolution_m: float) -> float:

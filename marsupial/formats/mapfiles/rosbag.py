@@ -75,7 +75,7 @@ def occupancy_of(message: Any, source: str = "") -> Occupancy:
         raise MapError(f"has {len(data)} cells, but is {info.width} x {info.height}", source=source)
     # The yaw of a rotation, as tf2 computes it: roll and pitch of a map are ignored.
     q, p = info.origin.orientation, info.origin.position
-    yaw = float(np.arctan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2)))
+    yaw = float(np.arctan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z)))
     try:
         return Occupancy(
             values=data.reshape(info.height, info.width),

@@ -1,3 +1,4 @@
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -6,6 +7,7 @@ import pytest
 
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.read import read_map
+from marsupial.formats.mapfiles.rosbag import occupancy_of
 from marsupial.library.scenarios import load_scenario
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 
@@ -63,6 +65,17 @@ def test_a_file_of_a_recording_is_read_alone(tmp_path: Path, storage: object, su
     folder = recording(tmp_path / "run", {"/map": [[[0, 100]]]}, storage)
     (file,) = folder.glob(f"*{suffix}")
     assert read_map(file).grid.cells.tolist() == [[FLOOR, OBSTACLE]]
+
+
+def test_a_rotation_of_enormous_numbers_is_no_crash() -> None:
+    found = message(typesys.get_typestore(typesys.Stores.ROS2_HUMBLE).types, [[0]])
+    rotation = found.info.origin.orientation  # type: ignore[attr-defined]
+    rotation.y = 1e200
+    assert occupancy_of(found).origin_m[2] == pytest.approx(math.pi)
+    rotation.x, rotation.z = -1e200, 1e200
+    rotation.w = 1e200
+    with pytest.raises(MapError, match="origin must be at most"):
+        occupancy_of(found)
 
 
 def test_a_topic_is_named_behind_the_recording(tmp_path: Path) -> None:
