@@ -30,6 +30,9 @@ LEFT_OUT = (
 MOST_FINDINGS = 30
 """Of a family in one run."""
 
+LEAST = 4096
+"""Inputs may be four times as long as the longest seed, or at least this long: longer ones take long, find little."""
+
 HANG_S = 300
 """An execution is aborted after this time; one that is only too slow is found by its CPU time."""
 
@@ -54,6 +57,7 @@ def fuzz(family: str, folder: Path, runs: int, seconds: int, seed: int) -> None:
     target, found, rng = TARGETS[family], set[str](), random.Random(seed)
     words = target.words.encode().split()
     corpus, seeds = folder / "corpus" / family, folder / "seeds" / family
+    longest = min(LONGEST, max(LEAST, 4 * max(file.stat().st_size for file in seeds.iterdir())))
 
     def execute(data: bytes) -> None:
         fault = fault_of(target, data)
@@ -68,7 +72,7 @@ def fuzz(family: str, folder: Path, runs: int, seconds: int, seed: int) -> None:
         changed = atheris.Mutate(data, most) if rng.random() < 0.4 else mutated(bytes(data), rng, words)
         return bytes(changed[:most])
 
-    options = [f"-runs={runs}", f"-max_total_time={seconds}", f"-max_len={LONGEST}", f"-seed={seed}"]
+    options = [f"-runs={runs}", f"-max_total_time={seconds}", f"-max_len={longest}", f"-seed={seed}"]
     options += [f"-timeout={HANG_S}", f"-report_slow_units={HANG_S}", "-rss_limit_mb=8192"]
     options += ["-print_final_stats=1", f"-artifact_prefix={folder}/{family}."]
     atheris.Setup([sys.argv[0], *options, str(corpus), str(seeds)], execute, custom_mutator=mutate)
