@@ -20,10 +20,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from marsupial.arrays import Flags, Floats, Ints
+from marsupial.arrays import Floats, Ints
 from marsupial.maps.window import Window
 from marsupial.model.grid import UNKNOWN, Grid, Mask, code_table
-from marsupial.native import inlined, native
+from marsupial.native import native
 
 BLOCK_M = 0.1  # side of a block: a door is about eight wide, and thinning costs a tenth of that on 5 cm cells
 
@@ -184,97 +184,53 @@ def _clutter(blocked: Mask, extent: float) -> Mask:
 
 def _traced(skeleton: Mask) -> VoronoiGraph:
     """Return the graph of a skeleton, which has no blocks on the rim."""
-    width = skeleton.shape[1]
-    blocks = np.flatnonzero(skeleton)
-    count = len(blocks)
-    work = _Tracing(
-        skeleton=skeleton.ravel(),
-        around=np.array([1, width + 1, width, width - 1, -1, -width - 1, -width, 1 - width], dtype=np.int64),
-        degree=np.zeros(skeleton.size, dtype=np.int64),
-        node=np.full(skeleton.size, -1, dtype=np.int64),
-        nodes=np.empty(count, dtype=np.int64),
-        ends=np.empty((4 * count, 2), dtype=np.int64),
-        bounds=np.zeros(4 * count + 1, dtype=np.int64),
-        inner=np.empty(count, dtype=np.int64),
-    )
-    nodes, edges = _trace(blocks, work)
-    return VoronoiGraph(
-        nodes=work.nodes[:nodes].copy(),
-        degrees=work.degree[work.nodes[:nodes]],
-        ends=work.ends[:edges].copy(),
-        bounds=work.bounds[: edges + 1].copy(),
-        inner=work.inner[: work.bounds[edges]].copy(),
-    )
-
-
-class _Tracing(NamedTuple):
-    """The arrays of a tracing, flat over blocks unless a shape is given."""
-
-    skeleton: Flags
-    around: Ints  # (8,): from a block to those around it, counter-clockwise from east
-    # degree, node: number of links of each block; its position in `nodes` or -1, and -2 once it is in `inner`
-    degree: Ints
-    node: Ints
-    # nodes, ends, bounds, inner: output, as in `VoronoiGraph`
-    nodes: Ints
-    ends: Ints
-    bounds: Ints
-    inner: Ints
-
-
-@inlined
-def _linked(work: _Tracing, block: int, turn: int) -> bool:
-    if not work.skeleton[block + work.around[turn]]:
-        return False
-    if not turn & 1:
-        return True
-    return not (work.skeleton[block + work.around[turn - 1]] or work.skeleton[block + work.around[(turn + 1) & 7]])
-
-
-@inlined
-def _follow(work: _Tracing, start: int, edges: int) -> int:
-    """Append the edges of a node that are not traced yet; return the number of edges."""
-    filled = work.bounds[edges]
-    for turn in range(8):
-        if not _linked(work, start, turn):
-            continue
-        before, block = start, start + work.around[turn]
-        # traced from the other end; a link of two nodes without inner blocks is traced from the lower one only
-        if work.node[block] == -2 or (work.node[block] >= 0 and block <= start):
-            continue
-        while work.node[block] == -1:
-            work.node[block] = -2
-            work.inner[filled] = block
-            filled += 1
-            for onward in range(8):
-                after = block + work.around[onward]
-                if after != before and _linked(work, block, onward):
-                    before, block = block, after
-                    break
-        work.ends[edges, 0], work.ends[edges, 1] = work.node[start], work.node[block]
-        edges += 1
-        work.bounds[edges] = filled
-    return edges
+    width, there = skeleton.shape[1], skeleton.ravel()
+    blocks = np.flatnonzero(there)
+    # from a block to those around it, counter-clockwise from east: every second one is diagonal
+    around = np.array([1, width + 1, width, width - 1, -1, -width - 1, -width, 1 - width])
+    linked = there[blocks[:, None] + around]
+    linked[:, 1::2] &= ~(linked[:, ::2] | np.roll(linked[:, ::2], -1, axis=1))
+    links = np.where(linked, np.searchsorted(blocks, blocks[:, None] + around), -1)
+    nodes, ends, bounds, inner = _trace(links)
+    degrees = np.count_nonzero(linked[nodes], axis=1)
+    return VoronoiGraph(nodes=blocks[nodes], degrees=degrees, ends=ends, bounds=bounds, inner=blocks[inner])
 
 
 @native
-def _trace(blocks: Ints, work: _Tracing) -> tuple[int, int]:
-    """Trace the graph of the skeleton's blocks; return its numbers of nodes and edges."""
-    nodes = edges = 0
-    for block in blocks:
-        for turn in range(8):
-            work.degree[block] += _linked(work, block, turn)
-        if work.degree[block] != 2:
-            work.nodes[nodes], work.node[block] = block, nodes
-            nodes += 1
-    for k in range(nodes):
-        edges = _follow(work, work.nodes[k], edges)
-    for block in blocks:
-        if work.node[block] == -1:  # a ring without a junction gets a node here
-            work.nodes[nodes], work.node[block] = block, nodes
-            nodes += 1
-            edges = _follow(work, block, edges)
-    return nodes, edges
+def _trace(links: Ints) -> tuple[Ints, Ints, Ints, Ints]:
+    """Return nodes, ends, bounds and inner blocks of a graph by the blocks linked to each, (n, 8), -1 for none."""
+    count = len(links)
+    degrees = (links >= 0).sum(axis=1)
+    nodes, number = np.empty(count, dtype=np.int64), np.full(count, -1, dtype=np.int64)
+    ends, bounds = np.empty((degrees.sum() // 2, 2), dtype=np.int64), np.zeros(degrees.sum() // 2 + 1, dtype=np.int64)
+    inner, traced = np.empty(count, dtype=np.int64), np.zeros(count, dtype=np.bool_)
+    known = edges = filled = 0
+    for block in np.flatnonzero(degrees != 2):
+        nodes[known], number[block] = block, known
+        known += 1
+    for start in np.concatenate((nodes[:known].copy(), np.arange(count))):
+        if traced[start]:
+            continue
+        traced[start] = True
+        if number[start] < 0:  # a ring without a junction gets a node here
+            nodes[known], number[start] = start, known
+            known += 1
+        for first in links[start]:
+            if first < 0 or traced[first]:  # traced from the other end
+                continue
+            before, block = start, first
+            while number[block] < 0:
+                traced[block] = True
+                inner[filled] = block
+                filled += 1
+                for after in links[block]:
+                    if after >= 0 and after != before:
+                        before, block = block, after
+                        break
+            ends[edges, 0], ends[edges, 1] = number[start], number[block]
+            edges += 1
+            bounds[edges] = filled
+    return nodes[:known].copy(), ends[:edges].copy(), bounds[: edges + 1].copy(), inner[:filled].copy()
 
 
 @native
