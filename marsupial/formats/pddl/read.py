@@ -10,43 +10,44 @@ Each step reports all its problems at once, with their lines. A problem written 
 situation is the simplest one with the same plans.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
-from marsupial.errors import SituationError
+from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.assemble import FactTable, assemble
 from marsupial.formats.pddl.domain import FUNCTIONS, LEAF_TYPES, PREDICATES, SUPERTYPES
 from marsupial.formats.pddl.facts import exact
-from marsupial.formats.pddl.foreign import foreign_problem
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
 from marsupial.model.situation import Situation
 
 _SECTIONS = (":domain", ":objects", ":init", ":goal", ":metric", ":requirements")
+_NEEDED_TYPES = ("robot_type", "carrier", "rover", "start", "target", "meeting")
+# facts that a problem needs to have a plan
+_NEEDED_FACTS = ("at", "is_a", "can_explore", "path", "path_cost", "capacity", "dock_time")
+_MOST_NAMES = 6  # most names in a line
 
 
 def read_problem(text: str) -> Situation:
     """Return the situation of a problem of the canonical domain; a `SituationError` has every problem with its line."""
     form = parse_form(text)
-    if strange := foreign_problem(form):
+    if strange := _foreign(form):
         raise SituationError(strange)
-    reader = _Reader()
-    reader.read(form)
-    reader.table.check()
-    return assemble(reader.table)
+    table = _Reader()
+    table.read(form)
+    table.check()
+    return assemble(table)
 
 
 @dataclass(slots=True)
-class _Reader:
-    """Fills the table, and checks names, arguments and types."""
-
-    table: FactTable = field(default_factory=FactTable)
+class _Reader(FactTable):
+    """Fills itself from the forms of a problem, and checks names, arguments and types."""
 
     def read(self, form: Form) -> None:
         """Read a whole ``(define (problem ...) ...)``."""
         sections = self._sections(form)
         for item in sections[":domain"].items[1:]:
             if str(item) != "marsupial":
-                self.table.wrong(sections[":domain"].line, f"the domain must be marsupial, got {item}")
+                self.wrong(sections[":domain"].line, f"the domain must be marsupial, got {item}")
         self._objects(sections[":objects"])
         for item in sections[":init"].items[1:]:
             self._initial(item)
@@ -59,90 +60,132 @@ class _Reader:
         for item in form.items[2:]:
             if not isinstance(item, Form) or item.head not in _SECTIONS:
                 name = item.head if isinstance(item, Form) else item
-                self.table.wrong(item.line, f"{name} is not a section of a problem")
+                self.wrong(item.line, f"{name} is not a section of a problem")
             elif item.head in found:
-                self.table.wrong(item.line, f"section {item.head} is there twice")
+                self.wrong(item.line, f"section {item.head} is there twice")
             else:
                 found[item.head] = item
         for name in _SECTIONS[:4]:
             if name not in found:
-                self.table.wrong(form.line, f"section {name} is missing")
+                self.wrong(form.line, f"section {name} is missing")
                 found[name] = Form((Word(name, form.line),), form.line)
         return found
 
     def _objects(self, section: Form) -> None:
         for word, kind in typed_list(section.items[1:]):
             if isinstance(word, Form):
-                self.table.wrong(word.line, f"an object's name is expected, got {word}")
+                self.wrong(word.line, f"an object's name is expected, got {word}")
             elif str(kind) not in LEAF_TYPES:
-                self.table.wrong(kind.line, f"{word}: type must be one of {', '.join(sorted(LEAF_TYPES))}, got {kind}")
-            elif word.text in self.table.kinds:
-                self.table.wrong(word.line, f"object {word} is declared twice")
+                self.wrong(kind.line, f"{word}: type must be one of {', '.join(sorted(LEAF_TYPES))}, got {kind}")
+            elif word.text in self.kinds:
+                self.wrong(word.line, f"object {word} is declared twice")
             else:
-                self.table.kinds[word.text] = str(kind)
-                self.table.lines[word.text] = word.line
+                self.kinds[word.text] = str(kind)
+                self.lines[word.text] = word.line
 
     def _initial(self, item: Word | Form) -> None:
         if isinstance(item, Word):
-            self.table.wrong(item.line, f"a fact in brackets is expected, got {item}")
+            self.wrong(item.line, f"a fact in brackets is expected, got {item}")
         elif item.head == "=":
             self._value(item)
         else:
             args = self._atom(item, PREDICATES, "predicate")
             if args is not None:
-                self.table.facts.setdefault((item.head, *args), item.line)
+                self.facts.setdefault((item.head, *args), item.line)
 
     def _value(self, item: Form) -> None:
         if len(item.items) != 3 or not isinstance(item.items[1], Form):
-            self.table.wrong(item.line, f"'(= (<function> ...) <number>)' is expected, got {item}")
+            self.wrong(item.line, f"'(= (<function> ...) <number>)' is expected, got {item}")
             return
         args = self._atom(item.items[1], FUNCTIONS, "function")
         if args is None:
             return
         key = (item.items[1].head, *args)
-        if key in self.table.values:
-            self.table.wrong(item.line, f"{item.items[1]} has a value already")
+        if key in self.values:
+            self.wrong(item.line, f"{item.items[1]} has a value already")
             return
         try:
-            self.table.values[key] = exact(str(item.items[2])), item.line
+            self.values[key] = exact(str(item.items[2])), item.line
         except ValueError:
-            self.table.wrong(item.line, f"{item.items[1]}: a number is expected, got {item.items[2]}")
+            self.wrong(item.line, f"{item.items[1]}: a number is expected, got {item.items[2]}")
 
     def _atom(self, item: Form, known: Mapping[str, tuple[str, ...]], noun: str) -> tuple[str, ...] | None:
         signature = known.get(item.head)
         if signature is None:
-            self.table.wrong(item.line, f"unknown {noun} {item.head or item}")
+            self.wrong(item.line, f"unknown {noun} {item.head or item}")
             return None
         args = tuple(str(arg) for arg in item.items[1:])
         if len(args) != len(signature):
-            self.table.wrong(item.line, f"{item.head} takes {len(signature)} arguments, got {len(args)}: {item}")
+            self.wrong(item.line, f"{item.head} takes {len(signature)} arguments, got {len(args)}: {item}")
             return None
         faults = [self._argument(item, arg, kind) for arg, kind in zip(args, signature, strict=True)]
         return None if any(faults) else args
 
     def _argument(self, item: Form, arg: str, wanted: str) -> bool:
         """Return whether an argument is unknown or of another type than `wanted`, and note the problem."""
-        kind: str | None = self.table.kinds.get(arg)
+        kind: str | None = self.kinds.get(arg)
         if kind is None:
-            self.table.wrong(item.line, f"{item}: there is no object {arg}")
+            self.wrong(item.line, f"{item}: there is no object {arg}")
             return True
         while kind is not None and kind != wanted:
             kind = SUPERTYPES[kind]
         if kind is None:
-            self.table.wrong(item.line, f"{item}: {arg} is a {self.table.kinds[arg]}, not a {wanted}")
+            self.wrong(item.line, f"{item}: {arg} is a {self.kinds[arg]}, not a {wanted}")
         return kind is None
 
     def _goal(self, section: Form) -> None:
-        self.table.goal_line = section.line
+        self.goal_line = section.line
         if len(section.items) > 2:
-            self.table.wrong(section.line, "a goal is one form: (and ...)")
+            self.wrong(section.line, "a goal is one form: (and ...)")
         for whole in section.items[1:2]:
             parts = whole.items[1:] if isinstance(whole, Form) and whole.head == "and" else (whole,)
             for item in parts:
                 if isinstance(item, Word) or item.head not in ("explored", "aboard", "at"):
                     if str(item) != "()":
-                        self.table.wrong(item.line, f"a goal is explored, aboard or at, got {item}")
+                        self.wrong(item.line, f"a goal is explored, aboard or at, got {item}")
                     continue
                 args = self._atom(item, PREDICATES, "predicate")
                 if args is not None:
-                    self.table.goals[(item.head, *args)] = item.line
+                    self.goals[(item.head, *args)] = item.line
+
+
+def _foreign(form: Form) -> tuple[Problem, ...]:
+    """Return three problems with what a problem of another domain lacks, not a thousand; none for one of ours.
+
+    It is foreign if most of its types, facts and goals are unknown to the canonical domain, whatever the domain's name.
+    """
+    sections = [item for item in form.items if isinstance(item, Form)]
+    objects = [item for section in sections if section.head == ":objects" for item in typed_list(section.items[1:])]
+    kinds = [(f"type {kind}", item) for item, kind in objects]
+    facts = [(item.head, item) for item in _facts(sections)]
+    known = {f"type {kind}" for kind in LEAF_TYPES} | set(PREDICATES) | set(FUNCTIONS)
+    # Names count once, however often they are used: one unknown fact in a thousand places is one slip.
+    used = {name for name, _ in (*kinds, *facts)}
+    if len(used - known) <= len(used & known):
+        return ()
+    strange = [(name, item) for name, item in (*kinds, *facts) if name not in known]
+    missing = (
+        [kind for kind in _NEEDED_TYPES if f"type {kind}" not in used],
+        [fact for fact in _NEEDED_FACTS if fact not in used],
+    )
+    domain = next((item for item in sections if item.head == ":domain"), form)
+    return (
+        at_line(domain.line, f"not a problem of marsupial's own domain, as `marsupial export` writes it, but {domain}"),
+        Problem("", f"missing: objects of the types {listed(missing[0])}; facts {listed(missing[1])}"),
+        at_line(strange[0][1].line, f"{len(strange)} objects and facts mean nothing here, the first: {strange[0][1]}"),
+    )
+
+
+def _facts(sections: Sequence[Form]) -> Iterator[Form]:
+    """Yield the facts and goals; for a numeric fact, its function."""
+    for section in sections:
+        parts = section.items[1:] if section.head in (":init", ":goal") else ()
+        for part in parts:
+            inner = part.items[1:] if isinstance(part, Form) and part.head in ("and", "=") else (part,)
+            yield from (item for item in inner if isinstance(item, Form) and item.head)
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names as a text, without those after the first few."""
+    more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+    return ", ".join(names[:_MOST_NAMES]) + more if names else "none"

@@ -3,15 +3,14 @@
 Any PDDL 2.1 planner can read a problem, and `read_problem` returns exactly the situation that it was written from.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.domain import domain_text, pddl_folder
 from marsupial.formats.pddl.facts import problem_facts
-from marsupial.formats.pddl.foreign import foreign_domain
 from marsupial.formats.pddl.names import encode_name
-from marsupial.formats.pddl.read import read_problem
+from marsupial.formats.pddl.read import listed, read_problem
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
 from marsupial.model.situation import Situation
 
@@ -43,16 +42,19 @@ def check_domain(text: str) -> None:
     line; if most are missing, with their names by kind.
     """
     form = parse_form(text)
-    # A domain that lacks most of the declarations gets three lines, not a problem for each declaration.
     given, wanted = _declarations(form), _canonical()
-    name = ", ".join(name for kind, name in given if kind == "name")
-    if strange := foreign_domain(name, form.line, given, list(wanted)):
-        raise SituationError(strange)
-    problems = [
-        Problem("", f"not the canonical domain: {kind} {name} is missing")
-        for kind, name in wanted
-        if (kind, name) not in given
-    ]
+    missing = [each for each in wanted if each not in given]
+    if 2 * len(missing) > len(wanted):  # another domain
+        name = ", ".join(name for kind, name in given if kind == "name") or "one without a name"
+        strange = [each for each in given if each not in wanted]
+        raise SituationError(
+            [
+                at_line(form.line, f"not the canonical domain, as `marsupial export` writes it, but {name}"),
+                Problem("", f"missing: {_sorted_by_kind(missing)}"),
+                Problem("", f"unknown here: {_sorted_by_kind(strange)}"),
+            ]
+        )
+    problems = [Problem("", f"not the canonical domain: {kind} {name} is missing") for kind, name in missing]
     for (kind, name), (form, line) in given.items():
         if (kind, name) not in wanted:
             problems.append(at_line(line, f"not the canonical domain, which has no {kind} {name}"))
@@ -98,3 +100,8 @@ def _parts(part: Word | Form) -> Iterator[tuple[str, str, Form]]:
         yield "action", str(part.items[1]), part
     elif part.head != ":requirements":
         yield "section", part.head, part
+
+
+def _sorted_by_kind(declared: Sequence[tuple[str, str]]) -> str:
+    kinds = dict.fromkeys(kind for kind, _ in declared)
+    return "; ".join(f"{kind} {listed([name for of, name in declared if of == kind])}" for kind in kinds) or "nothing"
