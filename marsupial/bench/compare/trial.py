@@ -9,17 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from marsupial.arrays import Flags
 from marsupial.bench.compare.plan import Case, Trial
 from marsupial.bench.compare.rows import COVERAGE_SCALE, ERROR, Curve, MissionRow, Result, Timing, metrics_of
 from marsupial.cluster.versions import Requirements, check_requirements
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
-from marsupial.model.grid import Mask
-from marsupial.model.mission import MissionEnded, MissionEvent, Revealed
-from marsupial.model.planning import Budget
+from marsupial.model import Budget, Mask, MissionEnded, MissionEvent, Revealed, Scenario
 from marsupial.model.runs import triples
-from marsupial.model.scenario import Scenario
 from marsupial.processes.channel import Channel
 
 EVERY_MS = 5_000  # simulated time between two samples
@@ -86,27 +84,21 @@ class CoverageSampler(Observer):
 
     def __init__(self) -> None:
         self.known: list[int] = []
-        self._upto: list[int] = []
-        self._area = 1
-        self._cells = 0
+        self._left: Flags = np.zeros(0, dtype=np.bool_)  # the explorable cells that are unknown, row-major
+        self._area = 0
 
     def reachable(self, area: Mask) -> None:
-        # cumulative counts: the explorable cells of a run of cells are a difference of two entries
-        self._upto = np.concatenate([[0], np.cumsum(area.ravel())]).tolist()
-        self._area = max(1, self._upto[-1])
+        self._left, self._area = area.ravel().copy(), int(np.count_nonzero(area))
 
     def event(self, event: MissionEvent) -> None:
-        if isinstance(event, Revealed):
-            self._catch_up(event.t_ms)
-            for start, length, _ in triples(event.runs):
-                self._cells += self._upto[start + length] - self._upto[start]
-        elif isinstance(event, MissionEnded):
-            self._catch_up(event.t_ms)
+        while len(self.known) * EVERY_MS < event.t_ms:
             self._note()
-
-    def _catch_up(self, t_ms: int) -> None:
-        while len(self.known) * EVERY_MS < t_ms:
+        if isinstance(event, Revealed):
+            for start, length, _ in triples(event.runs):
+                self._left[start : start + length] = False
+        elif isinstance(event, MissionEnded):
             self._note()
 
     def _note(self) -> None:
-        self.known.append(round(COVERAGE_SCALE * self._cells / self._area))
+        known = self._area - int(np.count_nonzero(self._left))
+        self.known.append(round(COVERAGE_SCALE * known / max(1, self._area)))

@@ -94,15 +94,13 @@ def verified(best: Best, situation: Situation) -> Best:
     return best
 
 
-def better(one: Best | None, other: Best | None) -> Best | None:
+def better(known: Best | None, other: Best) -> Best:
     """Return the shorter of two plans for the same situation, with the higher bound that it does not refute."""
-    if one is None or other is None:
-        return one or other
-    if one.digest != other.digest:
-        raise InvalidPlanError("two best plans for different situations")
-    short, long = (one, other) if one.makespan_ms <= other.makespan_ms else (other, one)
-    if short.lower_bound_ms > short.makespan_ms:
-        short = replace(short, lower_bound_ms=0, bound_by="")
+    if known is None:
+        return other
+    if known.digest != other.digest:
+        raise InvalidPlanError("the best plan known is for another situation")
+    short, long = (known, other) if known.makespan_ms <= other.makespan_ms else (other, known)
     return with_bound(short, long.lower_bound_ms, long.bound_by)
 
 
@@ -114,16 +112,9 @@ def with_plan(known: Best | None, situation: Situation, plan: Plan, found_by: st
     verdict = check(situation, plan)
     if not verdict.valid:
         raise InvalidPlanError(f"{found_by}: {verdict.violation}")
-    digest = digest_of(situation)
-    if known is not None and known.digest != digest:
-        raise InvalidPlanError("the best plan known is for another situation")
-    if known is not None and known.makespan_ms <= plan.makespan_ms:
-        return known
     lines = tuple(line for line in write_plan_text(plan, situation).splitlines() if not line.startswith(";"))
-    new = Best(digest=digest, makespan_ms=plan.makespan_ms, found_by=found_by, plan=lines)
-    if known is None or known.lower_bound_ms > plan.makespan_ms:
-        return new
-    return replace(new, lower_bound_ms=known.lower_bound_ms, bound_by=known.bound_by)
+    digest = digest_of(situation)
+    return better(known, Best(digest=digest, makespan_ms=plan.makespan_ms, found_by=found_by, plan=lines))
 
 
 def with_bound(known: Best, bound_ms: int, bound_by: str) -> Best:

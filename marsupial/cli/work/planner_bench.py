@@ -82,8 +82,8 @@ def _merge(best: dict[str, Best], file: Path | None) -> None:
         if name not in INSTANCES:
             raise InputError(f"there is no instance {name!r}", source=str(file))
         known = best.get(name)
-        if one != known and (merged := better(known, verified(one, INSTANCES[name].situation()))) is not None:
-            best[name] = merged
+        if one != known:
+            best[name] = better(known, verified(one, INSTANCES[name].situation()))
 
 
 def _instances(patterns: tuple[str, ...]) -> tuple[Instance, ...]:
