@@ -20,7 +20,6 @@ _START_S = 45.0
 """Wall-clock time within which a gateway must connect."""
 
 _ANSWER_S = 15.0
-_POLL_S = 1.0
 _RETRY_S = 2.0
 _POLL_S = 0.2
 _LOST = "the connection to the cluster was lost"

@@ -30,10 +30,9 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from marsupial.errors import LogError, Problem
+from marsupial.model import Cause, Cell, Trigger, Triggers
 from marsupial.model import mission as m
 from marsupial.model.bounds import MOST
-from marsupial.model.grid import Cell
-from marsupial.model.mission import Cause, Trigger, Triggers
 
 FORMAT = "marsupial-log"
 VERSION = 2

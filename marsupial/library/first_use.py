@@ -33,9 +33,8 @@ from marsupial.codecache import is_lasting
 from marsupial.formats.situation import situation_from_json
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
-from marsupial.model import Budget, Decider, Engine, ObjectiveName, Role, Scenario
+from marsupial.model import Budget, Decider, Engine, ObjectiveName, Role, Scenario, Situation
 from marsupial.model.planning import NO_PLANNER
-from marsupial.model.situation import Situation
 from marsupial.planning.engines import PRELOAD, PROCESSES, engine
 from marsupial.planning.external.commands import PREFIX
 from marsupial.processes.launcher import warm_up

@@ -14,7 +14,8 @@ from marsupial.papers.wurm2010 import experiment as wurm2010
 
 @pytest.fixture(scope="module")
 def paper() -> Comparison:
-    return wurm2010.comparison(ExperimentTerms(runs=5, planner="greedy", budget=Budget(steps=1), maps=Path()))
+    terms = ExperimentTerms(runs=5, planner="greedy", budget=Budget(steps=1), maps=Path())
+    return wurm2010.EXPERIMENT.comparison(terms)
 
 
 def paper_outcome(paper: Comparison, *, saved_s: float = 10.0, runs: int = 5, better: float = 0.5) -> ComparisonOutcome:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import Figure
-from marsupial.bench.compare.plan import Comparison
+from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.tables import ReportTable
-from marsupial.model.planning import Budget
+from marsupial.model import Budget, Scenario
 from marsupial.wording import counted
 
 
@@ -63,10 +63,12 @@ class ExperimentTerms:
 class Experiment:
     """An experiment of a paper: its comparison, its figures and its findings."""
 
+    name: str  # in `marsupial reproduce`
     title: str
     setting: str  # what is simulated
     runs: int  # missions per case, unless the caller asks for another number
-    comparison: Callable[[ExperimentTerms], Comparison]
+    scenarios: Callable[[ExperimentTerms], Mapping[Case, Scenario]]
+    contenders: Callable[[str], tuple[Contender, ...]]  # with the planner that is asked for
     findings: Callable[[ComparisonOutcome], list[Finding]]
     paper_runs: int | None = None  # missions behind the paper's means; None if it does not say
     # unless the caller asks for another; what `auto` adds, proofs that makespans are best, costs as much again
@@ -75,6 +77,14 @@ class Experiment:
     tables: Callable[[ComparisonOutcome], list[ReportTable]] = lambda outcome: []  # printed numbers beside ours
     overview: bool = True  # whether to add the usual tables and figures of a comparison
     parts: Mapping[str, str] = field(default_factory=dict)  # further experiments of the paper, by subfolder
+
+    def comparison(self, terms: ExperimentTerms) -> Comparison:
+        """Return the missions: every contender in every scenario, from the same starts."""
+        scenarios = {case: prepared(scenario) for case, scenario in self.scenarios(terms).items()}
+        contenders = self.contenders(terms.planner)
+        return Comparison(
+            scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=self.name
+        )
 
 
 def reading(runs: int, paper_runs: int | None) -> str:

@@ -20,8 +20,7 @@ from marsupial.errors import InputError, InvalidPlanError
 from marsupial.formats.jsonvalues import parse_json
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
 from marsupial.formats.situation import situation_to_json
-from marsupial.model.plan import Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Plan, Situation
 from marsupial.planning.checker import check
 
 

@@ -1,12 +1,11 @@
-"""A situation as objects, facts and goals of the canonical domain, and its numbers as text.
+"""A situation as a problem of the canonical domain: its objects, facts and goals, and its numbers as text.
 
-`problem_facts` alone defines how a situation becomes PDDL. Actions read most of the facts. *Records* are facts that no
+`problem_text` alone defines how a situation becomes PDDL. Actions read most of the facts. *Records* are facts that no
 action reads: they hold the rest of the situation, so that it can be read back exactly.
 """
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from itertools import product
@@ -18,28 +17,6 @@ from marsupial.model import PlanningType, RobotState, Role, Situation
 from marsupial.model.bounds import MOST
 
 _NUMBER = re.compile(r"[-+]?[0-9./]{1,1100}(?:[eE][-+]?[0-9]{1,3})?")
-
-
-@dataclass(frozen=True, slots=True)
-class Fact:
-    """A predicate that is true, or a function with its value as a decimal number."""
-
-    name: str
-    args: tuple[str, ...]
-    value: str | None = None
-
-    def __str__(self) -> str:
-        inner = f"({' '.join((self.name, *self.args))})"
-        return inner if self.value is None else f"(= {inner} {self.value})"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ProblemFacts:
-    """A problem of the canonical domain: objects with their types, facts by section, goals."""
-
-    objects: tuple[tuple[str, str], ...]
-    sections: tuple[tuple[str, tuple[Fact, ...]], ...]
-    goals: tuple[Fact, ...]
 
 
 def seconds(ms: int) -> str:
@@ -71,28 +48,39 @@ def start_of(situation: Situation) -> dict[str, RobotState]:
     return {robot.place: robot for robot in situation.robots if robot.place is not None}
 
 
-def problem_facts(situation: Situation, *, records: bool = True) -> ProblemFacts:
-    """Return the objects, facts and goals of `situation`; `records` are facts that no action reads."""
-    sections = [
-        ("Where everybody is", tuple(_whereabouts(situation))),
-        ("What everybody can do", tuple(_abilities(situation))),
-        ("How long drives take", tuple(_drives(situation))),
-    ]
-    if records:
-        sections.append(("Records, read by no action", tuple(_records(situation))))
-    return ProblemFacts(objects=tuple(_objects(situation)), sections=tuple(sections), goals=goal_facts(situation))
+def problem_text(situation: Situation, *, name: str = "exploration", records: bool = True) -> str:
+    """Return `situation` as a problem of the canonical domain; durations in seconds with three decimals.
+
+    `records`: whether to write the facts that no action reads. Without them the problem is shorter and has the same
+    plans, but the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and
+    the times until robots are free are part of their first drives.
+    """
+    lines = [f"(define (problem {encode_name(name)})", "  (:domain marsupial)", "", "  (:objects"]
+    lines += [f"    {word} - {kind}" for word, kind in _objects(situation)]
+    lines += ["  )", "", "  (:init"]
+    lines += ["    ; Where everybody is", *_whereabouts(situation)]
+    lines += ["    ; What everybody can do", *_abilities(situation)]
+    lines += ["    ; How long drives take", *_drives(situation)]
+    lines += ["    ; Records, read by no action", *_records(situation)] if records else []
+    lines += ["  )", "", "  (:goal (and", *_goals(situation), "  ))", "", "  (:metric minimize (total-time)))", ""]
+    return "\n".join(lines)
 
 
-def goal_facts(situation: Situation) -> tuple[Fact, ...]:
-    """Return the facts that a plan has to reach."""
+def _fact(name: str, *args: str, value: str | None = None) -> str:
+    """Return a line of a predicate that is true, or of a function with its value."""
+    atom = f"({' '.join((name, *args))})"
+    return f"    {atom}" if value is None else f"    (= {atom} {value})"
+
+
+def _goals(situation: Situation) -> Iterator[str]:
     goal = situation.goal
-    facts = [Fact("explored", (encode_name(target.name),)) for target in situation.targets]
-    if goal.aboard:
-        facts += [Fact("aboard", (encode_name(rover.name),)) for rover in situation.of_role(Role.ROVER)]
+    for target in situation.targets:
+        yield _fact("explored", encode_name(target.name))
+    for rover in situation.of_role(Role.ROVER) if goal.aboard else ():
+        yield _fact("aboard", encode_name(rover.name))
     for carrier in situation.of_role(Role.CARRIER) if goal.return_home else ():
         if carrier.home is not None:
-            facts.append(Fact("at", (encode_name(carrier.name), encode_name(carrier.home))))
-    return tuple(facts)
+            yield _fact("at", encode_name(carrier.name), encode_name(carrier.home))
 
 
 def _drive_ms(situation: Situation, kind: str, origin: str, place: str, owners: Mapping[str, RobotState]) -> int | None:
@@ -118,83 +106,83 @@ def _objects(situation: Situation) -> Iterator[tuple[str, str]]:
         yield from ((encode_name(name), leaf) for name in names)
 
 
-def _whereabouts(situation: Situation) -> Iterator[Fact]:
+def _whereabouts(situation: Situation) -> Iterator[str]:
     for robot in situation.robots:
         name = encode_name(robot.name)
         if robot.place is not None:
-            yield Fact("at", (name, encode_name(robot.place)))
+            yield _fact("at", name, encode_name(robot.place))
         if robot.carrier is not None:
-            yield Fact("on", (name, encode_name(robot.carrier)))
-            yield Fact("aboard", (name,))
+            yield _fact("on", name, encode_name(robot.carrier))
+            yield _fact("aboard", name)
     for carrier in situation.of_role(Role.CARRIER):
         docked = sum(robot.carrier == carrier.name for robot in situation.robots)
-        yield Fact("num_docked", (encode_name(carrier.name),), str(docked))
+        yield _fact("num_docked", encode_name(carrier.name), value=str(docked))
 
 
-def _abilities(situation: Situation) -> Iterator[Fact]:
+def _abilities(situation: Situation) -> Iterator[str]:
     for kind in situation.types:
-        yield Fact(f"role_{kind.role.value}", (encode_type(kind.name),))
+        yield _fact(f"role_{kind.role.value}", encode_type(kind.name))
     for robot in situation.robots:
         kind, name = situation.type_of(robot.name), encode_name(robot.name)
-        yield Fact("is_a", (name, encode_type(kind.name)))
+        yield _fact("is_a", name, encode_type(kind.name))
         if kind.role is Role.CARRIER:
-            yield Fact("capacity", (name,), str(int(kind.capacity)))
+            yield _fact("capacity", name, value=str(int(kind.capacity)))
         else:
-            yield Fact("dock_time", (name,), seconds(duration_ms(kind.dock_ms)))
-            yield Fact("undock_time", (name,), seconds(duration_ms(kind.undock_ms)))
+            yield _fact("dock_time", name, value=seconds(duration_ms(kind.dock_ms)))
+            yield _fact("undock_time", name, value=seconds(duration_ms(kind.undock_ms)))
         for target in situation.targets:
             if kind.name in target.explorers:
-                yield Fact("can_explore", (name, encode_name(target.name)))
+                yield _fact("can_explore", name, encode_name(target.name))
         for meeting in situation.meetings if kind.role is Role.ROVER else ():
             if situation.can_stand(kind.name, meeting):
-                yield Fact("can_stand", (name, encode_name(meeting)))
+                yield _fact("can_stand", name, encode_name(meeting))
 
 
-def _drives(situation: Situation) -> Iterator[Fact]:
+def _drives(situation: Situation) -> Iterator[str]:
     for args, cost, _ in _table(situation):
         if cost is not None:
-            yield Fact("path", args)
-            yield Fact("path_cost", args, seconds(cost))
+            yield _fact("path", *args)
+            yield _fact("path_cost", *args, value=seconds(cost))
 
 
-def _records(situation: Situation) -> Iterator[Fact]:
+def _records(situation: Situation) -> Iterator[str]:
     for flag in ("recover_rovers", "return_home"):
         if getattr(situation.goal, flag):
-            yield Fact(flag, ())
+            yield _fact(flag)
     for robot in situation.robots:
         if robot.home is not None:
-            yield Fact("home_of", (encode_name(robot.name), encode_name(robot.home)))
+            yield _fact("home_of", encode_name(robot.name), encode_name(robot.home))
         if robot.free_at_ms:
-            yield Fact("free_at", (encode_name(robot.name),), seconds(int(robot.free_at_ms)))
+            yield _fact("free_at", encode_name(robot.name), value=seconds(int(robot.free_at_ms)))
     yield from _target_records(situation)
     for kind in situation.types:
         yield from _type_records(situation, kind)
     for args, cost, travel in _table(situation):
         # A `path_cost` is at least 1 ms, so it can't hold a travel time of 0.
         if travel is not None and (cost is None or travel == 0):
-            yield Fact("travel", args, seconds(travel))
+            yield _fact("travel", *args, value=seconds(travel))
 
 
-def _target_records(situation: Situation) -> Iterator[Fact]:
+def _target_records(situation: Situation) -> Iterator[str]:
     for i, target in enumerate(situation.targets):
         if not isfinite(target.reveal_m2):
             raise SituationError([Problem(f"targets[{i}].reveal_m2", f"PDDL can't hold {target.reveal_m2}")])
         if target.reveal_m2:
-            yield Fact("reveal", (encode_name(target.name),), format(Decimal(repr(float(target.reveal_m2))), "f"))
+            yield _fact("reveal", encode_name(target.name), value=format(Decimal(repr(float(target.reveal_m2))), "f"))
         for kind in sorted(target.explorers - _manned(situation)):
-            yield Fact("explores", (encode_type(kind), encode_name(target.name)))
+            yield _fact("explores", encode_type(kind), encode_name(target.name))
 
 
-def _type_records(situation: Situation, kind: PlanningType) -> Iterator[Fact]:
+def _type_records(situation: Situation, kind: PlanningType) -> Iterator[str]:
     """Yield the numbers of a type that the facts of its robots don't hold."""
     manned = kind.name in _manned(situation)
     if kind.capacity and not (manned and kind.role is Role.CARRIER):
-        yield Fact("type_capacity", (encode_type(kind.name),), str(int(kind.capacity)))
+        yield _fact("type_capacity", encode_type(kind.name), value=str(int(kind.capacity)))
     for name, time in (("type_dock_time", kind.dock_ms), ("type_undock_time", kind.undock_ms)):
         # The facts of rovers hold docking times, but at least 1 ms; without rovers, reading assumes 0.
         in_facts = manned and kind.role is Role.ROVER
         if time != (duration_ms(time) if in_facts else 0):
-            yield Fact(name, (encode_type(kind.name),), seconds(int(time)))
+            yield _fact(name, encode_type(kind.name), value=seconds(int(time)))
 
 
 def _manned(situation: Situation) -> frozenset[str]:

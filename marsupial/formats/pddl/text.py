@@ -8,31 +8,11 @@ from functools import cache
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.domain import domain_text, pddl_folder
-from marsupial.formats.pddl.facts import problem_facts
-from marsupial.formats.pddl.names import encode_name
+from marsupial.formats.pddl.facts import problem_text
 from marsupial.formats.pddl.read import listed, read_problem
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
-from marsupial.model.situation import Situation
 
 __all__ = ["check_domain", "domain_text", "pddl_folder", "problem_text", "read_problem"]
-
-
-def problem_text(situation: Situation, *, name: str = "exploration", records: bool = True) -> str:
-    """Return `situation` as a problem of the canonical domain; durations in seconds with three decimals.
-
-    `records`: whether to write the facts that no action reads. Without them the problem is shorter and has the same
-    plans, but the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and
-    the times until robots are free are part of their first drives.
-    """
-    facts = problem_facts(situation, records=records)
-    lines = [f"(define (problem {encode_name(name)})", "  (:domain marsupial)", "", "  (:objects"]
-    lines += [f"    {word} - {kind}" for word, kind in facts.objects]
-    lines += ["  )", "", "  (:init"]
-    for title, section in facts.sections:
-        lines += [f"    ; {title}", *(f"    {fact}" for fact in section)]
-    lines += ["  )", "", "  (:goal (and", *(f"    {fact}" for fact in facts.goals), "  ))", ""]
-    lines += ["  (:metric minimize (total-time)))", ""]
-    return "\n".join(lines)
 
 
 def check_domain(text: str) -> None:

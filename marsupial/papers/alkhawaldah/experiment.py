@@ -9,7 +9,7 @@ from statistics import fmean
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
 from marsupial.bench.compare.figures import Figure, Series, lines_figure
-from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
+from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
 from marsupial.bench.compare.statistics import Estimate
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
@@ -17,7 +17,6 @@ from marsupial.generators.builtin import explorers
 from marsupial.generators.papers import scattered
 from marsupial.model import FLOOR, RobotType, Role, Scenario
 
-NAME, WEIGHTS = "alkhawaldah", "alkhawaldah-weights"  # names of the experiment and of its part
 CELLS = 25  # columns and rows of most worlds
 SEED = 1  # seed of the obstacles' places
 
@@ -42,18 +41,14 @@ NEAR = 0.05
 FEW_STEPS = 115  # greatest mean number of steps of temporal planning; a printed mean is 125
 
 
-def cell_world(name: str, columns: int, rows: int, obstacles: int, robots: int) -> Scenario:
+def cell_world(name: str, columns: int, rows: int, obstacles: int, robots: int = ROBOTS) -> Scenario:
     """Return the scenario of robots in a world of 1 m cells, some of which are obstacles."""
     return explorers(name, scattered(columns, rows, obstacles, SEED), HOPPER, robots)
 
 
-def comparison(terms: ExperimentTerms) -> Comparison:
-    """Return the comparison: the worlds of Table 2."""
+def _scenarios(terms: ExperimentTerms) -> dict[Case, Scenario]:
     cases = {obstacles: _case(obstacles) for obstacles in PRINTED}
-    worlds = {case: cell_world(case.scenario, CELLS, CELLS, obstacles, ROBOTS) for obstacles, case in cases.items()}
-    scenarios = {case: prepared(world) for case, world in worlds.items()}
-    contenders = (Contender("temporal", terms.planner), BIDDING, SHENG)
-    return Comparison(scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=NAME)
+    return {case: cell_world(case.scenario, CELLS, CELLS, obstacles) for obstacles, case in cases.items()}
 
 
 def _estimates(outcome: ComparisonOutcome, contender: Contender) -> dict[int, Estimate]:
@@ -165,6 +160,7 @@ def _planning(outcome: ComparisonOutcome) -> Finding:
 
 
 EXPERIMENT = Experiment(
+    name="alkhawaldah",
     title="Al-Khawaldah et al.: Frontier-based Exploration with Two Cooperating Mobile Robots",
     setting="Worlds of 25 x 25 cells with 0 to 40 obstacles of a cell, their places the same for all missions; what "
     "lies outside counts as occupied. Two robots start beside each other, where is drawn, see the eight cells around "
@@ -174,9 +170,10 @@ EXPERIMENT = Experiment(
     "W_p = 2, W_n = 2, W_c = 1; for Sheng's function w_1 = w_2 = 1 and w_3 = 0, as in the paper's comparison.",
     runs=40,
     paper_runs=10,
-    comparison=comparison,
+    scenarios=_scenarios,
+    contenders=lambda planner: (Contender("temporal", planner), BIDDING, SHENG),
     figures=_figures,
     findings=findings,
     tables=_tables,
-    parts={"weights": WEIGHTS},
+    parts={"weights": "alkhawaldah-weights"},
 )

@@ -7,11 +7,10 @@ import math
 from itertools import product
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
-from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
+from marsupial.bench.compare.plan import Case, Contender
+from marsupial.bench.compare.statements import Experiment, Finding
 from marsupial.papers.alkhawaldah.experiment import CELLS, ROBOTS, cell_world
 
-NAME = "alkhawaldah-triples"
 WORLDS = {Case(f"{obstacles} obstacles", ROBOTS, 0): obstacles for obstacles in (10, 20)}
 
 CONTENDERS = {
@@ -20,13 +19,6 @@ CONTENDERS = {
 """W_n, W_p and W_c. The paper has all whole numbers, to 10 in each of its worlds and to 20 in these two."""
 
 GREATEST = 10
-
-
-def comparison(terms: ExperimentTerms) -> Comparison:
-    """Return the comparison: every triple of weights in both worlds."""
-    scenarios = {case: prepared(cell_world(case.scenario, CELLS, CELLS, n, ROBOTS)) for case, n in WORLDS.items()}
-    contenders = tuple(CONTENDERS.values())
-    return Comparison(scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=NAME)
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
@@ -67,11 +59,13 @@ def findings(outcome: ComparisonOutcome) -> list[Finding]:
 
 
 EXPERIMENT = Experiment(
+    name="alkhawaldah-triples",
     title="Al-Khawaldah et al.: three weights of the bidding function",
     setting="The worlds of 10 and 20 obstacles of Table 2, with the same starts for every triple: W_n, W_p and W_c are "
     "each 1, 2, 5, 10 or 20, where the paper has all whole numbers from 1 to 20.",
     runs=1,
-    comparison=comparison,
+    scenarios=lambda terms: {case: cell_world(case.scenario, CELLS, CELLS, n) for case, n in WORLDS.items()},
+    contenders=lambda planner: tuple(CONTENDERS.values()),
     findings=findings,
     overview=False,
 )

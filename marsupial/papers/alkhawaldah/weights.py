@@ -12,10 +12,10 @@ import numpy as np
 from marsupial.arrays import Flags, Floats
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
 from marsupial.bench.compare.figures import Figure, SquareMap, squares_figure
-from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
+from marsupial.bench.compare.plan import Case, Contender
+from marsupial.bench.compare.statements import Experiment, Finding
 from marsupial.bench.compare.tables import ReportTable
-from marsupial.papers.alkhawaldah.experiment import CELLS, ROBOTS, WEIGHTS, cell_world
+from marsupial.papers.alkhawaldah.experiment import CELLS, ROBOTS, cell_world
 
 WORLDS = {
     "no obstacles": (CELLS, CELLS, 0),
@@ -35,16 +35,6 @@ BEST = 0.10  # share of the range from the shortest to the longest time in which
 GREATEST = 7.0
 RECOMMENDED = (2.0, 2.0)
 RATIO = 2.0  # greatest ratio of W_n and W_p near the line of slope 1
-
-
-def comparison(terms: ExperimentTerms) -> Comparison:
-    """Return the comparison: every pair of weights in every world."""
-    scenarios = {
-        Case(name, ROBOTS, 0): prepared(cell_world(name, columns, rows, obstacles, ROBOTS))
-        for name, (columns, rows, obstacles) in WORLDS.items()
-    }
-    contenders = tuple(_contender(*pair) for pair in product(VALUES, VALUES))
-    return Comparison(scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=WEIGHTS)
 
 
 def _contender(of_neighbours: float, of_partner: float) -> Contender:
@@ -156,11 +146,13 @@ def _position(times: Floats) -> float:
 
 
 EXPERIMENT = Experiment(
+    name="alkhawaldah-weights",
     title="Al-Khawaldah et al.: the weights of the bidding function",
     setting="The worlds and robots of Table 2 and two of other sizes, with the same obstacles and starts for every "
     "pair of weights: W_n and W_p from 0 to 10 in steps of 1, where the paper has steps of 0.1, with W_c = 1.",
     runs=1,
-    comparison=comparison,
+    scenarios=lambda terms: {Case(name, ROBOTS, 0): cell_world(name, *world) for name, world in WORLDS.items()},
+    contenders=lambda planner: tuple(_contender(*pair) for pair in product(VALUES, VALUES)),
     figures=_figures,
     findings=findings,
     tables=_tables,

@@ -3,15 +3,15 @@
 References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V, Figs. 8 to 13.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from marsupial.bench.compare.cells import DISTANCE, ENERGY, ComparisonOutcome
 from marsupial.bench.compare.figures import COLOURS, INK, Figure, as_figure, coverage_figure, mean_coverage
-from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
+from marsupial.bench.compare.plan import Case, Contender
+from marsupial.bench.compare.statements import Experiment, Finding
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
 from marsupial.exports.trails import drives as drives_of
 from marsupial.exports.trails import trail
@@ -26,7 +26,6 @@ from marsupial.model import FLOOR, OBSTACLE, Budget, Cell, EnergyModel, Grid, Ro
 from marsupial.papers.mei2006 import paths
 from marsupial.papers.mei2006.paths import PRINTED_LONGER, PRINTED_SAVED, path_table
 
-NAME, CORNER = "mei", "mei-corner"
 SEED, ONE_STEP = 1, Budget(steps=1)
 """The seed of the start in the figures of routes, and a budget for strategies that ask no planner."""
 
@@ -54,24 +53,8 @@ MUCH = 0.3  # savings of distance and energy on structured maps that count as th
 NEAR_SAVED, NEAR_LONGER = 0.015, 0.005  # tolerance of our means of routes relative to the printed ones
 
 
-def comparison(terms: ExperimentTerms) -> Comparison:
-    """Return the comparison on two structured maps and a random one, from random starts."""
-    return _comparison(terms, NAME, {name: explorers(name, grid, ROBOT, 1) for name, grid in _grids().items()})
-
-
-def corner_comparison(terms: ExperimentTerms) -> Comparison:
-    """Return the comparison on the same maps from the upper left corner: one mission each, as in the paper."""
-    return _comparison(terms, CORNER, {name: _from_corner(name, grid) for name, grid in _grids().items()})
-
-
-def _comparison(terms: ExperimentTerms, paper: str, scenarios: Mapping[str, Scenario]) -> Comparison:
-    return Comparison(
-        scenarios={_case(name): prepared(scenario) for name, scenario in scenarios.items()},
-        contenders=(Contender("temporal", terms.planner), ORIENTATION, WIDEST),
-        runs=terms.runs,
-        budget=terms.budget,
-        paper=paper,
-    )
+def _contenders(planner: str) -> tuple[Contender, ...]:
+    return (Contender("temporal", planner), ORIENTATION, WIDEST)
 
 
 def _grids() -> dict[str, Grid]:
@@ -299,23 +282,27 @@ SETTING = (
 )
 
 EXPERIMENT = Experiment(
+    name="mei",
     title="Mei et al.: Energy-Efficient Mobile Robot Exploration",
     setting=f"One robot, a point that sees 10 m far in line of sight, starts anywhere in {SETTING}",
     runs=10,
     paper_runs=1,
-    comparison=comparison,
+    scenarios=lambda terms: {_case(name): explorers(name, grid, ROBOT, 1) for name, grid in _grids().items()},
+    contenders=_contenders,
     figures=_figures,
     findings=findings,
     tables=_tables,
-    parts={"corner": CORNER},
+    parts={"corner": "mei-corner"},
 )
 
 CORNER_EXPERIMENT = Experiment(
+    name="mei-corner",
     title="Mei et al.: from the upper left corner",
     setting=f"One mission each, as in the paper: the robot starts in the upper left corner of {SETTING}",
     runs=1,
     paper_runs=1,
-    comparison=corner_comparison,
+    scenarios=lambda terms: {_case(name): _from_corner(name, grid) for name, grid in _grids().items()},
+    contenders=_contenders,
     figures=_corner_figures,
     findings=corner_findings,
     tables=_corner_tables,

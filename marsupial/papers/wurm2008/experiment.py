@@ -12,7 +12,7 @@ import numpy as np
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
-from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
+from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
 from marsupial.bench.compare.tables import ReportTable, gain_text, percent
 from marsupial.bench.suite.maps import LASER_FOLDER, laser_files
@@ -37,17 +37,15 @@ BOXES, BOX_M, BOX_SEED = 60, (0.2, 0.8), 1
 SEGMENTS, CLOSEST = Contender("segmentation"), Contender("closest-frontier")
 
 
-def comparison(terms: ExperimentTerms, paper: str = NAME) -> Comparison:
-    """Return the comparison: each map with each team, from the same starts."""
+def _scenarios(terms: ExperimentTerms, *, clutter: bool = False) -> dict[Case, Scenario]:
     scenarios: dict[Case, Scenario] = {}
     for (name, sizes), file in zip(TEAMS.items(), laser_files(TEAMS, terms.maps), strict=True):
         grid = read_map(file).grid
-        if (name, paper) == ("cartesium", CLUTTER):
+        if clutter and name == "cartesium":
             grid = cluttered(grid)
         for robots in sizes:
-            scenarios[Case(name, robots, 0)] = prepared(explorers(name, grid, _robot(), robots))
-    contenders = (Contender("temporal", terms.planner), SEGMENTS, CLOSEST)
-    return Comparison(scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=paper)
+            scenarios[Case(name, robots, 0)] = explorers(name, grid, _robot(), robots)
+    return scenarios
 
 
 def cluttered(grid: Grid) -> Grid:
@@ -172,6 +170,7 @@ def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
 
 
 EXPERIMENT = Experiment(
+    name=NAME,
     title="Wurm et al. 2008: Coordinated Multi-Robot Exploration using a Segmentation of the Environment",
     setting="Building 079 of the University of Freiburg with 2 to 6 robots and the Cartesium of the University of "
     "Bremen with 2 to 8, from real laser maps of these buildings (fr079, cartesium). Robots drive 0.5 m/s, see 5 m all "
@@ -180,7 +179,8 @@ EXPERIMENT = Experiment(
     "during the mission from the partial map, as its section IV describes.",
     runs=6,
     paper_runs=20,
-    comparison=comparison,
+    scenarios=_scenarios,
+    contenders=lambda planner: (Contender("temporal", planner), SEGMENTS, CLOSEST),
     figures=_figures,
     findings=findings,
     tables=_tables,
@@ -188,8 +188,9 @@ EXPERIMENT = Experiment(
 
 CLUTTER_EXPERIMENT = replace(
     EXPERIMENT,
+    name=CLUTTER,
     title=f"{EXPERIMENT.title}, with clutter",
     setting=f"{EXPERIMENT.setting} As in the paper, clutter is added to the Cartesium: {BOXES} boxes at random, with "
     f"sides of {BOX_M[0]} to {BOX_M[1]} m.",
-    comparison=partial(comparison, paper=CLUTTER),
+    scenarios=partial(_scenarios, clutter=True),
 )

@@ -16,13 +16,13 @@ from statistics import fmean
 
 from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import Figure, measure_figure
-from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
+from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
 from marsupial.bench.compare.tables import gain_text, percent
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import Metric
+from marsupial.model import Scenario
 
-NAME = "wurm2010"
 MAZE, OFFICE = "maze", "office"
 CARRIERS, ROVERS = (1, 2, 3, 4, 5, 6), (1, 2, 3)
 FIGURE_6_ROVERS = 2
@@ -34,23 +34,15 @@ FLAT = 0.05
 """Least saving of time by one more carrier that counts as useful."""
 
 
-def comparison(terms: ExperimentTerms) -> Comparison:
-    """Return the comparison: each team in each environment with each method."""
+def _scenarios(terms: ExperimentTerms) -> dict[Case, Scenario]:
     scenarios = {}
     for name in (OFFICE, MAZE):
         grid = builtin_scenario(name).grid  # shared by all teams, so that it is sent to each worker once
         for carriers in CARRIERS:
             for rovers in ROVERS:
                 scenario = replace(builtin_scenario(name, carriers, rovers), grid=grid)
-                scenarios[Case(name, carriers, rovers)] = prepared(scenario)
-    return Comparison(
-        scenarios=scenarios,
-        # statements are judged by the first method; `wurm2010` is the paper's own method
-        contenders=(Contender("temporal", terms.planner), Contender("wurm2010", terms.planner), Contender("heuristic")),
-        runs=terms.runs,
-        budget=terms.budget,
-        paper=NAME,
-    )
+                scenarios[Case(name, carriers, rovers)] = scenario
+    return scenarios
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
@@ -222,6 +214,7 @@ def _mean_times(outcome: ComparisonOutcome, scenario: str, rovers: int) -> dict[
 
 
 EXPERIMENT = Experiment(
+    name="wurm2010",
     title="Wurm et al. 2010: Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning",
     setting="Office and maze, 1 to 6 carriers with 1 to 3 rovers each, random starts, the robots of a team side by "
     "side; carriers drive 1.0 m/s and see 10 m, rovers 0.5 m/s and 5 m; undocking takes 5 s, docking 10 s. The maps "
@@ -229,7 +222,9 @@ EXPERIMENT = Experiment(
     "which more is better, as the paper's text and Fig. 6 have it; its Eq. 2 is printed the other way round.",
     runs=30,
     paper_runs=30,
-    comparison=comparison,
+    scenarios=_scenarios,
+    # statements are judged by the first method; `wurm2010` is the paper's own method
+    contenders=lambda planner: (Contender("temporal", planner), Contender("wurm2010", planner), Contender("heuristic")),
     figures=_figures,
     findings=findings,
 )

@@ -19,9 +19,7 @@ Wurm et al. 2010, sections III-A (the loop), III-C (the planning problem) and II
 minimises the makespan).
 """
 
-from marsupial.model.objective import MAKESPAN
-from marsupial.model.planning import Budget, Engine
-from marsupial.model.strategy import Briefing, Decision, Strategy
+from marsupial.model import MAKESPAN, Briefing, Budget, Decision, Engine, Strategy
 from marsupial.planning.list_scheduling.greedy import Listing
 from marsupial.strategies.asking import AskedPlanner, Explored, completed, shortest, without
 
