@@ -19,7 +19,7 @@ from warnings import filterwarnings
 
 import numpy as np
 
-from marsupial.arrays import Flags, Floats
+from marsupial.arrays import Floats
 from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
@@ -116,71 +116,6 @@ def gain_figure(
         f"{place}{title}, by team size, in per cent, by the geometric mean over pairs of complete missions. Error bars "
         "are 95 % intervals of that mean."
     )
-    return as_figure(drawing, name, title, caption)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Series:
-    """A line: points of x, mean and half the interval; `faint` for comparison only."""
-
-    label: str
-    points: tuple[tuple[float, float, float], ...]
-    faint: bool = False
-
-
-def lines_figure(lines: Sequence[Series], labels: tuple[str, str], *, name: str, title: str, caption: str) -> Figure:
-    """Return a figure of lines; `labels` are those of both axes."""
-    drawing, axes = panels(1, 1, width=5.6, height=3.2)
-    panel = axes[0][0]
-    for k, line in enumerate(lines):
-        if not line.points:
-            continue
-        x, y, half = zip(*line.points, strict=True)
-        colour = INK if line.faint else COLOURS[k % len(COLOURS)]
-        look: dict[str, Any] = {"color": colour, "label": line.label, "linestyle": LINES[k % len(LINES)]}
-        if line.faint:
-            panel.plot(x, y, linewidth=1.0, alpha=0.55, **look)
-        else:
-            panel.errorbar(
-                x, y, half, marker=MARKERS[k % len(MARKERS)], markersize=4.5, linewidth=1.4, capsize=3, **look
-            )
-    panel.set_xlabel(labels[0])
-    panel.set_ylabel(labels[1])
-    panel.set_ylim(bottom=0)
-    legend(drawing, axes)
-    return as_figure(drawing, name, title, caption)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SquareMap:
-    """Pairs of values; those marked are at (y, x) in `marked`."""
-
-    title: str
-    x: Sequence[float]
-    y: Sequence[float]
-    marked: Flags
-    x_label: str
-    y_label: str
-
-
-def squares_figure(maps: Sequence[SquareMap], *, name: str, title: str, caption: str) -> Figure:
-    """Return a figure with a panel for each map, the marked pairs as squares, and the line of slope 1."""
-    rows, columns = -(-len(maps) // 3), min(3, len(maps))
-    drawing, axes = panels(rows, columns, width=2.3, height=2.3)
-    for k, panel in enumerate(panel for row in axes for panel in row):
-        if k >= len(maps):
-            panel.set_visible(False)
-            continue
-        shown = maps[k]
-        i, j = np.nonzero(shown.marked)
-        panel.scatter(np.array(shown.x)[j], np.array(shown.y)[i], marker="s", s=11, color=INK)
-        panel.axline((0, 0), slope=1, color=COLOURS[0], linewidth=0.9, linestyle="--")
-        panel.set_xlim(min(shown.x) - 0.4, max(shown.x) + 0.4)
-        panel.set_ylim(min(shown.y) - 0.4, max(shown.y) + 0.4)
-        panel.set_aspect("equal")
-        panel.set_title(shown.title, fontsize=9, color=INK)
-        panel.set_xlabel(shown.x_label)
-        panel.set_ylabel(shown.y_label)
     return as_figure(drawing, name, title, caption)
 
 

@@ -42,10 +42,9 @@ def planners(
     """
     from marsupial.bench.planner_report import table
     from marsupial.cli.display.tables import print_report
-    from marsupial.cli.work.planner_bench import Selection, rows_of_bench
+    from marsupial.cli.work.planner_bench import rows_of_bench
 
-    chosen = Selection.of(engines or (), instances or (), budgets or ())
-    print_report(table(rows_of_bench(chosen, json=json, update=update), chosen.absent))
+    print_report(table(*rows_of_bench(engines or (), instances or (), budgets or (), json=json, update=update)))
 
 
 def _of_checkout(context: typer.Context) -> None:

@@ -1,11 +1,8 @@
 """The work of `marsupial bench planners`: select runs, print progress on stderr, write files after every round."""
 
-from __future__ import annotations
-
 import json as json_text
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -18,50 +15,40 @@ from marsupial.errors import InputError, UsageError
 from marsupial.formats.files import about, read_text, write_file
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Selection:
-    """The engines, instances and budgets to run; `absent` engines can't be used here."""
+def rows_of_bench(
+    engines: Sequence[str],
+    patterns: Sequence[str],
+    budgets_s: Sequence[float],
+    *,
+    json: Path | None,
+    update: Path | None,
+) -> tuple[tuple[RunRow, ...], list[BenchEngine]]:
+    """Run all rounds of these engines, instances and budgets, of all if none are named; write files after every round.
 
-    engines: tuple[BenchEngine, ...]
-    absent: tuple[BenchEngine, ...]
-    instances: tuple[Instance, ...]
-    budgets_s: tuple[float, ...]
-
-    @classmethod
-    def of(cls, engines: Iterable[str], patterns: Iterable[str], budgets_s: Iterable[float]) -> Selection:
-        """Return the selection of these options; all engines, instances or budgets if none are named."""
-        patterns, budgets_s = tuple(patterns), tuple(budgets_s) or BUDGETS_S
-        asked = contenders(tuple(engines))
-        present = tuple(contender for contender in asked if contender.missing is None)
-        if not present:
-            raise UsageError("; ".join(f"planner {contender.name}: {contender.missing}" for contender in asked))
-        for budget_s in budgets_s:
-            if not (math.isfinite(budget_s) and budget_s > 0):
-                raise UsageError(f"--budget: must be positive, got {budget_s:g}")
-        return cls(
-            engines=present,
-            absent=tuple(contender for contender in asked if contender.missing is not None),
-            instances=_instances(patterns),
-            budgets_s=tuple(sorted(set(budgets_s))),
-        )
-
-
-def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) -> tuple[RunRow, ...]:
-    """Run all rounds and return their rows; write them to `json`, and better plans to `update`, after every round."""
+    Return the rows, and the engines that can't be used here. Rows go to `json`, better plans to `update`.
+    """
+    asked = contenders(engines)
+    present = [contender for contender in asked if contender.missing is None]
+    if not present:
+        raise UsageError("; ".join(f"planner {contender.name}: {contender.missing}" for contender in asked))
+    for budget_s in budgets_s:
+        if not (math.isfinite(budget_s) and budget_s > 0):
+            raise UsageError(f"--budget: must be positive, got {budget_s:g}")
+    instances, budgets_s = _instances(patterns), sorted(set(budgets_s)) or BUDGETS_S
     best = known_best()
     _merge(best, update)
-    for contender in chosen.engines:
+    for contender in present:
         say(f"warming up {contender.name}")
         warm_up(contender)
     rounds: list[Round] = []
-    for instance in chosen.instances:
-        number = f"{len(rounds) + 1}/{len(chosen.instances)}"
+    for instance in instances:
+        number = f"{len(rounds) + 1}/{len(instances)}"
         known = best.get(instance.name)
 
         def report(run: EngineRun, number: str = number) -> None:
             say(f"{number}  {progress_line(run)}")
 
-        rounds.append(play(instance, chosen.engines, chosen.budgets_s, known, report))
+        rounds.append(play(instance, present, budgets_s, known, report))
         if json is not None:
             write_file(json, json_text.dumps([row.values() for row in rows_of(rounds)], indent=1) + "\n")
         _store(rounds[-1], best)
@@ -69,7 +56,7 @@ def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) 
         if update is not None:
             _merge(best, update)
             write_file(update, write_best(best))
-    return rows_of(rounds)
+    return rows_of(rounds), [contender for contender in asked if contender.missing is not None]
 
 
 def _merge(best: dict[str, Best], file: Path | None) -> None:
@@ -86,7 +73,7 @@ def _merge(best: dict[str, Best], file: Path | None) -> None:
             best[name] = better(known, verified(one, INSTANCES[name].situation()))
 
 
-def _instances(patterns: tuple[str, ...]) -> tuple[Instance, ...]:
+def _instances(patterns: Sequence[str]) -> tuple[Instance, ...]:
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in INSTANCES):
             raise UsageError(f"--instance: no instance matches {pattern!r}; there are {', '.join(INSTANCES)}")

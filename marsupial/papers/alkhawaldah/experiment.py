@@ -6,9 +6,10 @@ Fig. 8.
 
 from collections.abc import Iterator
 from statistics import fmean
+from typing import Any
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
-from marsupial.bench.compare.figures import Figure, Series, lines_figure
+from marsupial.bench.compare.figures import COLOURS, INK, LINES, MARKERS, Figure, as_figure, legend, panels
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
 from marsupial.bench.compare.statistics import Estimate
@@ -85,22 +86,27 @@ def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    lines = []
-    for contender in outcome.contenders:
-        found = _estimates(outcome, contender)
-        points = tuple((obstacles, one.mean, one.half or 0.0) for obstacles, one in found.items())
-        lines.append(Series(label=str(contender), points=points))
-    for k, contender in enumerate((SHENG, BIDDING)):
-        points = tuple((obstacles, printed[k], 0.0) for obstacles, printed in PRINTED.items())
-        lines.append(Series(label=f"{contender}, printed", points=points, faint=True))
-    yield lines_figure(
-        lines,
-        ("obstacles", "steps"),
-        name="figure-8",
-        title="Steps by the number of scattered obstacles",
-        caption="Fig. 8 of the paper with our data, and the numbers of its Table 2. Less is better. Error bars are "
-        "95 % intervals of the mean over complete missions.",
+    drawing, axes = panels(1, 1, width=5.6, height=3.2)
+    panel = axes[0][0]
+    looks = zip(COLOURS, MARKERS, LINES, strict=True)
+    for contender, (colour, marker, line) in zip(outcome.contenders, looks, strict=False):
+        if found := _estimates(outcome, contender):
+            half = [one.half or 0.0 for one in found.values()]
+            look: dict[str, Any] = {"color": colour, "marker": marker, "linestyle": line, "label": str(contender)}
+            means = [one.mean for one in found.values()]
+            panel.errorbar(list(found), means, half, markersize=4.5, linewidth=1.4, capsize=3, **look)
+    for contender, printed, line in zip((SHENG, BIDDING), zip(*PRINTED.values(), strict=True), LINES[3:], strict=False):
+        look = {"color": INK, "linestyle": line, "label": f"{contender}, printed"}
+        panel.plot(list(PRINTED), printed, linewidth=1.0, alpha=0.55, **look)
+    panel.set_xlabel("obstacles")
+    panel.set_ylabel("steps")
+    panel.set_ylim(bottom=0)
+    legend(drawing, axes)
+    caption = (
+        "Fig. 8 of the paper with our data, and the numbers of its Table 2. Less is better. Error bars are 95 % "
+        "intervals of the mean over complete missions."
     )
+    yield as_figure(drawing, "figure-8", "Steps by the number of scattered obstacles", caption)
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:

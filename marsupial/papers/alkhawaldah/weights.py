@@ -11,7 +11,7 @@ import numpy as np
 
 from marsupial.arrays import Flags, Floats
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
-from marsupial.bench.compare.figures import Figure, SquareMap, squares_figure
+from marsupial.bench.compare.figures import COLOURS, INK, Figure, as_figure, panels
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.statements import Experiment, Finding
 from marsupial.bench.compare.tables import ReportTable
@@ -57,17 +57,23 @@ def best(times: Floats) -> Flags:
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    maps = [
-        SquareMap(title=world, x=VALUES, y=VALUES, marked=best(_times(outcome, world)), x_label="W_p", y_label="W_n")
-        for world in WORLDS
-    ]
-    yield squares_figure(
-        maps,
-        name="figures-3-to-7",
-        title="Weights with the shortest times",
-        caption="Figs. 3 to 7 of the paper with our data: the pairs of weights, with W_c = 1, whose time is within "
-        "the best 10 % of the range between the shortest and the longest. The line has slope 1.",
+    drawing, axes = panels(2, 3, width=2.3, height=2.3)
+    values, limits = np.array(VALUES), (min(VALUES) - 0.4, max(VALUES) + 0.4)
+    for panel, world in zip((panel for row in axes for panel in row), WORLDS, strict=True):
+        i, j = np.nonzero(best(_times(outcome, world)))
+        panel.scatter(values[j], values[i], marker="s", s=11, color=INK)
+        panel.axline((0, 0), slope=1, color=COLOURS[0], linewidth=0.9, linestyle="--")
+        panel.set_xlim(*limits)
+        panel.set_ylim(*limits)
+        panel.set_aspect("equal")
+        panel.set_title(world, fontsize=9, color=INK)
+        panel.set_xlabel("W_p")
+        panel.set_ylabel("W_n")
+    caption = (
+        "Figs. 3 to 7 of the paper with our data: the pairs of weights, with W_c = 1, whose time is within the best "
+        "10 % of the range between the shortest and the longest. The line has slope 1."
     )
+    yield as_figure(drawing, "figures-3-to-7", "Weights with the shortest times", caption)
 
 
 def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:

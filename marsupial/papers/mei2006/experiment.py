@@ -123,10 +123,8 @@ def _routes() -> ReportTable:
     )
     for rule, cuts in (("past corners, as in the paper", True), ("corners kept, as everywhere in marsupial", False)):
         pairs = path_table(cuts_corners=cuts)
-        saved, longer = (
-            f"{percent(mean)} ({percent(in_all)})"
-            for mean, in_all in ((pairs.saved, pairs.saved_in_all), (pairs.longer, pairs.longer_in_all))
-        )
+        both = zip(pairs.gains, pairs.gains_in_all, strict=True)
+        saved, longer = (f"{percent(mean)} ({percent(in_all)})" for mean, in_all in both)
         table.add(rule, str(len(pairs.shortest)), saved, percent(PRINTED_SAVED), longer, percent(PRINTED_LONGER))
     return table
 
@@ -190,9 +188,9 @@ def _routes_save(outcome: ComparisonOutcome) -> Finding:
     held: list[bool | None] = [None, None]
     evidence = []
     if found is not None:
-        held = [abs(found.saved - PRINTED_SAVED) <= NEAR_SAVED, abs(found.longer - PRINTED_LONGER) <= NEAR_LONGER]
-        saved, longer = 100 * found.saved, 100 * found.longer
-        evidence = [f"{len(found.shortest)} pairs: {saved:.2f} % saved, {longer:.2f} % longer"]
+        saved, longer = found.gains
+        held = [abs(saved - PRINTED_SAVED) <= NEAR_SAVED, abs(longer - PRINTED_LONGER) <= NEAR_LONGER]
+        evidence = [f"{len(found.shortest)} pairs: {100 * saved:.2f} % saved, {100 * longer:.2f} % longer"]
     return Finding(
         statement="On average energy-efficient paths save 8.4 % energy and are 0.7 % longer than shortest paths",
         where="section V-B",

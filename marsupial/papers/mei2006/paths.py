@@ -37,24 +37,16 @@ class RoutePairs:
     cheapest: Floats  # (n, 2): length and energy of the route of least energy
 
     @property
-    def saved(self) -> float:
-        """Energy saved: one minus the mean of the ratios."""
-        return 1.0 - float(np.mean(self.cheapest[:, 1] / self.shortest[:, 1]))
+    def gains(self) -> tuple[float, float]:
+        """Shares of energy saved and of extra length, by the means of the ratios."""
+        length, energy = np.mean(self.cheapest / self.shortest, axis=0).tolist()
+        return 1.0 - energy, length - 1.0
 
     @property
-    def longer(self) -> float:
-        """Extra length: the mean of the ratios minus one."""
-        return float(np.mean(self.cheapest[:, 0] / self.shortest[:, 0])) - 1.0
-
-    @property
-    def saved_in_all(self) -> float:
-        """Energy saved over the sum of all pairs."""
-        return 1.0 - float(self.cheapest[:, 1].sum() / self.shortest[:, 1].sum())
-
-    @property
-    def longer_in_all(self) -> float:
-        """Extra length over the sum of all pairs."""
-        return float(self.cheapest[:, 0].sum() / self.shortest[:, 0].sum()) - 1.0
+    def gains_in_all(self) -> tuple[float, float]:
+        """The same by the sums over all pairs."""
+        length, energy = (self.cheapest.sum(axis=0) / self.shortest.sum(axis=0)).tolist()
+        return 1.0 - energy, length - 1.0
 
 
 def blocked_at_random(side: int, share: float, seed: int) -> Mask:
