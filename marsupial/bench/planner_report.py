@@ -39,7 +39,9 @@ class RunRow:
     @property
     def close_s(self) -> float | None:
         """Arrival time of the first plan close to the best known one."""
-        return None if self.best_ms is None else self.run.within_s(CLOSE * self.best_ms)
+        if self.best_ms is None:
+            return None
+        return next((plan.elapsed_s for plan in self.run.arrivals if plan.makespan_ms <= CLOSE * self.best_ms), None)
 
     @property
     def refuted(self) -> bool:

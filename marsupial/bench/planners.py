@@ -74,10 +74,6 @@ class EngineRun:
             return self.makespan_ms
         return self.finished.lower_bound_ms
 
-    def within_s(self, limit_ms: float) -> float | None:
-        """Return the arrival time of the first plan with a makespan of at most `limit_ms`."""
-        return next((arrival.elapsed_s for arrival in self.arrivals if arrival.makespan_ms <= limit_ms), None)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Round:

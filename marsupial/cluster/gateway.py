@@ -98,7 +98,6 @@ class Gateway:
         self._tasks: set[asyncio.Task[Any]] = set()
 
     def accept(self) -> None:
-        """Accept a request."""
         request, fds, _, _ = socket.recv_fds(self._line, 1, 1)
         if not request:
             self.ended.set()
@@ -191,7 +190,6 @@ class RelayedRun:
             self.end()
 
     def from_agent(self, tag: bytes, payload: bytes) -> None:
-        """Relay a frame."""
         if not self._over and tag != LOST:
             self._relay.send(tag, payload)
         if tag in (frames.ENDED, LOST):
@@ -295,7 +293,6 @@ class Link:
         return actor.options(scheduling_strategy=NodeAffinitySchedulingStrategy(self._node, soft=False)).remote()
 
     def send(self, run: int, tag: bytes, payload: bytes = b"") -> None:
-        """Send to a run."""
         self._unsent.append(Envelope(run, tag, payload))
         if not self._is_sending:
             self._is_sending = True

@@ -215,7 +215,6 @@ class MissionDrawing:
                 self.figure.text(at[0] + 0.012, at[1], label, fontsize=9, color=self.palette.ink, va="center_baseline")
 
     def show(self, t_ms: int) -> None:
-        """Update the drawing to a moment."""
         cells = self.playback.cells_at(t_ms)[self._box]
         picture = cells if self._block == 1 else coarse(cells, self._block)
         self._ground.set_data(ground_image(picture, self.palette))

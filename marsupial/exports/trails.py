@@ -3,7 +3,7 @@
 from bisect import bisect_right
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -37,7 +37,6 @@ class Handover:
 
     t_ms: int
     name: ActionName
-    rover: str
     cell: Cell
 
 
@@ -83,8 +82,7 @@ def handovers(playback: Playback) -> list[Handover]:
         if isinstance(event, ActionStarted):
             cells[event.action.robot] = event.cell
         elif isinstance(event, ActionEnded) and event.end is ActionEnd.DONE and event.action.carrier is not None:
-            action = event.action
-            found.append(Handover(event.t_ms, action.name, action.robot, cells[action.robot]))
+            found.append(Handover(event.t_ms, event.action.name, cells[event.action.robot]))
     return found
 
 
@@ -126,22 +124,15 @@ def activity_text(robot: RobotView) -> str:
 
 def stretches(playback: Playback) -> dict[str, dict[Activity, list[tuple[float, float]]]]:
     """Return for each robot and activity the start and length (minutes) of every stretch of it."""
-    found: dict[str, dict[Activity, list[tuple[float, float]]]] = {}
-    for name, changes in _changes(playback).items():
-        own = found.setdefault(name, {})
-        for (start_ms, does), (end_ms, _) in pairwise([*changes, (playback.end_ms, Activity.WAIT)]):
-            if end_ms > start_ms:
-                own.setdefault(does, []).append((start_ms / 60_000, (end_ms - start_ms) / 60_000))
-    return found
-
-
-def _changes(playback: Playback) -> dict[str, list[tuple[int, Activity]]]:
-    """Return for each robot the moments (ms) at which its activity changes, and to what."""
-    found: dict[str, list[tuple[int, Activity]]] = {name: [] for name in playback.timeline}
+    moments: dict[str, list[tuple[int, Activity]]] = {name: [] for name in playback.timeline}
     for number, tracks in playback.moments:
         t_ms = playback.events[number].t_ms
         for robot in views(tracks, t_ms):
-            changes, does = found[robot.name], activity(robot)
-            if not changes or changes[-1][1] is not does:
-                changes.append((t_ms, does))
+            moments[robot.name].append((t_ms, activity(robot)))
+    found: dict[str, dict[Activity, list[tuple[float, float]]]] = {name: {} for name in moments}
+    for name, times in moments.items():
+        changes = [next(alike) for _, alike in groupby(times, key=lambda moment: moment[1])]
+        for (start_ms, does), (end_ms, _) in pairwise([*changes, (playback.end_ms, Activity.WAIT)]):
+            if end_ms > start_ms:
+                found[name].setdefault(does, []).append((start_ms / 60_000, (end_ms - start_ms) / 60_000))
     return found

@@ -136,7 +136,6 @@ class Channel:
             yield tag, payload
 
     def fileno(self) -> int:
-        """Return the file descriptor."""
         return self._line.fileno()
 
     def end(self) -> None:
@@ -147,7 +146,6 @@ class Channel:
             return
 
     def close(self) -> None:
-        """Close this end."""
         self._line.close()
 
     def _wait_for(self, event: int, timeout_s: float | None) -> bool:

@@ -76,7 +76,6 @@ class Ended:
     detail: str  # one sentence for users
     output: str = ""  # the last few kilobytes that the job's processes wrote to stdout and stderr
     wall_s: float = 0.0
-    peak_bytes: int = 0  # most resident memory measured
 
 
 class ToolDied(Exception):

@@ -73,7 +73,6 @@ class Launcher:
 
     @property
     def pid(self) -> int:
-        """The process id of the fork server."""
         return self._process.pid
 
     def usable(self) -> bool:

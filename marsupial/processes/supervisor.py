@@ -73,7 +73,6 @@ class _Supervisor:
         self.client = client
         self.limits = order.limits
         self.tail = bytearray()
-        self.peak = 0
         self.poll_s = _POLL_S
         self.checked_s = -math.inf
         self.cpu_s: float | None = None
@@ -152,7 +151,6 @@ class _Supervisor:
         below, allowed = reaper.descendants(os.getpid()), self.limits.memory_bytes
         used = reaper.resident_bytes(below)
         self.has_no_children, self.checked_s = below == [self.pid], time.monotonic()
-        self.peak = max(self.peak, used)
         if allowed is not None and used > allowed:
             self._end(
                 Ending.MEMORY, f"stopped with {used >> 20} MiB in use, more than the limit of {allowed >> 20} MiB"
@@ -202,7 +200,7 @@ class _Supervisor:
         else:
             code = 0 if returncode is None else returncode
             ending, detail = ending_of(code, output), f"its process {exit_text(code)}"
-        return Ended(ending=ending, detail=detail, output=output, wall_s=wall_s, peak_bytes=self.peak)
+        return Ended(ending=ending, detail=detail, output=output, wall_s=wall_s)
 
 
 def _fork_worker(client: Channel, folder: str, order: JobOrder) -> tuple[int, Channel, int]:

@@ -14,7 +14,6 @@ from benchmarks.figures.blocks import PAGES, rebuilt
 from benchmarks.figures.kept import ROOT, comparison, keep, printed, steady
 from marsupial.bench.compare.folder import opened
 from marsupial.bench.compare.plan import Case, digest, header_of
-from marsupial.bench.compare.statements import ExperimentTerms
 from marsupial.bench.suite.maps import FOOTPRINT, LASER_FOLDER, PROOF
 from marsupial.cli.work.compare_arguments import cases_of
 from marsupial.errors import UsageError
@@ -41,8 +40,8 @@ def scenarios_of(paper: str | None, suite: str) -> dict[Case, Scenario]:
     """Return the scenarios of a paper, or of the first maps of a suite, which are of different kinds."""
     if paper is None:
         return cases_of(PROOF[suite].sources()[: len(FOOTPRINT)], (2, 4), (2,))
-    terms = ExperimentTerms(runs=1, planner="anytime", budget=Budget(steps=8), maps=LASER_FOLDER)
-    return dict(experiment(paper).comparison(terms).scenarios)
+    asked = experiment(paper).comparison(runs=1, planner="anytime", budget=Budget(steps=8), maps=LASER_FOLDER)
+    return dict(asked.scenarios)
 
 
 @pytest.mark.parametrize("name", COMPARED)

@@ -25,7 +25,7 @@ def test_a_trail_ends_at_the_robot() -> None:
 
 
 def test_rovers_are_handed_over_where_docking_and_undocking_was_done() -> None:
-    assert [(place.t_ms, place.name, place.rover) for place in handovers(PLAYBACK)] == [
-        (10_001, ActionName.UNDOCK, "rover1_1"),
-        (26_005, ActionName.DOCK, "rover1_1"),
+    assert [(place.t_ms, place.name) for place in handovers(PLAYBACK)] == [
+        (10_001, ActionName.UNDOCK),
+        (26_005, ActionName.DOCK),
     ]

@@ -1,6 +1,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.plan import Comparison, Trial, header_of
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import Curve
-from marsupial.bench.compare.statements import Experiment, ExperimentTerms, StatementVerdict
+from marsupial.bench.compare.statements import Experiment, StatementVerdict
 from marsupial.errors import UsageError
 from marsupial.library.missions import simulate
 from marsupial.model import FLOOR, OBSTACLE, Budget
@@ -24,8 +25,8 @@ from marsupial.papers.wurm2008 import experiment as wurm2008
 HOLDS, _, FAILS, OPEN = StatementVerdict
 
 
-def terms(runs: int = 2, maps: Path = Path("/nowhere")) -> ExperimentTerms:
-    return ExperimentTerms(runs=runs, planner="greedy", budget=Budget(steps=1), maps=maps)
+def terms(runs: int = 2, maps: Path = Path("/nowhere")) -> dict[str, Any]:
+    return {"runs": runs, "planner": "greedy", "budget": Budget(steps=1), "maps": maps}
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +70,7 @@ def test_parts_of_an_experiment_are_no_papers_of_their_own() -> None:
 
 @pytest.mark.parametrize("name", [*PAPERS, *PARTS])
 def test_an_experiment_without_data_leaves_every_statement_open(name: str, maps: Path) -> None:
-    found = outcome(named(name).comparison(terms(maps=maps)), lambda trial: 1.0, runs=0)
+    found = outcome(named(name).comparison(**terms(maps=maps)), lambda trial: 1.0, runs=0)
     assert set(verdicts(name, found)) == {OPEN}
     made = written(found)
     assert b"not enough data" in made["checklist.md"]
@@ -77,12 +78,12 @@ def test_an_experiment_without_data_leaves_every_statement_open(name: str, maps:
 
 def test_where_the_maps_are_missing_the_error_says_where_to_get_them() -> None:
     with pytest.raises(UsageError, match=r"fr079\.yaml, cartesium\.yaml; .* in /nowhere; docs/comparisons\.md says"):
-        wurm2008.EXPERIMENT.comparison(terms())
+        wurm2008.EXPERIMENT.comparison(**terms())
 
 
 def test_clutter_is_added_to_the_cartesium_alone_the_same_each_time(maps: Path) -> None:
-    plain = wurm2008.EXPERIMENT.comparison(terms(maps=maps)).scenarios
-    cluttered = wurm2008.CLUTTER_EXPERIMENT.comparison(terms(maps=maps))
+    plain = wurm2008.EXPERIMENT.comparison(**terms(maps=maps)).scenarios
+    cluttered = wurm2008.CLUTTER_EXPERIMENT.comparison(**terms(maps=maps))
     assert cluttered.paper == "wurm2008-clutter"
     for case, scenario in cluttered.scenarios.items():
         assert np.any(scenario.grid.cells == OBSTACLE) == (case.scenario == "cartesium")
@@ -104,10 +105,10 @@ def of_office(trial: Trial) -> float:
 
 
 def test_segments_that_are_faster_everywhere_are_found_so(maps: Path) -> None:
-    found = outcome(wurm2008.EXPERIMENT.comparison(terms(runs=5, maps=maps)), of_office, runs=5)
+    found = outcome(wurm2008.EXPERIMENT.comparison(**terms(runs=5, maps=maps)), of_office, runs=5)
     assert verdicts("wurm2008", found) == [HOLDS, HOLDS, HOLDS, HOLDS, HOLDS]
     slower = outcome(
-        wurm2008.EXPERIMENT.comparison(terms(runs=5, maps=maps)), lambda trial: 200.0 - of_office(trial), runs=5
+        wurm2008.EXPERIMENT.comparison(**terms(runs=5, maps=maps)), lambda trial: 200.0 - of_office(trial), runs=5
     )
     assert verdicts("wurm2008", slower)[0] is FAILS
     assert verdicts("wurm2008", slower)[4] is FAILS
@@ -121,7 +122,7 @@ def as_printed(trial: Trial) -> float:
 
 
 def test_the_printed_numbers_of_table_2_confirm_what_the_paper_says_of_them() -> None:
-    comparison = alkhawaldah.EXPERIMENT.comparison(terms())
+    comparison = alkhawaldah.EXPERIMENT.comparison(**terms())
     found = outcome(comparison, as_printed)
     assert verdicts("alkhawaldah", found) == [HOLDS, HOLDS, HOLDS, HOLDS]
     (table,) = alkhawaldah.EXPERIMENT.tables(found)
@@ -147,7 +148,7 @@ def triple_of(trial: Trial) -> tuple[float, ...]:
 
 
 def test_triples_of_weights_are_told_by_ratio_and_by_their_greatest() -> None:
-    comparison = triples.EXPERIMENT.comparison(terms(runs=1))
+    comparison = triples.EXPERIMENT.comparison(**terms(runs=1))
     assert len(list(comparison.trials())) == 2 * 5**3
 
     def time_s(trial: Trial) -> float:
@@ -165,7 +166,7 @@ def weights_of(trial: Trial) -> tuple[float, float]:
 
 
 def test_weights_near_the_line_that_are_best_are_found_so() -> None:
-    comparison = weights.EXPERIMENT.comparison(terms(runs=1))
+    comparison = weights.EXPERIMENT.comparison(**terms(runs=1))
 
     def time_s(trial: Trial) -> float:
         n, p = weights_of(trial)
@@ -200,7 +201,7 @@ def driven(ways: Callable[[Trial], tuple[float, float]], monkeypatch: pytest.Mon
     """Return an outcome with these distances and energies, and curves that cross; routes are compared on one map."""
     pairs = RoutePairs(shortest=np.array([[100.0, 120.0]]), cheapest=np.array([[100.7, 110.0]]))
     monkeypatch.setattr(mei, "path_table", lambda *, cuts_corners: pairs)
-    comparison = mei.EXPERIMENT.comparison(terms())
+    comparison = mei.EXPERIMENT.comparison(**terms())
     results = [(trial, ways(trial)) for trial in comparison.trials()]
     rows = tuple(replace(invented(t).row, distance_m=d, energy_j=e) for t, (d, e) in results)
     known = {"widest-frontier": (100, 6000, 8000, 9000, 10_000), "orientation": (100, 3000, 8500, 10_000)}
@@ -222,7 +223,7 @@ def test_the_printed_ways_of_mei_confirm_what_the_paper_says_of_them(monkeypatch
 
 
 def test_missions_from_the_corner_start_where_there_is_floor() -> None:
-    comparison = mei.CORNER_EXPERIMENT.comparison(terms(runs=1))
+    comparison = mei.CORNER_EXPERIMENT.comparison(**terms(runs=1))
     assert len(list(comparison.trials())) == 9
     for scenario in comparison.scenarios.values():
         (robot,) = scenario.team

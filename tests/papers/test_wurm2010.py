@@ -7,15 +7,14 @@ from compare_workers import invented
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.plan import Comparison, header_of
 from marsupial.bench.compare.report import documents
-from marsupial.bench.compare.statements import ExperimentTerms, StatementVerdict
+from marsupial.bench.compare.statements import StatementVerdict
 from marsupial.model.planning import Budget
 from marsupial.papers.wurm2010 import experiment as wurm2010
 
 
 @pytest.fixture(scope="module")
 def paper() -> Comparison:
-    terms = ExperimentTerms(runs=5, planner="greedy", budget=Budget(steps=1), maps=Path())
-    return wurm2010.EXPERIMENT.comparison(terms)
+    return wurm2010.EXPERIMENT.comparison(runs=5, planner="greedy", budget=Budget(steps=1), maps=Path())
 
 
 def paper_outcome(paper: Comparison, *, saved_s: float = 10.0, runs: int = 5, better: float = 0.5) -> ComparisonOutcome:

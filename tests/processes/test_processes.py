@@ -143,7 +143,6 @@ def test_measured_memory_is_limited(name: str) -> None:
     _, ended = result(name, 8 * MIB, memory_bytes=400 * MIB)
     assert ended.ending is Ending.MEMORY
     assert "400 MiB" in ended.detail
-    assert ended.peak_bytes > 400 * MIB
 
 
 def test_an_allocation_too_big_at_once_fails_inside_the_job() -> None:

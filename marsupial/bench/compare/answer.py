@@ -57,7 +57,7 @@ def _sentence(outcome: ComparisonOutcome, rival: Contender, stands: Pairing) -> 
             f"{rival} explores {abs(gain.mean):.1%} {'faster' if gain.mean > 0 else 'slower'} than {base} "
             f"on average over {pairs}{_interval(gain, 'the time saved')}"
         )
-    odds = ", so the few differ by more" if stands.at_odds else ""
+    odds = ", so the few differ by more" if gain.mean * (stands.wins - stands.losses) < 0 else ""
     return f"{said}; it is faster in {stands.wins} and slower in {stands.losses}{odds}.".replace("%", " %")
 
 

@@ -33,8 +33,7 @@ MEASURES = (TIME, MISSION_TIME, DISTANCE, ENERGY, QUALITY)  # the metrics of the
 class Pairing:
     """A contender against another one, the base, mission by mission, over one or several cases.
 
-    `logs` are the logarithms of the ratios of their values, positive in favour of the contender, where both are above
-    0. `missing` counts the pairs with an incomplete mission.
+    `logs` are the logarithms of the ratios of their values where both are above 0, positive in the contender's favour.
     """
 
     cases: tuple[Case, ...]
@@ -44,7 +43,6 @@ class Pairing:
     wins: int
     losses: int
     ties: int
-    missing: int
 
     @property
     def case(self) -> Case:
@@ -75,11 +73,6 @@ class Pairing:
     def ahead(self) -> bool | None:
         """Whether the whole interval is in favour of the contender; None without one."""
         return None if self.sign is None else self.sign > 0
-
-    @property
-    def at_odds(self) -> bool:
-        """Whether the mean favours the side with fewer pairs."""
-        return (self.gain or 0.0) * (self.wins - self.losses) < 0
 
     def _share(self, log: float) -> float:
         return -math.expm1(-log) if self.measure.better < 0 else math.expm1(log)
@@ -189,7 +182,6 @@ class ComparisonOutcome:
             wins=sum(difference > 0 for difference in ahead),
             losses=sum(difference < 0 for difference in ahead),
             ties=sum(difference == 0 for difference in ahead),
-            missing=self.missions_of(*chosen) - len(pairs),
         )
 
     def pairs(
@@ -211,11 +203,9 @@ class ComparisonOutcome:
         return None if found is None else found.mapped(math.exp)
 
     def timings_of(self, case: Case, contender: Contender) -> list[Timing]:
-        """Return the wall-clock times of a cell's missions."""
         return self._cells.get((Timing, case, contender), [])
 
     def curves_of(self, case: Case, contender: Contender) -> list[Curve]:
-        """Return the coverage over time of a cell's missions."""
         return self._cells.get((Curve, case, contender), [])
 
     def _values(self, case: Case, contender: Contender, measure: Metric) -> dict[Origin, float]:

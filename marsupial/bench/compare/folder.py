@@ -6,13 +6,14 @@ lines are sorted, so that files do not depend on the order in which missions fin
 """
 
 import csv
+import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from marsupial.bench.compare.plan import Trial, demand_part, header_text, parse_header
+from marsupial.bench.compare.plan import Trial, demand_part, parse_header
 from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS, Curve, Format, MissionRow, Record, Result, Timing
 from marsupial.errors import InputError, UsageError
 from marsupial.formats.files import replace_file
@@ -63,7 +64,7 @@ def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -
             header = {**header, "made_with": there["made_with"]}
         elif any((path / name).exists() for name in FILES):
             raise UsageError(f"{path}: has rows but no {HEADER}: choose another --out")
-        replace_file(path / HEADER, header_text(header).encode())
+        replace_file(path / HEADER, (json.dumps(header, indent=1) + "\n").encode())
         done = [row.trial for row in read_rows(path) if row.status not in drop]
         for name, lines in FILES.items():
             _rewrite(path / name, lines, done)

@@ -60,7 +60,6 @@ class Trial:
 
     @property
     def origin(self) -> Origin:
-        """Its map and seed."""
         return Origin(self.case.scenario, self.seed)
 
     def __str__(self) -> str:
@@ -140,11 +139,6 @@ def header_of(comparison: Comparison) -> dict[str, Any]:
         "budget": {"steps": budget.steps} if budget.seconds is None else {"seconds": budget.seconds},
         "made_with": {"python": platform.python_version(), **{name: version(name) for name in LIBRARIES}},
     }
-
-
-def header_text(header: Mapping[str, Any]) -> str:
-    """Return the head as the text of its file."""
-    return json.dumps(header, indent=1) + "\n"
 
 
 def parse_header(text: str, source: str) -> dict[str, Any]:

@@ -90,7 +90,6 @@ def _page(
 
 
 def _notices(outcome: ComparisonOutcome) -> Iterator[str]:
-    """Yield the warnings at the top of the page."""
     missing, failed = outcome.planned - len(outcome.rows), len(outcome.incomplete())
     if missing:
         yield f"{missing} of {outcome.planned} missions are missing: this is what there is so far."

@@ -101,7 +101,6 @@ class Format(Generic[Record]):
 
     @property
     def head(self) -> str:
-        """The first line of a file."""
         return _line((*KEY, *self.readers))
 
     def encode(self, record: Record) -> str:

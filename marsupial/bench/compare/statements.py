@@ -1,7 +1,7 @@
 """The statements of a paper, in our words, and the verdict of a comparison on each."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -9,7 +9,9 @@ from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import Figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.tables import ReportTable
+from marsupial.bench.suite.maps import PLANNER
 from marsupial.model import Budget, Scenario
+from marsupial.model.planning import NO_PLANNER
 from marsupial.wording import counted
 
 
@@ -49,14 +51,7 @@ class Finding:
         return StatementVerdict.PARTLY if 2 * sum(known) >= len(known) else StatementVerdict.FAILS
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ExperimentTerms:
-    """The settings of an experiment that its caller may choose."""
-
-    runs: int  # missions for each case and contender
-    planner: str
-    budget: Budget
-    maps: Path  # the folder with the maps of real buildings that some papers use
+TEMPORAL = Contender("temporal", PLANNER)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,23 +62,23 @@ class Experiment:
     title: str
     setting: str  # what is simulated
     runs: int  # missions per case, unless the caller asks for another number
-    scenarios: Callable[[ExperimentTerms], Mapping[Case, Scenario]]
-    contenders: Callable[[str], tuple[Contender, ...]]  # with the planner that is asked for
+    scenarios: Callable[[Path], Mapping[Case, Scenario]]  # given the folder with the maps of real buildings
+    contenders: tuple[Contender, ...]  # those with a planner get the one that is asked for
     findings: Callable[[ComparisonOutcome], list[Finding]]
     paper_runs: int | None = None  # missions behind the paper's means; None if it does not say
-    # unless the caller asks for another; what `auto` adds, proofs that makespans are best, costs as much again
-    planner: str = "anytime"
     figures: Callable[[ComparisonOutcome], Iterator[Figure]] = lambda outcome: iter(())
     tables: Callable[[ComparisonOutcome], list[ReportTable]] = lambda outcome: []  # printed numbers beside ours
     overview: bool = True  # whether to add the usual tables and figures of a comparison
     parts: Mapping[str, str] = field(default_factory=dict)  # further experiments of the paper, by subfolder
 
-    def comparison(self, terms: ExperimentTerms) -> Comparison:
+    def comparison(self, *, runs: int, planner: str, budget: Budget, maps: Path) -> Comparison:
         """Return the missions: every contender in every scenario, from the same starts."""
-        scenarios = {case: prepared(scenario) for case, scenario in self.scenarios(terms).items()}
-        contenders = self.contenders(terms.planner)
         return Comparison(
-            scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=self.name
+            scenarios={case: prepared(scenario) for case, scenario in self.scenarios(maps).items()},
+            contenders=tuple(c if c.planner == NO_PLANNER else replace(c, planner=planner) for c in self.contenders),
+            runs=runs,
+            budget=budget,
+            paper=self.name,
         )
 
 

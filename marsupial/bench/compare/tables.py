@@ -62,7 +62,6 @@ def tables(outcome: ComparisonOutcome) -> list[ReportTable]:
 
 
 def status_table(outcome: ComparisonOutcome) -> ReportTable:
-    """Return the numbers of missions by status."""
     counts = {(s, c): outcome.statuses(s, c) for s in outcome.scenarios for c in outcome.contenders}
     names = list(dict.fromkeys(name for found in counts.values() for name in found)) or ["complete"]
     table = ReportTable(
@@ -131,7 +130,6 @@ def measure_table(outcome: ComparisonOutcome, measure: Metric, scenario: str) ->
 
 
 def ratio_table(outcome: ComparisonOutcome, scenario: str) -> ReportTable:
-    """Return the competitive ratio of each contender by team."""
     table = ReportTable(
         title=f"Competitive ratio: {scenario}",
         caption="Exploration time as a multiple of that of the clairvoyant, who plans with the whole map known: "
@@ -169,7 +167,6 @@ def planning_table(outcome: ComparisonOutcome) -> ReportTable:
 
 
 def failure_table(outcome: ComparisonOutcome) -> ReportTable:
-    """Return the incomplete missions with their reasons."""
     table = ReportTable(
         title="Missions that are not complete",
         caption="Each with its reason; `marsupial run` with the same scenario, team, seed and steps shows it again.",

@@ -56,7 +56,6 @@ def unpacked(reference: Any) -> Mapping[Case, Scenario]:
 
 
 def simulated(trial: Trial, scenario: Scenario, budget: Budget, observer: Observer) -> Summary:
-    """Run the mission of a trial."""
     strategy, planner = trial.contender.strategy, trial.contender.planner
     return simulate(scenario, strategy=strategy, planner=planner, budget=budget, seed=trial.seed, observer=observer)
 

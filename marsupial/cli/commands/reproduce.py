@@ -56,8 +56,7 @@ def reproduce(
     whole = experiment(paper)
     if whole is None:
         raise UsageError(unknown_name("paper", paper, [*PAPERS, *PARTS]))
-    from marsupial.bench.compare.statements import ExperimentTerms
-    from marsupial.bench.suite.maps import LASER_FOLDER
+    from marsupial.bench.suite.maps import LASER_FOLDER, PLANNER
     from marsupial.cli.work import comparing
     from marsupial.cli.work.missions import changed
     from marsupial.model.planning import Budget
@@ -67,14 +66,14 @@ def reproduce(
     if maps is not None and paper not in (wurm2008.NAME, wurm2008.CLUTTER):
         raise UsageError(f"--maps: {paper} is carried out on maps of its own; only {wurm2008.NAME} takes others")
     budget = Budget(steps=steps)
-    planner = planner or whole.planner
+    planner = planner or PLANNER
     mission_engine(planner, budget)  # raises early if it can't be used
     parts = {folder: found for folder, name in whole.parts.items() if (found := experiment(name)) is not None}
     for folder, part in {"": whole, **parts}.items():
         # --runs is for the experiment itself: its parts may be single missions, as in the paper.
         asked = runs if part is whole else None
-        terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or LASER_FOLDER)
-        comparison = part.comparison(terms)
+        count = asked or part.runs
+        comparison = part.comparison(runs=count, planner=planner, budget=budget, maps=maps or LASER_FOLDER)
         cases = {case: changed(one, interference=interference) for case, one in comparison.scenarios.items()}
         comparison = replace(comparison, scenarios=cases)
         comparing.carry_out(comparison, out / folder, workers=workers, ray=ray, retry_failed=retry_failed)

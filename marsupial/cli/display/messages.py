@@ -26,13 +26,11 @@ _volume = Volume.NORMAL
 
 
 def set_volume(volume: Volume) -> None:
-    """Set how much is printed from now on."""
     global _volume
     _volume = volume
 
 
 def volume() -> Volume:
-    """Return how much is printed."""
     return _volume
 
 

@@ -83,7 +83,6 @@ def moves(console: Console) -> bool:
 
 
 def doing(robot: RobotView) -> str:
-    """Return the action of a robot as text."""
     if robot.lost:
         return "lost"
     if robot.carrier is not None:

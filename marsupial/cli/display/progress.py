@@ -70,7 +70,6 @@ def progress() -> Iterator[Observer]:
 
 
 def headline(watch: MissionWatch) -> str:
-    """Return mission time and coverage as text."""
     return f"{clock(watch.t_ms / 1000):>8}  {watch.coverage:>4.0%}"
 
 
@@ -107,7 +106,6 @@ class _Lines(MissionWatch):
         self._targets = 0
 
     def now(self) -> str:
-        """Return the progress of the mission as a line."""
         if not self._plans:
             return PREPARING
         plans, targets = counted(self._plans, "plan"), counted(self._targets, "target")

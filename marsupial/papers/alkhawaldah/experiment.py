@@ -5,13 +5,14 @@ Fig. 8.
 """
 
 from collections.abc import Iterator
+from pathlib import Path
 from statistics import fmean
 from typing import Any
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
 from marsupial.bench.compare.figures import COLOURS, INK, LINES, MARKERS, Figure, as_figure, legend, panels
 from marsupial.bench.compare.plan import Case, Contender
-from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
+from marsupial.bench.compare.statements import TEMPORAL, Experiment, Finding
 from marsupial.bench.compare.statistics import Estimate
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
 from marsupial.generators.builtin import explorers
@@ -47,7 +48,7 @@ def cell_world(name: str, columns: int, rows: int, obstacles: int, robots: int =
     return explorers(name, scattered(columns, rows, obstacles, SEED), HOPPER, robots)
 
 
-def _scenarios(terms: ExperimentTerms) -> dict[Case, Scenario]:
+def _scenarios(_: Path) -> dict[Case, Scenario]:
     cases = {obstacles: _case(obstacles) for obstacles in PRINTED}
     return {case: cell_world(case.scenario, CELLS, CELLS, obstacles) for obstacles, case in cases.items()}
 
@@ -110,7 +111,6 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return the findings on the statements of section III."""
     return [_always_better(outcome), _fixed(outcome), _as_printed(outcome), _planning(outcome)]
 
 
@@ -177,7 +177,7 @@ EXPERIMENT = Experiment(
     runs=40,
     paper_runs=10,
     scenarios=_scenarios,
-    contenders=lambda planner: (Contender("temporal", planner), BIDDING, SHENG),
+    contenders=(TEMPORAL, BIDDING, SHENG),
     figures=_figures,
     findings=findings,
     tables=_tables,

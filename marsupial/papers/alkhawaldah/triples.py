@@ -64,8 +64,8 @@ EXPERIMENT = Experiment(
     setting="The worlds of 10 and 20 obstacles of Table 2, with the same starts for every triple: W_n, W_p and W_c are "
     "each 1, 2, 5, 10 or 20, where the paper has all whole numbers from 1 to 20.",
     runs=1,
-    scenarios=lambda terms: {case: cell_world(case.scenario, CELLS, CELLS, n) for case, n in WORLDS.items()},
-    contenders=lambda planner: tuple(CONTENDERS.values()),
+    scenarios=lambda _: {case: cell_world(case.scenario, CELLS, CELLS, n) for case, n in WORLDS.items()},
+    contenders=tuple(CONTENDERS.values()),
     findings=findings,
     overview=False,
 )

@@ -11,7 +11,7 @@ import numpy as np
 from marsupial.bench.compare.cells import DISTANCE, ENERGY, ComparisonOutcome
 from marsupial.bench.compare.figures import COLOURS, INK, Figure, as_figure, coverage_figure, mean_coverage
 from marsupial.bench.compare.plan import Case, Contender
-from marsupial.bench.compare.statements import Experiment, Finding
+from marsupial.bench.compare.statements import TEMPORAL, Experiment, Finding
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
 from marsupial.exports.trails import drives as drives_of
 from marsupial.exports.trails import trail
@@ -53,21 +53,11 @@ MUCH = 0.3  # savings of distance and energy on structured maps that count as th
 NEAR_SAVED, NEAR_LONGER = 0.015, 0.005  # tolerance of our means of routes relative to the printed ones
 
 
-def _contenders(planner: str) -> tuple[Contender, ...]:
-    return (Contender("temporal", planner), ORIENTATION, WIDEST)
-
-
 def _grids() -> dict[str, Grid]:
-    grids = {name: make() for name, make in WALLED.items()}
-    return grids | {RANDOM: random_area(seed=1)}
-
-
-def random_area(seed: int) -> Grid:
-    """Return an area of random obstacles with a closed border, as in the paper."""
-    grid = scattered(SIDE, SIDE, round(SHARE * SIDE * SIDE), seed)
-    cells = grid.cells.copy()
-    close_border(cells)
-    return replace(grid, cells=cells)
+    area = scattered(SIDE, SIDE, round(SHARE * SIDE * SIDE), seed=1)
+    cells = area.cells.copy()
+    close_border(cells)  # as in the paper
+    return {**{name: make() for name, make in WALLED.items()}, RANDOM: replace(area, cells=cells)}
 
 
 def _from_corner(name: str, grid: Grid) -> Scenario:
@@ -173,12 +163,10 @@ def routes_figure(scenario: Scenario, contenders: Sequence[Contender], *, name: 
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return the findings on the statements of section V."""
     return [_routes_save(outcome), *corner_findings(outcome)]
 
 
 def corner_findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return the findings on the statements of section V-C."""
     found = (_much_less, _less_among_random_obstacles, _ahead_at_first, _planning)
     return [finding(outcome) for finding in found]
 
@@ -285,8 +273,8 @@ EXPERIMENT = Experiment(
     setting=f"One robot, a point that sees 10 m far in line of sight, starts anywhere in {SETTING}",
     runs=10,
     paper_runs=1,
-    scenarios=lambda terms: {_case(name): explorers(name, grid, ROBOT, 1) for name, grid in _grids().items()},
-    contenders=_contenders,
+    scenarios=lambda _: {_case(name): explorers(name, grid, ROBOT, 1) for name, grid in _grids().items()},
+    contenders=(TEMPORAL, ORIENTATION, WIDEST),
     figures=_figures,
     findings=findings,
     tables=_tables,
@@ -299,8 +287,8 @@ CORNER_EXPERIMENT = Experiment(
     setting=f"One mission each, as in the paper: the robot starts in the upper left corner of {SETTING}",
     runs=1,
     paper_runs=1,
-    scenarios=lambda terms: {_case(name): _from_corner(name, grid) for name, grid in _grids().items()},
-    contenders=_contenders,
+    scenarios=lambda _: {_case(name): _from_corner(name, grid) for name, grid in _grids().items()},
+    contenders=(TEMPORAL, ORIENTATION, WIDEST),
     figures=_corner_figures,
     findings=corner_findings,
     tables=_corner_tables,

@@ -6,6 +6,7 @@ References: Wurm, Stachniss, Burgard, IROS 2008, sections IV and VI-A, Figs. 2 t
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from statistics import fmean
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
 from marsupial.bench.compare.plan import Case, Contender
-from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding
+from marsupial.bench.compare.statements import TEMPORAL, Experiment, Finding
 from marsupial.bench.compare.tables import ReportTable, gain_text, percent
 from marsupial.bench.suite.maps import LASER_FOLDER, laser_files
 from marsupial.formats.mapfiles.read import read_map
@@ -37,9 +38,9 @@ BOXES, BOX_M, BOX_SEED = 60, (0.2, 0.8), 1
 SEGMENTS, CLOSEST = Contender("segmentation"), Contender("closest-frontier")
 
 
-def _scenarios(terms: ExperimentTerms, *, clutter: bool = False) -> dict[Case, Scenario]:
+def _scenarios(maps: Path, *, clutter: bool = False) -> dict[Case, Scenario]:
     scenarios: dict[Case, Scenario] = {}
-    for (name, sizes), file in zip(TEAMS.items(), laser_files(TEAMS, terms.maps), strict=True):
+    for (name, sizes), file in zip(TEAMS.items(), laser_files(TEAMS, maps), strict=True):
         grid = read_map(file).grid
         if clutter and name == "cartesium":
             grid = cluttered(grid)
@@ -74,7 +75,6 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
-    """Return the findings on the statements of section VI-A."""
     by_map = {name: [outcome.pairing(case, SEGMENTS, TIME) for case in outcome.cases_of(name)] for name in TEAMS}
     by_gain = [finding(by_map) for finding in (_faster, _more_in_the_larger, _less_in_large_teams)]
     return [*by_gain, _more_robots_are_quicker(outcome), _planning(outcome)]
@@ -180,7 +180,7 @@ EXPERIMENT = Experiment(
     runs=6,
     paper_runs=20,
     scenarios=_scenarios,
-    contenders=lambda planner: (Contender("temporal", planner), SEGMENTS, CLOSEST),
+    contenders=(TEMPORAL, SEGMENTS, CLOSEST),
     figures=_figures,
     findings=findings,
     tables=_tables,
