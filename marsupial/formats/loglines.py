@@ -30,6 +30,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from marsupial.errors import LogError, Problem
+from marsupial.formats.jsonvalues import JsonFault, parse_json
 from marsupial.model import Cause, Cell, Trigger, Triggers
 from marsupial.model import mission as m
 from marsupial.model.bounds import MOST
@@ -222,10 +223,10 @@ class LogDecoder:
 
 def _load_object(line: bytes, problems: list[Problem]) -> dict[str, Any] | None:
     try:
-        value = load(line)
+        value = parse_json(line.decode())
     except UnicodeDecodeError:
         fault = "is not UTF-8 text"
-    except (ValueError, RecursionError) as error:
+    except JsonFault as error:
         fault = f"is not JSON: {error}"
     else:
         if isinstance(value, dict):
@@ -233,15 +234,6 @@ def _load_object(line: bytes, problems: list[Problem]) -> dict[str, Any] | None:
         fault = f"must be a JSON object, got {_shown(value)}"
     problems.append(Problem("", fault))
     return None
-
-
-def load(line: bytes) -> Any:
-    """Return the JSON value of a line; raise a ValueError if it is not JSON."""
-    return json.loads(line.decode("utf-8"), parse_constant=_refuse_constant)
-
-
-def _refuse_constant(name: str) -> None:
-    raise ValueError(f"{name} is not a number")
 
 
 def _shown(value: Any) -> str:
@@ -324,7 +316,7 @@ def _read_scalar(hint: type, value: Any, path: str, problems: list[Problem]) -> 
     if type(value) is hint is int and abs(value) > MOST:
         problems.append(Problem(path, f"must be at most {MOST:g}, got {_shown(value)}"))
         return 0
-    if type(value) is not hint or value in (float("inf"), float("-inf")):
+    if type(value) is not hint:
         problems.append(Problem(path, f"must be {_NAMES[hint]}, got {_shown(value)}"))
         return hint()
     return value

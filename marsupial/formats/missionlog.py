@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from marsupial.errors import LogError, Problem
-from marsupial.formats.loglines import LogDecoder, load
+from marsupial.formats.jsonvalues import parse_json
+from marsupial.formats.loglines import LogDecoder
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.model import UNKNOWN, Action, ActionName, Cell, RobotType, Role
 from marsupial.model import mission as m
@@ -55,8 +56,8 @@ def parse_log(data: bytes, *, source: str = "") -> MissionLog:
 
 def _is_json(line: bytes) -> bool:
     try:
-        load(line)
-    except (ValueError, RecursionError):
+        parse_json(line.decode())
+    except ValueError:
         return False
     return True
 

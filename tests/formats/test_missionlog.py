@@ -379,7 +379,7 @@ def test_a_whole_number_is_fine_where_a_number_is_wanted() -> None:
 
 def test_words_that_are_no_numbers_are_refused() -> None:
     line = LogEncoder().line(START).replace('"resolution_m":0.25', '"resolution_m":NaN')
-    with pytest.raises(LogError, match="line 1: is not JSON: NaN is not a number"):
+    with pytest.raises(LogError, match="line 1: is not JSON: NaN is no finite number"):
         parse_log(line.encode("ascii") + b"\n")
 
 
