@@ -82,7 +82,8 @@ def map_figure(
         raise UsageError(f"can't write .{kind}; there are {', '.join('.' + name for name in KINDS)}")
     wide_in = WIDTH_IN - LEGEND_IN - TICKS_IN + 0.2
     high_in = min(12.0, max(3.2, wide_in * grid.height / grid.width))
-    warned = [line for text in warnings for line in _wrapped(text)]
+    wrapper = textwrap.TextWrapper(WARNING_WIDTH, subsequent_indent="  ", break_long_words=False)
+    warned = [line for text in warnings for line in wrapper.wrap(f"! {text}")]
     below_in = 0.25 * len(warned)
     whole_in = high_in + 0.9 + below_in
     figure = Figure(figsize=(WIDTH_IN, whole_in), dpi=DPI, facecolor=LIGHT.page)
@@ -103,10 +104,6 @@ def map_figure(
         y = (below_in - 0.25 * row) / whole_in
         figure.text(0.2 / WIDTH_IN, y, line, fontsize=9, color=LOOKS[MapClass.LEAK].colour, va="top")
     return figure_file(figure, kind)
-
-
-def _wrapped(text: str) -> list[str]:
-    return textwrap.wrap(f"! {text}", WARNING_WIDTH, subsequent_indent="  ", break_long_words=False)
 
 
 def _draw_map(axes: Axes, on_axes: Grid, classes: CellArray) -> None:
