@@ -11,7 +11,6 @@ situation is the simplest one with the same plans.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.assemble import FactTable, assemble
@@ -38,7 +37,6 @@ def read_problem(text: str) -> Situation:
     return assemble(table)
 
 
-@dataclass(slots=True)
 class _Reader(FactTable):
     """Fills itself from the forms of a problem, and checks names, arguments and types."""
 
@@ -164,14 +162,12 @@ def _foreign(form: Form) -> tuple[Problem, ...]:
     if len(used - known) <= len(used & known):
         return ()
     strange = [(name, item) for name, item in (*kinds, *facts) if name not in known]
-    missing = (
-        [kind for kind in _NEEDED_TYPES if f"type {kind}" not in used],
-        [fact for fact in _NEEDED_FACTS if fact not in used],
-    )
+    no_types = [kind for kind in _NEEDED_TYPES if f"type {kind}" not in used]
+    no_facts = [fact for fact in _NEEDED_FACTS if fact not in used]
     domain = next((item for item in sections if item.head == ":domain"), form)
     return (
         at_line(domain.line, f"not a problem of marsupial's own domain, as `marsupial export` writes it, but {domain}"),
-        Problem("", f"missing: objects of the types {listed(missing[0])}; facts {listed(missing[1])}"),
+        Problem("", f"missing: objects of the types {listed(no_types)}; facts {listed(no_facts)}"),
         at_line(strange[0][1].line, f"{len(strange)} objects and facts mean nothing here, the first: {strange[0][1]}"),
     )
 
