@@ -19,7 +19,7 @@ an optimal layout would look no better.
 
 import math
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import Any, NamedTuple
@@ -151,10 +151,9 @@ def _add_legend(figure: Figure, grid: Grid, classes: CellArray, start_text: str,
 
 
 class NamedPlace(NamedTuple):
-    """A place for a name: its centre relative to its mark's (points), and its ring; 0 needs no line."""
+    """A place for a name: its box (pixels), and its ring; 0 needs no line."""
 
-    dx: float
-    dy: float
+    box: Bbox
     ring: int
 
 
@@ -168,44 +167,35 @@ def name_marks(axes: Axes, marks: Mapping[str, tuple[float, float]]) -> None:
         box = {"boxstyle": "round,pad=0.15", "facecolor": LIGHT.page, "edgecolor": "none", "alpha": 0.8}
         style: dict[str, Any] = {"fontsize": 8, "color": LIGHT.ink, "ha": "center", "va": "center", "bbox": box}
         text = axes.annotate(name, at, (0, 0), textcoords="offset points", zorder=6, **style)
-        size = text.get_window_extent()
         clear = [Bbox([spot, spot]).padded(CLEAR_PT * scale) for other, spot in spots.items() if other != name]
-        found = best_place(spots[name], (size.width, size.height), scale, [*taken, *clear], axes.bbox)
-        text.set_position((found.dx, found.dy))
-        taken.append(_box(spots[name], (size.width, size.height), found, scale))
+        places = places_beside(spots[name], text.get_window_extent().size, scale)
+        found = best_place(places, [*taken, *clear], axes.bbox)
+        taken.append(found.box)
+        offset = tuple((found.box.get_points().mean(axis=0) - spots[name]) / scale)
+        text.set_position(offset)
         if found.ring:
             line: dict[str, Any] = {"arrowstyle": "-", "color": LIGHT.ink, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 5}
-            axes.annotate("", at, (found.dx, found.dy), textcoords="offset points", arrowprops=line, zorder=2.5)
+            axes.annotate("", at, offset, textcoords="offset points", arrowprops=line, zorder=2.5)
 
 
-def best_place(
-    spot: tuple[float, ...],
-    size: tuple[float, float],
-    scale: float,
-    taken: Sequence[Bbox],
-    inside: Bbox,
-) -> NamedPlace:
-    """Return the place of least cost for a name of this size (pixels) whose mark is at `spot`.
+def places_beside(spot: Sequence[float], size: Sequence[float], scale: float) -> Iterator[NamedPlace]:
+    """Yield the places for a name of this size whose mark is at `spot`, in pixels, `scale` of them to a point."""
+    for ring in range(RINGS):
+        away = scale * (GAP_PT + RING_PT * ring)
+        for sides in SIDES if ring == 0 else (*SIDES, *CORNERS):
+            corner = [
+                at + side * (away + length / 2) - length / 2 for at, side, length in zip(spot, sides, size, strict=True)
+            ]
+            yield NamedPlace(Bbox.from_bounds(*corner, *size), ring)
 
-    `scale`: pixels per point; `taken`: boxes that it must not hide; `inside`: the box that it must not leave.
-    """
+
+def best_place(places: Iterable[NamedPlace], taken: Sequence[Bbox], inside: Bbox) -> NamedPlace:
+    """Return the place of least cost: it hides none of the boxes `taken`, and does not leave `inside`."""
 
     def cost(place: NamedPlace) -> float:
-        box = _box(spot, size, place, scale)
+        box = place.box
         hidden = sum(Bbox.intersection(box, other) is not None for other in taken)
         outside = not (inside.x0 <= box.x0 and box.x1 <= inside.x1 and inside.y0 <= box.y0 and box.y1 <= inside.y1)
         return BLOCKED * (hidden + outside) + place.ring
 
-    return min(_places(size[0] / scale, size[1] / scale), key=cost)
-
-
-def _places(width_pt: float, height_pt: float) -> Iterator[NamedPlace]:
-    for ring in range(RINGS):
-        away = GAP_PT + RING_PT * ring
-        for u, v in SIDES if ring == 0 else (*SIDES, *CORNERS):
-            yield NamedPlace(u * (away + width_pt / 2), v * (away + height_pt / 2), ring)
-
-
-def _box(spot: tuple[float, ...], size: tuple[float, float], place: NamedPlace, scale: float) -> Bbox:
-    x, y = spot[0] + place.dx * scale, spot[1] + place.dy * scale
-    return Bbox.from_extents(x - size[0] / 2, y - size[1] / 2, x + size[0] / 2, y + size[1] / 2)
+    return min(places, key=cost)

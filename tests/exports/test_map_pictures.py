@@ -11,7 +11,7 @@ from small_missions import drawn_grid
 
 from marsupial.cli.display.map_picture import QUARTERS, characters, coarse_map, map_picture
 from marsupial.exports.mapclasses import LOOKS, MapClass, map_classes
-from marsupial.exports.mapfigure import best_place, map_figure
+from marsupial.exports.mapfigure import best_place, map_figure, places_beside
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.maps.reach import parts
 from marsupial.model.grid import Cell, CellArray, Grid
@@ -108,18 +108,20 @@ def test_axes_count_in_metres_of_the_map_frame() -> None:
 ROOMY = Bbox.from_extents(0, 0, 1000, 1000)
 
 
+def place_beside(x: float, *taken: Bbox) -> tuple[float, int]:
+    """Return how far right of its mark the middle of a name is, and its ring."""
+    found = best_place(places_beside((x, 500.0), (50.0, 12.0), 1.0), taken, ROOMY)
+    return found.box.x0 + 25.0 - x, found.ring
+
+
 def test_names_stand_beside_their_marks_clear_of_others() -> None:
-    size, spot = (50.0, 12.0), (500.0, 500.0)
-    alone = best_place(spot, size, 1.0, [], ROOMY)
-    assert (alone.dx > 25, alone.dy, alone.ring) == (True, 0, 0)
-    beside = Bbox.from_extents(510, 490, 540, 510)
-    assert best_place(spot, size, 1.0, [beside], ROOMY).dx < -25
-    assert best_place((990.0, 500.0), size, 1.0, [], ROOMY).dx < -25
+    assert place_beside(500.0) == (34.0, 0)
+    assert place_beside(500.0, Bbox.from_extents(510, 490, 540, 510))[0] < -25
+    assert place_beside(990.0)[0] < -25
 
 
 def test_names_without_room_beside_their_marks_stand_farther_off() -> None:
-    crowd = Bbox.from_extents(480, 480, 520, 520)
-    assert best_place((500.0, 500.0), (50.0, 12.0), 1.0, [crowd], ROOMY).ring > 0
+    assert place_beside(500.0, Bbox.from_extents(480, 480, 520, 520))[1] > 0
 
 
 def test_small_maps_are_letters_cell_by_cell_where_there_are_no_blocks() -> None:

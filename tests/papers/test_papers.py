@@ -105,11 +105,10 @@ def of_office(trial: Trial) -> float:
 
 
 def test_segments_that_are_faster_everywhere_are_found_so(maps: Path) -> None:
-    found = outcome(wurm2008.EXPERIMENT.comparison(**terms(runs=5, maps=maps)), of_office, runs=5)
+    compared = wurm2008.EXPERIMENT.comparison(**terms(runs=5, maps=maps))
+    found = outcome(compared, of_office, runs=5)
     assert verdicts("wurm2008", found) == [HOLDS, HOLDS, HOLDS, HOLDS, HOLDS]
-    slower = outcome(
-        wurm2008.EXPERIMENT.comparison(**terms(runs=5, maps=maps)), lambda trial: 200.0 - of_office(trial), runs=5
-    )
+    slower = outcome(compared, lambda trial: 200.0 - of_office(trial), runs=5)
     assert verdicts("wurm2008", slower)[0] is FAILS
     assert verdicts("wurm2008", slower)[4] is FAILS
     names = set(written(found))
