@@ -4,15 +4,15 @@ Robots always follow the first of equal plans, so the previous plan comes first.
 omit targets, and finds the targets that no robot can serve: an engine would have no plan for a problem with those.
 """
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import replace
 from time import perf_counter
 
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Outcome
+from marsupial.model.planning import Budget, Engine, Finished, Outcome
 from marsupial.model.situation import Situation
-from marsupial.model.strategy import Briefing, Decision, PlanningReport
+from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
 from marsupial.planning.checker import check
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.greedy import Listing
@@ -22,77 +22,62 @@ NO_ANSWER = Finished(outcome=Outcome.NO_PLAN)
 Served = tuple[Plan, frozenset[str]]
 """A plan and the targets that it omits."""
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EngineAnswer:
-    """An engine's answer: its best plan, the number of invalid ones, when the first new one came, the last event."""
-
-    plan: Plan | None = None
-    refused: int = 0
-    first_s: float | None = None
-    end: Finished = NO_ANSWER
+Explored = tuple[Plan, frozenset[str], PlanningReport]
+"""The plan to follow, the targets that no robot can serve, and the report of the engine's answer."""
 
 
-Explored = tuple[Plan, frozenset[str], EngineAnswer]
-"""The plan to follow, the targets that no robot can serve, and the engine's answer."""
+class PlanningStrategy(Strategy):
+    """Base of strategies that ask an engine, with the same budget for each call."""
 
-
-class AskedPlanner:
-    """An engine with its budget for each call."""
+    asks_planner = True
 
     def __init__(self, engine: Engine, budget: Budget) -> None:
-        self._engine = engine
-        self.budget = budget
+        self._engine, self._budget = engine, budget
 
-    @property
-    def info(self) -> EngineInfo:
-        return self._engine.info
+    def explore(self, briefing: Briefing) -> Explored:
+        """Return the plan for a briefing with targets."""
+        raise NotImplementedError
 
-    def decide(self, briefing: Briefing, explore: Callable[[Briefing], Explored]) -> Decision:
-        """Return the decision: by `explore` while targets are left, else the shortest plan that ends the mission."""
+    def decide(self, briefing: Briefing) -> Decision:
         began = perf_counter()
-        decide = explore if briefing.situation.targets else self._finish
-        plan, unserved, answer = decide(briefing)
-        end, detail = answer.end, ""
-        if answer.plan is None or not answer.plan.actions:
-            detail = f"{self.info.name}: {end.outcome}{f' ({end.detail})' if end.detail else ''}"
-        if unserved:
-            detail += f"; nobody can serve {', '.join(sorted(unserved))}"
-        report = PlanningReport(
-            planner=self.info.name,
-            outcome=end.outcome,
-            wall_s=perf_counter() - began,
-            first_plan_s=answer.first_s,
-            refused=answer.refused,
-            detail=detail,
-        )
-        return Decision(plan=plan, report=report)
+        explore = self.explore if briefing.situation.targets else self._finish
+        plan, unserved, report = explore(briefing)
+        detail = f"{report.detail}; nobody can serve {', '.join(sorted(unserved))}" if unserved else report.detail
+        return Decision(plan=plan, report=replace(report, detail=detail, wall_s=perf_counter() - began))
 
     def _finish(self, briefing: Briefing) -> Explored:
         """Return the shortest plan that recovers rovers or brings carriers home, as the goal asks."""
-        situation, answer = briefing.situation, EngineAnswer()
+        situation, asked, report = briefing.situation, None, self._report(None, NO_ANSWER)
         listing = Listing(situation)
         kept = completed(listing, briefing.previous)
         if situation.goal.aboard:
-            answer = self.ask(situation, MAKESPAN, shortest(situation, kept))
-        found = [*kept, *completed(listing, answer.plan), listing.serve()]
+            asked, report = self.ask(situation, MAKESPAN, shortest(situation, kept))
+        found = [*kept, *completed(listing, asked), listing.serve()]
         plan, unserved = min(found, key=lambda served: (not check(situation, served[0]).valid, served[0].makespan_ms))
-        return plan, unserved, answer
+        return plan, unserved, report
 
-    def ask(self, situation: Situation, objective: Objective, start: Plan | None) -> EngineAnswer:
-        """Ask the engine for plans by this objective, or by makespan if it does not support the objective."""
+    def ask(self, situation: Situation, objective: Objective, start: Plan | None) -> tuple[Plan | None, PlanningReport]:
+        """Ask the engine for plans by this objective, or by makespan if it does not support the objective.
+
+        Return its best plan and a report without the time in total. `start` has to be valid, as engines may rely on
+        that.
+        """
         asked = objective if objective.name in self._engine.info.objectives else MAKESPAN
-        # a completed plan may still miss targets or rovers, and engines may rely on a valid start
-        if start is not None and not check(situation, start).valid:
-            start = None
         incumbent = Incumbent(situation, asked, partial=True)
         first_s, end = None, NO_ANSWER
-        for event in self._engine.solve(situation, self.budget, objective=asked, start=start):
+        for event in self._engine.solve(situation, self._budget, objective=asked, start=start):
             if isinstance(event, Finished):
                 end = event
             elif incumbent.take(event.plan) and first_s is None and event.plan != start:
                 first_s = event.elapsed_s
-        return EngineAnswer(plan=incumbent.plan, refused=len(incumbent.refused), first_s=first_s, end=end)
+        report = self._report(incumbent.plan, end)
+        return incumbent.plan, replace(report, first_plan_s=first_s, refused=len(incumbent.refused))
+
+    def _report(self, plan: Plan | None, end: Finished) -> PlanningReport:
+        name, detail = self._engine.info.name, ""
+        if plan is None or not plan.actions:
+            detail = f"{name}: {end.outcome}{f' ({end.detail})' if end.detail else ''}"
+        return PlanningReport(planner=name, outcome=end.outcome, wall_s=0.0, detail=detail)
 
 
 def completed(listing: Listing, *plans: Plan | None) -> list[Served]:

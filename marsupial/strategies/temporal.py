@@ -50,31 +50,13 @@ Wurm et al. 2010, sections III-A (the loop) and III-C (the planning problem).
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
-from marsupial.model import (
-    MAKESPAN,
-    Briefing,
-    Budget,
-    Cell,
-    Decision,
-    Engine,
-    Goal,
-    Grid,
-    Objective,
-    ObjectiveName,
-    PricedArrival,
-    RobotType,
-    Role,
-    SituationGoal,
-    Strategy,
-    Unseen,
-    Value,
-    World,
-)  # fmt: skip
+from marsupial.model import Budget, Cell, Engine, Goal, Grid, RobotType, Role, SituationGoal, World
+from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName, PricedArrival, Value
+from marsupial.model.strategy import Briefing, Decision, Strategy, Unseen
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Listing
-from marsupial.strategies.asking import AskedPlanner, Explored, Served, completed, shortest, without
+from marsupial.strategies.asking import Explored, PlanningStrategy, Served, completed, shortest, without
 from marsupial.strategies.frontier.arrival import OnArrival, WholeFrontiers
 from marsupial.strategies.frontier.covering import Covering
 from marsupial.strategies.frontier.exploration import FrontierStrategy
@@ -103,27 +85,23 @@ ROUNDS_PER_STEP = 0.5
 class TemporalParts:
     """What the strategy adds to the shortest plan for the known targets; 0 disables a part, to measure its value."""
 
-    name: ClassVar[str] = "temporal"
-
     guess: float = 1.0  # plan for guessed targets as well
     price: float = 1.0  # plan by priced arrival, not by makespan alone
     choice: float = 1.0  # compare the planner's plan also with those of the rules and of list scheduling
 
 
-class Temporal(Strategy):
+class Temporal(PlanningStrategy):
     """Follows the best plan for known and guessed targets.
 
     `engine` is called with `budget` at each replanning; `parts` are those in use, `name` is its name in logs.
     """
 
-    asks_planner = True
-
     def __init__(
-        self, engine: Engine, budget: Budget, parts: TemporalParts | None = None, name: str = TemporalParts.name
+        self, engine: Engine, budget: Budget, parts: TemporalParts | None = None, name: str = "temporal"
     ) -> None:
+        super().__init__(engine, budget)
         self.name = name
         self._parts = TemporalParts() if parts is None else parts
-        self._planner = AskedPlanner(engine, budget)
         self._covering: FrontierStrategy | None = None
         self._recovers = True
         self._targets: frozenset[str] = frozenset()  # of the last plan, and how many plans before it had the same
@@ -139,7 +117,7 @@ class Temporal(Strategy):
             return None
         if not self._covers(world.grid, team):
             return WholeFrontiers(world, kinds, homes, goal)
-        steps, seconds = self._planner.budget.steps, self._planner.budget.seconds
+        steps, seconds = self._budget.steps, self._budget.seconds
         covering = Covering(
             rounds=math.inf if steps is None else max(1.0, ROUNDS_PER_STEP * steps),
             seconds=math.inf if seconds is None else seconds,
@@ -149,17 +127,17 @@ class Temporal(Strategy):
 
     def _covers(self, grid: Grid, team: Mapping[str, RobotType]) -> bool:
         """Return whether the team follows covering tours."""
-        able = ObjectiveName.PRICED_ARRIVAL in self._planner.info.objectives
+        able = ObjectiveName.PRICED_ARRIVAL in self._engine.info.objectives
         near = all(kind.sensor_range_m < NEAR_CELLS * grid.resolution_m for kind in team.values())
         return able and near and grid.cells.size <= MOST_CELLS
 
     def decide(self, briefing: Briefing) -> Decision:
         if self._covering is not None:
             return self._covering.decide(briefing)
-        return self._planner.decide(briefing, self._explore)
+        return super().decide(briefing)
 
-    def _explore(self, briefing: Briefing) -> Explored:
-        """Return the real part of the best plan for the guess, the real targets that no robot can serve, the answer."""
+    def explore(self, briefing: Briefing) -> Explored:
+        """Return the real part of the best plan for the guess, the real targets that no robot can serve, the report."""
         parts, known = self._parts, briefing.situation
         targets = frozenset(known.target_by_name)
         self._repeats = self._repeats + 1 if targets == self._targets else 0
@@ -181,15 +159,15 @@ class Temporal(Strategy):
         kept, others = completed(listing, previous), completed(listing, *by_rule)
         if parts.choice or not kept:
             others.append(listing.serve())
-        if objective.name in self._planner.info.objectives:
+        if objective.name in self._engine.info.objectives:
             plan, unserved = min(kept + others, key=rank)
             # what no plan can reach, targets or rovers, would make the problem unsolvable for the engine
             asked = without(situation, unserved)
             if not check(asked, plan).valid:
                 asked = replace(asked, goal=SituationGoal())
-            answer = self._planner.ask(asked, objective, plan)
+            best, report = self.ask(asked, objective, plan)
         else:
-            answer = self._planner.ask(known, objective, shortest(known, completed(Listing(known), previous, *by_rule)))
+            best, report = self.ask(known, objective, shortest(known, completed(Listing(known), previous, *by_rule)))
         # `min` takes the first of equals: the previous plan, then the engine's
-        plan, unserved = min(kept + completed(listing, answer.plan) + others, key=rank)
-        return guessed.real_part(plan), unserved & known.target_by_name.keys(), answer
+        plan, unserved = min(kept + completed(listing, best) + others, key=rank)
+        return guessed.real_part(plan), unserved & known.target_by_name.keys(), report

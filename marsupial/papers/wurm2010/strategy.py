@@ -19,31 +19,24 @@ Wurm et al. 2010, sections III-A (the loop), III-C (the planning problem) and II
 minimises the makespan).
 """
 
-from marsupial.model import MAKESPAN, Briefing, Budget, Decision, Engine, Strategy
+from marsupial.model import MAKESPAN, Briefing
 from marsupial.planning.list_scheduling.greedy import Listing
-from marsupial.strategies.asking import AskedPlanner, Explored, completed, shortest, without
+from marsupial.strategies.asking import Explored, PlanningStrategy, completed, shortest, without
 
 
-class ShortestPlan(Strategy):
+class ShortestPlan(PlanningStrategy):
     """Follows the shortest plan that the engine finds for the known targets."""
 
     name = "wurm2010"
-    asks_planner = True
 
-    def __init__(self, engine: Engine, budget: Budget) -> None:
-        self._planner = AskedPlanner(engine, budget)
-
-    def decide(self, briefing: Briefing) -> Decision:
-        return self._planner.decide(briefing, self._explore)
-
-    def _explore(self, briefing: Briefing) -> Explored:
-        """Return the shortest plan for the known targets, the targets that no robot can serve, the answer."""
+    def explore(self, briefing: Briefing) -> Explored:
+        """Return the shortest plan for the known targets, the targets that no robot can serve, the report."""
         listing, previous = Listing(briefing.situation), briefing.previous
         spare, unserved = listing.serve(previous)
         situation = without(briefing.situation, unserved)
         kept = None if previous is None else shortest(situation, [(spare, unserved)])
-        answer = self._planner.ask(situation, MAKESPAN, kept)
-        found = completed(listing, kept, answer.plan) or [(spare, unserved)]
+        asked, report = self.ask(situation, MAKESPAN, kept)
+        found = completed(listing, kept, asked) or [(spare, unserved)]
         # the first of equals: the previous plan
         plan, unserved = min(found, key=lambda served: (len(served[1]), served[0].makespan_ms))
-        return plan, unserved, answer
+        return plan, unserved, report
