@@ -104,19 +104,17 @@ def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Decider:
     EngineUnavailable
         If the strategy belongs to an installed package and can't be used, or its planner can't.
     """
-    base, given, parameters = name.partition("/")
+    base = name.split("/")[0]
     if base in RULES:
         from marsupial.strategies.frontier.exploration import FrontierStrategy
         from marsupial.strategies.frontier.rule import with_parameters
 
-        rule = frontier_rule(base)
-        return FrontierStrategy(with_parameters(rule, parameters) if given else rule(), name)
+        return FrontierStrategy(with_parameters(frontier_rule(base), name), name)
     if base == "temporal":
         from marsupial.strategies.frontier.rule import with_parameters
         from marsupial.strategies.temporal import Temporal, TemporalParts
 
-        parts = with_parameters(TemporalParts, parameters) if given else None
-        return Temporal(*_planning(planner, budget), parts, name)
+        return Temporal(*_planning(planner, budget), with_parameters(TemporalParts, name), name)
     if name in STRATEGIES:
         make = resolve_name(STRATEGIES[name])
         made: Decider = make(*_planning(planner, budget)) if _asks(make) else make()

@@ -113,17 +113,11 @@ class FrontierRule(Protocol):
         """Return a frontier cell (row-major) for robots by name, or one beside them; the others keep their goals."""
 
 
-class Parametrised(Protocol):
-    """A dataclass whose fields are the parameters of the strategy `name`."""
-
-    name: ClassVar[str]
+P = TypeVar("P")
 
 
-P = TypeVar("P", bound=Parametrised)
-
-
-def with_parameters(rule: type[P], text: str) -> P:
-    """Return the rule with the values of a text like ``W_n=1/W_p=0.5``, with the paper's values for all others.
+def with_parameters(rule: type[P], name: str) -> P:
+    """Return the rule with the values after its name, as in ``bidding/W_n=1``, and the paper's values for all others.
 
     Raises
     ------
@@ -132,17 +126,18 @@ def with_parameters(rule: type[P], text: str) -> P:
     """
     known = [each.name for each in fields(rule) if each.init]  # type: ignore[arg-type]
     values: dict[str, float] = {}
-    for part in text.split("/"):
-        name, _, number = part.partition("=")
-        if name not in known or name in values:
+    base, *parts = name.split("/")
+    for part in parts:
+        key, _, number = part.partition("=")
+        if key not in known or key in values:
             takes = f"the parameters {', '.join(known)}, once each" if known else "no parameters"
-            raise UsageError(f"strategy {rule.name}: takes {takes}, got {part!r}")
+            raise UsageError(f"strategy {base}: takes {takes}, got {part!r}")
         try:
-            values[name] = float(number)
+            values[key] = float(number)
         except ValueError:
-            values[name] = math.nan
-        if not 0 <= values[name] < math.inf:
-            raise UsageError(f"strategy {rule.name}: {name}: must be a number, 0 or more, got {number!r}")
+            values[key] = math.nan
+        if not 0 <= values[key] < math.inf:
+            raise UsageError(f"strategy {base}: {key}: must be a number, 0 or more, got {number!r}")
     return rule(**values)
 
 

@@ -67,7 +67,7 @@ def test_teams_that_a_strategy_can_t_lead_are_refused() -> None:
 
 
 def test_parameters_follow_the_name() -> None:
-    assert with_parameters(Bidding, "W_n=1/W_p=0.5") == Bidding(W_n=1.0, W_p=0.5, W_c=1.0)
+    assert with_parameters(Bidding, "bidding/W_n=1/W_p=0.5") == Bidding(W_n=1.0, W_p=0.5, W_c=1.0)
     assert strategy("bidding/W_c=3", planner="none", budget=Budget(steps=1)).name == "bidding/W_c=3"
     assert is_strategy("bidding/W_c=3")
     assert not is_strategy("bidder/W_c=3")
@@ -76,9 +76,9 @@ def test_parameters_follow_the_name() -> None:
 @pytest.mark.parametrize("text", ["", "W_x=1", "W_n", "W_n=", "W_n=nan", "W_n=inf", "W_n=-1", "W_n=1/W_n=2"])
 def test_parameters_that_make_no_sense_are_refused(text: str) -> None:
     with pytest.raises(UsageError, match="strategy bidding"):
-        with_parameters(Bidding, text)
+        with_parameters(Bidding, f"bidding/{text}")
     with pytest.raises(UsageError, match="takes no parameters"):
-        with_parameters(ClosestFrontier, "far=1")
+        with_parameters(ClosestFrontier, "closest-frontier/far=1")
 
 
 def test_starts_decide_what_is_drawn_by_lot() -> None:
