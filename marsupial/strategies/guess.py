@@ -36,7 +36,7 @@ The guess is often wrong, which costs little: docs/strategies.md has the figures
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -61,7 +61,10 @@ class Guess:
     situation: Situation
     worth: Mapping[str, float]
     real: Situation
-    gates: Mapping[str, _Gate]  # by the place in a square that carriers drive to: its target, or the door of a room
+    # by the place in a square that carriers drive to (its target, or the door of a room): the known targets that lead
+    # there, with the path length from each in metres
+    gates: Mapping[str, Sequence[tuple[str, float]]] = field(default_factory=dict)
+    speed_mps: Mapping[str, float] = field(default_factory=dict)  # by robot type
 
     def real_part(self, plan: Plan) -> Plan:
         """Return the real part of a plan for the guessed situation, with the travel times of the real one."""
@@ -75,37 +78,25 @@ class Guess:
                 at[action.robot] = after(action).at
                 continue
             for robot in sorted(set(action.robots) - halted):
-                gate = self.gates.get(action.place)
-                if gate is not None and at[robot] is not None:
-                    kept += self._drive_to_gate(robot, str(at[robot]), gate, kept)
+                origin = at[robot]
+                if origin is not None:
+                    kept += self._drive_to_gate(robot, origin, action.place, kept)
             halted.update(action.robots)
         return retime(self.real, kept)
 
-    def _drive_to_gate(self, robot: str, origin: str, gate: _Gate, done: Sequence[Action]) -> list[Action]:
-        target = gate.nearest(self.real, self.real.robot_by_name[robot].type, origin)
-        been = any(action.robot == robot and action.place == target for action in done)
-        if target is None or target == origin or been:
-            return []
-        return [Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=0, robot=robot, place=target, origin=origin)]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Gate:
-    """The known targets that lead to a square, and the path length from each to the square in metres."""
-
-    targets: tuple[str, ...]
-    metres: tuple[float, ...]
-    speed_mps: Mapping[str, float]
-
-    def nearest(self, situation: Situation, kind: str, origin: str) -> str | None:
-        """Return the target that this type can explore on its fastest path from `origin` to the square."""
+    def _drive_to_gate(self, robot: str, origin: str, place: str, done: Sequence[Action]) -> list[Action]:
+        """Return the drive to the target that a robot can explore on its fastest path to a square, if there is one."""
+        kind = self.real.robot_by_name[robot].type
         options = [
             (travel + 1000 * metres / self.speed_mps[kind], target)
-            for target, metres in zip(self.targets, self.metres, strict=True)
-            if kind in situation.target_by_name[target].explorers
-            and (travel := situation.travel(kind, origin, target)) is not None
+            for target, metres in self.gates.get(place, ())
+            if kind in self.real.target_by_name[target].explorers
+            and (travel := self.real.travel(kind, origin, target)) is not None
         ]
-        return min(options)[1] if options else None
+        _, target = min(options, default=(0.0, origin))
+        if target == origin or any(action.robot == robot and action.place == target for action in done):
+            return []
+        return [Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=0, robot=robot, place=target, origin=origin)]
 
 
 def guess(briefing: Briefing) -> Guess:
@@ -118,7 +109,7 @@ def guess(briefing: Briefing) -> Guess:
     real = briefing.situation
     worth = dict.fromkeys((target.name for target in real.targets), 1.0)
     begun = _with_head_starts(real, briefing.previous)
-    nothing = Guess(situation=begun, worth=worth, real=real, gates={})
+    nothing = Guess(situation=begun, worth=worth, real=real)
     present = {robot.type for robot in real.robots}
     carriers, rovers = (
         frozenset(kind.name for kind in real.types if kind.role is role and kind.name in present)
@@ -149,11 +140,9 @@ def guess(briefing: Briefing) -> Guess:
         squares.append(_Guessed(square=square, room=room, explorers=explorers))
     situation = _extended(begun, squares, driving, gates, metres[order], unseen.speed_mps)
     worth |= {one.target: WORTH * one.square.share for one in squares}
-    ways: dict[str, _Gate] = {}
-    for one, row in zip(squares, metres[order].tolist(), strict=True):
-        gate = _Gate(targets=gates, metres=tuple(row), speed_mps=unseen.speed_mps)
-        ways |= {one.target: gate, one.entry: gate}
-    return Guess(situation=situation, worth=worth, real=real, gates=ways)
+    ways = [list(zip(gates, row, strict=True)) for row in metres[order].tolist()]
+    by_place = {place: way for one, way in zip(squares, ways, strict=True) for place in (one.target, one.entry)}
+    return Guess(situation=situation, worth=worth, real=real, gates=by_place, speed_mps=unseen.speed_mps)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
