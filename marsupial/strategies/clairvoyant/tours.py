@@ -8,7 +8,6 @@ seen, with some noise. This is repeated until no cell is missed.
 from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -52,11 +51,9 @@ class Tours:
 
     def own(self, tour: Tour, at: int) -> Cells:
         """Return what only the legs to and from a stop see, or a deployed rover's whole tour to its only stop."""
+        legs = range(at, min(at + 2, len(tour.seen)))
         if self.is_only_stop(tour, at):  # without this stop there is no reason to set the rover down
-            return self._own(tour, range(len(tour.seen)))
-        return self._own(tour, range(at, min(at + 2, len(tour.seen))))
-
-    def _own(self, tour: Tour, legs: range) -> Cells:
+            legs = range(len(tour.seen))
         own = 0
         for leg in legs:
             own |= tour.seen[leg]
@@ -183,14 +180,8 @@ def _better(tours: Tours, tour: Tour, at: int, own: Cells, passing: Cells) -> Ce
 
 Place = tuple[Tour, int]  # a tour, and the number of its place after which a stop is inserted
 
-
-class _Choice(NamedTuple):
-    """A site by its number, its cost per missed cell that it sees, and where it is inserted, if anywhere."""
-
-    cost: float
-    kind: str
-    site: int
-    place: Place | None
+Choice = tuple[float, str, int, Place | None]
+"""A site: its cost per missed cell that it sees, its type and number, and where it is inserted, if anywhere."""
 
 
 def repaired(outline: Outline, rng: np.random.Generator, limit_ms: int) -> Outline:
@@ -227,7 +218,7 @@ class _Repair:
         choices = [
             self._cheapest(kind, sites, missed) for kind in ground.kinds if len(sites := self._sites(kind, cell))
         ]
-        _, kind, site, place = min(choices, key=lambda choice: choice.cost)
+        _, kind, site, place = min(choices, key=lambda choice: choice[0])
         seen = ground.site_views(kind)[site] & missed
         here = ground.cell(ground.sites[kind][site])
         if place is None:
@@ -250,13 +241,13 @@ class _Repair:
         seeing = [n for n in some.tolist() if views[n] & bit] or [n for n in near.tolist() if views[n] & bit]
         return np.array(seeing, dtype=np.int64)
 
-    def _cheapest(self, kind: str, sites: Ints, missed: Cells) -> _Choice:
+    def _cheapest(self, kind: str, sites: Ints, missed: Cells) -> Choice:
         views = self._tours.ground.site_views(kind)
         gains = np.array([(views[n] & missed).bit_count() for n in sites.tolist()], dtype=np.float64)
         costs, places = self._insertions(kind, sites)
         costs = (costs + FIXED_MS) / gains * np.exp(NOISE * self._rng.standard_normal(len(sites)))
         n = int(np.argmin(costs))
-        return _Choice(float(costs[n]), kind, int(sites[n]), places[n])
+        return float(costs[n]), kind, int(sites[n]), places[n]
 
     def _insertions(self, kind: str, sites: Ints) -> tuple[Floats, list[Place | None]]:
         """Return the least cost of inserting each site, in ms, and the place; None if no robot can go there."""
