@@ -226,7 +226,7 @@ class MissionDrawing:
         for action, marks in self._marks.items():
             spots = [place.cell for place in self._handovers if place.name is action and place.t_ms <= t_ms]
             marks.set_data(*np.array(spots, dtype=np.int64).reshape(-1, 2).T)
-        robots, tracks = self.playback.state_at(t_ms).robots, self.playback.tracks_at(t_ms)
+        robots, tracks = self.playback.robots_at(t_ms), self.playback.tracks_at(t_ms)
         for robot in robots:
             self._show_robot(robot, tracks[robot.name], {other.name: other for other in robots})
         known = self.playback.coverage_at(t_ms)

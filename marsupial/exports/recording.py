@@ -238,7 +238,7 @@ class _Recording:
     def _plans(self) -> Iterator[Timed]:
         """Yield the targets of each plan, and a line from each robot to its first target."""
         for plan in self.playback.plans:
-            robots = {robot.name: robot for robot in self.playback.state_at(plan.t_ms).robots}
+            robots = {robot.name: robot for robot in self.playback.robots_at(plan.t_ms)}
             cells = {target.name: target.cell for target in plan.targets}
             entities = []
             for k, target in enumerate(plan.targets, 1):
@@ -265,7 +265,7 @@ class _Recording:
         plans = [plan.t_ms for plan in self.playback.plans]
         for t_ms in sorted(times):
             known = self.playback.coverage_at(t_ms)
-            doing = {robot.name: str(activity(robot)) for robot in self.playback.state_at(t_ms).robots}
+            doing = {robot.name: str(activity(robot)) for robot in self.playback.robots_at(t_ms)}
             so_far = sum(1 for made in plans if made <= t_ms)
             numbers = {"known_m2": round(known.open_m2, 3), "seen_m2": round(known.seen_m2, 3), "plans": so_far}
             yield t_ms, "/progress", {**numbers, "doing": doing}

@@ -13,19 +13,7 @@ from marsupial.mission.state import MissionTracker, RobotView, Tracks, views
 from marsupial.model import OBSTACLE, UNKNOWN, Action, CellArray
 from marsupial.model import mission as log
 from marsupial.model.frames import in_last_frame
-from marsupial.model.runs import paint, triples
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FleetState:
-    """All robots at one moment, in team order."""
-
-    t_ms: int
-    robots: tuple[RobotView, ...]
-
-    def robot(self, name: str) -> RobotView:
-        """Return the robot with that name."""
-        return next(robot for robot in self.robots if robot.name == name)
+from marsupial.model.runs import drawn, paint, triples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +53,7 @@ class Playback:
         self.ended = events[-1] if isinstance(events[-1], log.MissionEnded) else None
         reveals = tuple(event for event in events if isinstance(event, log.Revealed | log.Changed))
         # the known map after this number of reveals
-        self._cells, self._reveals, self._painted = _unknown(mission), reveals, 0
+        self._cells, self._reveals, self._painted = drawn((), (mission.height, mission.width)), reveals, 0
         self.coverage = _coverage(mission, reveals)
         self.timeline = _timeline(events)
         self.moments = _moments(events)
@@ -75,10 +63,10 @@ class Playback:
         """Time from the first to the last event."""
         return self.end_ms - self.start_ms
 
-    def state_at(self, t_ms: int) -> FleetState:
-        """Return the team at `t_ms`; a moment outside the mission counts as its start or end."""
+    def robots_at(self, t_ms: int) -> tuple[RobotView, ...]:
+        """Return all robots in team order; a moment outside the mission counts as its start or end."""
         t_ms = min(max(t_ms, self.start_ms), self.end_ms)
-        return FleetState(t_ms=t_ms, robots=views(self.tracks_at(t_ms), t_ms))
+        return views(self.tracks_at(t_ms), t_ms)
 
     def tracks_at(self, t_ms: int) -> Tracks:
         """Return the robots with their drives; a moment before the mission counts as its start."""
@@ -150,7 +138,8 @@ def _coverage(mission: log.MissionStarted, reveals: Sequence[CellEvent]) -> tupl
     points = {mission.t_ms: (0, 0)}
     seen = open_cells = 0
     # the map itself is needed only if known cells change: otherwise areas just add up
-    cells = _unknown(mission) if any(isinstance(event, log.Changed) for event in reveals) else None
+    changes = any(isinstance(event, log.Changed) for event in reveals)
+    cells = drawn((), (mission.height, mission.width)) if changes else None
     for event in reveals:
         known = sum(length for _, length, code in triples(event.runs) if code != UNKNOWN)
         now = known, known - sum(length for _, length, code in triples(event.runs) if code == OBSTACLE)
@@ -162,10 +151,6 @@ def _coverage(mission: log.MissionStarted, reveals: Sequence[CellEvent]) -> tupl
         CoveragePoint(t_ms=t_ms, seen_m2=seen * area_m2, open_m2=open_cells * area_m2)
         for t_ms, (seen, open_cells) in points.items()
     )
-
-
-def _unknown(mission: log.MissionStarted) -> CellArray:
-    return np.full((mission.height, mission.width), UNKNOWN, dtype=np.uint8)
 
 
 def _counts_before(cells: CellArray, event: CellEvent) -> tuple[int, int]:

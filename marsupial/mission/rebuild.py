@@ -86,28 +86,26 @@ def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
 
 def _in_use(events: Sequence[log.MissionEvent], state: MissionTracker) -> tuple[log.MapMeeting, ...]:
     """Return the meeting points that the rest of the plan uses, and those where rovers were set down."""
-    left: list[Action] = []
+    left: Sequence[Action] = ()
     deployments = Deployments()
-
-    def drop(robots: Sequence[str]) -> None:
-        """Remove the actions of `robots` alone."""
-        left[:] = [action for action in left if not set(action.robots) <= set(robots)]
-
     # the executor's queues, replayed: the unfinished actions of the current plan
     for event in events:
+        dropped: set[str] = set()  # robots whose actions do not follow any more
         match event:
             case log.Planned():
-                left[:] = event.actions
+                left = event.actions
             case log.ActionEnded(action=action, end=end):
-                left[:] = [other for other in left if other != action]
+                left = [other for other in left if other != action]
                 if end is log.ActionEnd.DONE:
                     deployments.done(action)
                 elif end is log.ActionEnd.BLOCKED:
-                    drop([action.robot])
+                    dropped = {action.robot}
                 elif end is log.ActionEnd.FAILED:
-                    drop(action.robots)
+                    dropped = {*action.robots}
             case log.RobotLost():
-                drop([event.robot])
+                dropped = {event.robot}
+        if dropped:
+            left = [action for action in left if not set(action.robots) <= dropped]
     running = [track.running.action for track in state.tracks.values() if track.running is not None]
     docking = [action for action in running if action.carrier is not None]
     used = {action.place for action in (*left, *docking)} | set(deployments.at.values())

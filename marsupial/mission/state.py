@@ -15,7 +15,7 @@ from marsupial.mission.observer import Observer
 from marsupial.model import UNKNOWN, Action, Cell, CellArray, FrameShift, RobotType, Whereabouts
 from marsupial.model import mission as log
 from marsupial.model.frames import moved_plan
-from marsupial.model.runs import paint
+from marsupial.model.runs import drawn, paint
 from marsupial.paths.routes import heading_of, passing_times_ms, route_of
 
 
@@ -108,7 +108,7 @@ class MissionTracker(Observer):
 
     def _start(self, mission: log.MissionStarted) -> None:
         kinds = {kind.name: kind for kind in mission.types}
-        self.cells = np.full((mission.height, mission.width), UNKNOWN, dtype=np.uint8)
+        self.cells = drawn((), (mission.height, mission.width))
         self._resolution_m = mission.resolution_m
         self.tracks = {
             robot.name: Track(

@@ -108,12 +108,12 @@ def test_a_mission_that_knows_nothing_yet_can_be_shown() -> None:
     [(0, "carrier1", "move m1"), (0, "rover1_1", "aboard carrier1"), (11_000, "rover1_1", "explore t1")],
 )
 def test_what_a_robot_does_is_said_in_words(t_ms: int, robot: str, words: str) -> None:
-    assert doing(Playback(EVENTS).state_at(t_ms).robot(robot)) == words
+    assert words in [doing(view) for view in Playback(EVENTS).robots_at(t_ms) if view.name == robot]
 
 
 def test_a_lost_robot_is_said_to_be_lost() -> None:
     playback = Playback([mission_started(), RobotLost(t_ms=5, robot="rover1_2", reason="battery")])
-    assert doing(playback.state_at(5).robot("rover1_2")) == "lost"
+    assert [doing(view) for view in playback.robots_at(5) if view.name == "rover1_2"] == ["lost"]
 
 
 # The coarse picture.

@@ -110,7 +110,7 @@ def test_robots_are_where_the_log_has_them_at_every_moment(mission: tuple[Playba
     for t_ms in [*range(0, playback.end_ms, POSE_EVERY_MS), playback.end_ms]:
         if t_ms in frames:
             latest = {f.child_frame_id: (f.translation.x, f.translation.y) for f in frames[t_ms].transforms}
-        for robot in playback.state_at(t_ms).robots:
+        for robot in playback.robots_at(t_ms):
             assert latest[robot.name] == pytest.approx(grid.point_m(robot.x + 0.5, robot.y + 0.5))
     for one in said:
         if one.topic.endswith("/pose"):

@@ -88,12 +88,12 @@ def test_a_rover_that_was_not_set_down_is_aboard_for_all_who_watch() -> None:
     watch = MissionWatch()
     for event in events:
         watch.event(event)
-    last = Playback(events).state_at(events[-1].t_ms)
-    assert last.robot("r1").carrier == "c1"
+    last = Playback(events).robots_at(events[-1].t_ms)
+    assert {view.name: view.carrier for view in last} == {"c1": None, "r1": "c1"}
     assert {view.name: view.carrier for view in watch.views()} == {"c1": None, "r1": "c1"}
 
 
 def assert_seen_alike(watcher: Watcher, watch: MissionWatch) -> None:
-    last = Playback(watcher.events).state_at(watcher.events[-1].t_ms)
-    assert {robot.name: robot.carrier for robot in last.robots} == watcher.carrier
+    last = Playback(watcher.events).robots_at(watcher.events[-1].t_ms)
+    assert {robot.name: robot.carrier for robot in last} == watcher.carrier
     assert {view.name: view.carrier for view in watch.views()} == watcher.carrier

@@ -7,13 +7,18 @@ from hypothesis import strategies as st
 from synthetic_mission import DOCK, EXPLORE, EXPLORE_2, MOVE, RETURN, UNDOCK, mission_started, synthetic_mission, truth
 
 from marsupial.mission.playback import Playback
+from marsupial.mission.state import RobotView
 from marsupial.model import OBSTACLE, UNKNOWN, ActionEnd, ActionEnded, ActionStarted, Cell, DriveStarted, RobotLost
 
 EVENTS = synthetic_mission()
 
 
+def robots(playback: Playback, t_ms: int) -> dict[str, RobotView]:
+    return {view.name: view for view in playback.robots_at(t_ms)}
+
+
 def where(playback: Playback, robot: str, t_ms: int) -> tuple[float, float]:
-    view = playback.state_at(t_ms).robot(robot)
+    view = robots(playback, t_ms)[robot]
     return pytest.approx((view.x, view.y))  # type: ignore[return-value]
 
 
@@ -60,17 +65,17 @@ def test_a_diagonal_step_takes_the_root_of_two_as_long() -> None:
 
 
 def test_a_moment_outside_the_mission_counts_as_its_start_or_end(playback: Playback) -> None:
-    assert playback.state_at(-5) == playback.state_at(0)
-    assert playback.state_at(99_999) == playback.state_at(26_005)
+    assert playback.robots_at(-5) == playback.robots_at(0)
+    assert playback.robots_at(99_999) == playback.robots_at(26_005)
 
 
 @given(st.integers(0, 26_005))
 def test_who_is_carried_and_who_carries_agree(t_ms: int) -> None:
-    state = Playback(EVENTS).state_at(t_ms)
-    for robot in state.robots:
-        assert all(state.robot(name).carrier == robot.name for name in robot.cargo)
+    team = robots(Playback(EVENTS), t_ms)
+    for robot in team.values():
+        assert all(team[name].carrier == robot.name for name in robot.cargo)
         if robot.carrier is not None:
-            assert robot.name in state.robot(robot.carrier).cargo
+            assert robot.name in team[robot.carrier].cargo
 
 
 @pytest.mark.parametrize(
@@ -85,7 +90,7 @@ def test_who_is_carried_and_who_carries_agree(t_ms: int) -> None:
 def test_a_rover_is_aboard_until_its_undock_starts_and_once_its_dock_ends(
     playback: Playback, t_ms: int, cargo: tuple[str, ...]
 ) -> None:
-    assert playback.state_at(t_ms).robot("carrier1").cargo == cargo
+    assert robots(playback, t_ms)["carrier1"].cargo == cargo
 
 
 def test_a_dock_that_failed_leaves_the_rover_outside() -> None:
@@ -93,7 +98,7 @@ def test_a_dock_that_failed_leaves_the_rover_outside() -> None:
         replace(event, end=ActionEnd.LOST) if isinstance(event, ActionEnded) and event.action == DOCK else event
         for event in EVENTS
     ]
-    assert Playback(events).state_at(26_005).robot("rover1_1").carrier is None
+    assert robots(Playback(events), 26_005)["rover1_1"].carrier is None
 
 
 # What they do.
@@ -115,7 +120,7 @@ def test_a_dock_that_failed_leaves_the_rover_outside() -> None:
     ],
 )
 def test_the_action_of_a_robot_is_the_one_that_runs(playback: Playback, robot: str, t_ms: int, action: object) -> None:
-    assert playback.state_at(t_ms).robot(robot).action == action
+    assert robots(playback, t_ms)[robot].action == action
 
 
 def test_the_timeline_of_a_robot_lists_its_actions_and_how_they_ended(playback: Playback) -> None:
@@ -154,8 +159,8 @@ def test_an_action_whose_end_is_missing_ends_where_the_next_starts() -> None:
 def test_a_lost_robot_is_lost_from_then_on() -> None:
     events = [mission_started(), RobotLost(t_ms=5, robot="rover1_2", reason="battery"), replace(EVENTS[-1], t_ms=9)]
     playback = Playback(events)
-    assert [playback.state_at(t_ms).robot("rover1_2").lost for t_ms in (4, 5, 9)] == [False, True, True]
-    assert not playback.state_at(9).robot("carrier1").lost
+    assert [robots(playback, t_ms)["rover1_2"].lost for t_ms in (4, 5, 9)] == [False, True, True]
+    assert not robots(playback, 9)["carrier1"].lost
 
 
 def test_the_plan_in_force_is_the_last_one_made(playback: Playback) -> None:

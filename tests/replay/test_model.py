@@ -73,7 +73,7 @@ def check(events: Sequence[MissionEvent], times: Sequence[int], answers: Sequenc
     """Check what the page says of each moment against what Python says of it."""
     playback = Playback(events)
     for t_ms, answer in zip(times, answers, strict=True):
-        for robot, seen in zip(playback.state_at(t_ms).robots, answer["robots"], strict=True):
+        for robot, seen in zip(playback.robots_at(t_ms), answer["robots"], strict=True):
             assert seen[:2] == pytest.approx([robot.x, robot.y])
             assert seen[2:] == [robot.carrier, robot.action and robot.action.name, robot.lost]
         assert answer["cells"] == playback.cells_at(t_ms).ravel().tolist()

@@ -314,8 +314,7 @@ def test_missions_are_complete_without_any_overlap(
     assert summary.interference == worlds[0].interference()
     assert summary.interference.waits > 0
     assert playback.mission.interference
-    told = playback.state_at(playback.end_ms)
-    assert {robot.name: robot.carrier for robot in told.robots} == {
+    assert {robot.name: robot.carrier for robot in playback.robots_at(playback.end_ms)} == {
         robot.name: robot.carrier for robot in worlds[0].robots()
     }
 

@@ -49,7 +49,7 @@ def summary_lines(playback: Playback) -> list[str]:
 
 
 def _frame(playback: Playback, picture: Picture, t_ms: int) -> Group:
-    robots, plan = playback.state_at(t_ms).robots, playback.plan_at(t_ms)
+    robots, plan = playback.robots_at(t_ms), playback.plan_at(t_ms)
     over = t_ms >= playback.end_ms
     news = _end_text(playback.ended) if over else plan_text(plan) if plan else "no plan yet"
     line = Text(no_wrap=True, overflow="ellipsis")

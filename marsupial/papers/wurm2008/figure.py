@@ -57,7 +57,7 @@ def _moment(scenario: Scenario, share: float, seed: int) -> tuple[Grid, Ints]:
     grid = replace(scenario.grid, cells=played.cells_at(t_ms))
     robots = tuple(
         PlacedRobot(name=robot.name, type=robot.type, cell=Cell(round(robot.x), round(robot.y)))
-        for robot in played.state_at(t_ms).robots
+        for robot in played.robots_at(t_ms)
     )
     territory = Territory(grid, scenario.robot_types)
     frontiers = TargetFinder(territory).frontiers(reach_of(territory, robots))
