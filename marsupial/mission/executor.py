@@ -34,8 +34,7 @@ class Executor:
         self._running: dict[str, tuple[int, Action]] = {}  # by robot: revision of the plan, action
         self._goals: dict[str, Cell] = {}  # of the drives that run or ran last
         self._routes: dict[str, Sequence[Cell]] = {}
-        self._superseded: set[str] = set()
-        self._blocked: set[str] = set()
+        self._ends: dict[str, ActionEnd] = {}  # how running actions will end that are not carried out to the end
         self._poses: Poses = {}
         self._revision = 0
         self._changed = True  # whether an action may have become startable
@@ -64,7 +63,7 @@ class Executor:
         return any(name not in self._running and not self._queues[name] for name in robots)
 
     def remainder(self) -> tuple[Action, ...]:
-        running = [action for name, (_, action) in self._running.items() if name not in self._superseded]
+        running = [action for name, (_, action) in self._running.items() if name not in self._ends]
         waiting = [action for queue in self._queues.values() for action in queue]
         unique = {id(action): action for action in running + waiting}  # a docking is in two queues
         return Plan.of(unique.values()).actions
@@ -88,8 +87,7 @@ class Executor:
         """
         blocked = dict.fromkeys(self._blocked_drives(standing))
         for name in blocked:
-            self._blocked.add(name)
-            self._superseded.add(name)
+            self._ends[name] = ActionEnd.BLOCKED
             self._queues[name].clear()
             self._world.stop(name)
         # actions that have not started would fail later: report their robots as well
@@ -103,7 +101,7 @@ class Executor:
         """Yield the robots whose route leads over a cell, or past a corner, where they can't stand."""
         at = {robot.name: robot.cell for robot in self._world.robots()}
         for name, (_, action) in self._running.items():
-            if action.carrier is not None or name in self._superseded:
+            if action.carrier is not None or name in self._ends:
                 continue
             route, here = self._routes[name], at[name]
             ahead = route[route.index(here) :] if here in route else route
@@ -120,10 +118,10 @@ class Executor:
             queue = self._queues[name]
             new = queue[0] if queue and queue[0].carrier is None and queue[0].name is action.name else None
             goal = None if new is None else poses.get(new.place, {}).get(self._types[name])
-            if new is not None and name not in self._superseded and goal == self._goals[name]:
+            if new is not None and name not in self._ends and goal == self._goals[name]:
                 self._running[name] = (revision, queue.popleft())  # it belongs to the new plan from now on
             else:
-                self._superseded.add(name)
+                self._ends.setdefault(name, ActionEnd.SUPERSEDED)
                 self._world.stop(name)
 
     def start_due(self, *, drives_only: bool = False) -> tuple[str, ...]:
@@ -155,10 +153,7 @@ class Executor:
                 self._end_drive(name)
             elif action.carrier == name:
                 continue  # the event is reported once, for the rover
-            end = ActionEnd.SUPERSEDED if name in self._superseded else ActionEnd.DONE
-            end = ActionEnd.BLOCKED if name in self._blocked else end
-            self._superseded.discard(name)
-            self._blocked.discard(name)
+            end = self._ends.pop(name, ActionEnd.DONE)
             self._end(action, revision, end)
             if end is ActionEnd.DONE:
                 done.append(action)
@@ -188,8 +183,7 @@ class Executor:
         self._changed = True
         if action.carrier is None:
             self._end_drive(name)
-        self._superseded.discard(name)
-        self._blocked.discard(name)
+        self._ends.pop(name, None)
         self._end(action, revision, end)
         return action
 

@@ -4,14 +4,14 @@ The mission loop shows its policy all news (`update`) and asks whether it needs 
 `OnNews`, replans when targets appear or disappear, a robot fails, or a robot runs out of work while targets are left.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Target
 from marsupial.mission.carryover import same_targets
-from marsupial.model import Action, ActionName, Cell, FrameShift, Goal, News, PlanProgress, RobotType, World
+from marsupial.model import Action, ActionName, Cell, FrameShift, News, PlanProgress
 from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
 
 
@@ -52,11 +52,8 @@ class Replanning(Protocol):
 class OnNews(Lookout):
     """Replans when what robots have seen, done or failed to do could change the plan."""
 
-    def __init__(self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal) -> None:
-        super().__init__(world, kinds, homes, goal)
-        self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
-        self._known: tuple[Target, ...] = ()  # the targets that the current plan knows
-        self._planned_ms = -1
+    _known: tuple[Target, ...] = ()  # the targets that the current plan knows
+    _planned_ms = -1
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         explores = [action for action in done if action.name is ActionName.EXPLORE]
@@ -121,4 +118,5 @@ class OnNews(Lookout):
 
     def _paired(self, targets: Sequence[Target], others: Sequence[Target]) -> Iterable[tuple[Target, Target | None]]:
         """Return each target with its match among `others`, or None."""
-        return zip(targets, same_targets(targets, others, self._ranges), strict=True)
+        ranges = {k.name: k.sensor_range_m / self._world.grid.resolution_m for k in self._kinds.values()}
+        return zip(targets, same_targets(targets, others, ranges), strict=True)
