@@ -131,7 +131,7 @@ class WaitingWorld(SimulatedWorld):
     """A simulated `World` in which robots wait until there is room for their next step."""
 
     def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
-        self._clearance = Clearance(self._grid, kinds)
+        self._clearance = Clearance(self.grid, kinds)
         self._blocked: dict[str, Wait] = {}  # robots that can't set off
         self._docking: dict[str, Cell] = {}  # where rovers stand until they are aboard
         self._meetings: frozenset[tuple[str, str, Cell, Cell]] = frozenset()
@@ -173,17 +173,17 @@ class WaitingWorld(SimulatedWorld):
             return news
         passages, failed = tuple(self._passages), tuple(self._failed)
         self._passages, self._failed = [], []
-        return replace(news or News(t_ms=self._now_ms), passages=passages, failed=failed)
+        return replace(news or News(t_ms=self.now_ms), passages=passages, failed=failed)
 
     def _report(self, robot: SimulatedRobot) -> RobotReport:
         report = super()._report(robot)
-        return report if report.free_at_ms >= self._now_ms else replace(report, free_at_ms=self._now_ms)
+        return report if report.free_at_ms >= self.now_ms else replace(report, free_at_ms=self.now_ms)
 
     def _next_step(self, robot: SimulatedRobot) -> None:
-        robot.times_ms = robot.times_ms + (self._now_ms - robot.times_ms[robot.step])
+        robot.times_ms = robot.times_ms + (self.now_ms - robot.times_ms[robot.step])
         ends = robot.step == len(robot.route) - 1
         if not ends and any(self._in_the_way(robot, robot.route[robot.step + 1])):
-            self._blocked.setdefault(robot.name, Wait(None, self._now_ms + PATIENCE_MS))
+            self._blocked.setdefault(robot.name, Wait(None, self.now_ms + PATIENCE_MS))
             return
         if self._stop_waiting(robot) and not ends:
             self._passages.append((robot.name, robot.route[robot.step :]))
@@ -204,8 +204,8 @@ class WaitingWorld(SimulatedWorld):
         wait = self._blocked.pop(robot.name, None)
         if wait is None or wait.since_ms is None:
             return False
-        self._waited_ms += self._now_ms - wait.since_ms
-        robot.odometer.set_off(self._now_ms)
+        self._waited_ms += self.now_ms - wait.since_ms
+        robot.odometer.set_off(self.now_ms)
         return True
 
     def _settle(self, *, commanded: bool) -> None:
@@ -225,14 +225,14 @@ class WaitingWorld(SimulatedWorld):
                 continue
             robot = self._robots[name]
             if wait.since_ms is None:
-                wait.since_ms = self._now_ms
+                wait.since_ms = self.now_ms
                 self._waits += 1
-                robot.odometer.arrive(self._now_ms)
+                robot.odometer.arrive(self.now_ms)
                 self._passages.append((name, robot.route[robot.step : robot.step + 1]))
                 self._wake(wait, name)
-            elif wait.due(self._now_ms):
+            elif wait.due(self.now_ms):
                 self._wake(wait, name)
-                self._resolve(robot, self._now_ms - wait.since_ms)
+                self._resolve(robot, self.now_ms - wait.since_ms)
 
     def _wake(self, wait: Wait, robot: str) -> None:
         self._push(wait.look_ms, robot, _WAKE)

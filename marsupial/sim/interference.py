@@ -102,8 +102,8 @@ class CrowdedWorld(WaitingWorld):
         self._hand_over(rover, carrier, cell)
 
     def _hand_over(self, rover: str, carrier: str, landing: Cell | None) -> None:
-        wait = Wait(self._now_ms, self._now_ms + PATIENCE_MS)
-        self._handovers.append(_Handover(rover, carrier, landing, self._now_ms, wait))
+        wait = Wait(self.now_ms, self.now_ms + PATIENCE_MS)
+        self._handovers.append(_Handover(rover, carrier, landing, self.now_ms, wait))
         self._wake(wait, carrier)
         for robot in (self._robots[rover], self._robots[carrier]):
             if robot.cell is not None and robot.cell != self._posts[robot.name]:  # it has made room since
@@ -116,7 +116,7 @@ class CrowdedWorld(WaitingWorld):
             if robot.name in (asked.rover, asked.carrier):
                 rover = self._robots[asked.rover].kind
                 took_ms = rover.dock_ms if asked.landing is None else rover.undock_ms
-                report = replace(report, free_at_ms=self._now_ms + took_ms)
+                report = replace(report, free_at_ms=self.now_ms + took_ms)
             if robot.name == asked.rover:
                 carrier = asked.carrier if asked.landing is None else None
                 report = replace(report, cell=asked.landing, carrier=carrier)
@@ -154,9 +154,9 @@ class CrowdedWorld(WaitingWorld):
         self._stop_waiting(robot)
         if robot.activity is not RobotActivity.DRIVING:
             robot.activity = RobotActivity.DRIVING
-            robot.odometer.set_off(self._now_ms)
-        times_ms = passing_times_ms(route, self._grid.resolution_m, robot.kind.speed_mps, robot.kind.diagonal)
-        robot.route, robot.step, robot.times_ms = route, 0, self._now_ms + times_ms
+            robot.odometer.set_off(self.now_ms)
+        times_ms = passing_times_ms(route, self.grid.resolution_m, robot.kind.speed_mps, robot.kind.diagonal)
+        robot.route, robot.step, robot.times_ms = route, 0, self.now_ms + times_ms
         self._passages.append((robot.name, route))
         self._next_step(robot)
 
@@ -209,7 +209,7 @@ class CrowdedWorld(WaitingWorld):
         ahead = robot.route[robot.step :]
         room = self._room(robot, self._robots.values())
         route = self._clearance.route(robot.kind, ahead[0], ahead[-1], room)
-        longest = route_length(ahead, robot.kind.diagonal) + DETOUR_M / self._grid.resolution_m
+        longest = route_length(ahead, robot.kind.diagonal) + DETOUR_M / self.grid.resolution_m
         if route is None or route_length(route, robot.kind.diagonal) > longest:
             return False
         self._set_out(robot, route)
@@ -252,14 +252,14 @@ class CrowdedWorld(WaitingWorld):
         if route is None:
             return False
         goal = self._goal(robot) if robot.activity is RobotActivity.DRIVING else None
-        self._aside[robot.name] = _Aside(winner.name, robot.cell, goal, self._now_ms + LET_PASS_MS)
-        self._wake(Wait(None, self._now_ms + LET_PASS_MS), robot.name)
+        self._aside[robot.name] = _Aside(winner.name, robot.cell, goal, self.now_ms + LET_PASS_MS)
+        self._wake(Wait(None, self.now_ms + LET_PASS_MS), robot.name)
         self._set_out(robot, route)
         return True
 
     def _passed(self, robot: SimulatedRobot, errand: _Aside) -> bool:
         """Return whether the robot that was let through has passed the spot or no longer comes, or time is up."""
-        if errand.winner is None or self._now_ms >= errand.until_ms:
+        if errand.winner is None or self.now_ms >= errand.until_ms:
             return True
         winner = self._robots[errand.winner]
         gone = winner.cell is None or winner.lost or not self._drives(winner)
@@ -298,9 +298,9 @@ class CrowdedWorld(WaitingWorld):
             if self._in_place(asked, rover, carrier) and not landing:
                 self._handovers.remove(asked)
                 self._begin(asked, rover)
-            elif asked.wait.due(self._now_ms):
+            elif asked.wait.due(self.now_ms):
                 self._wake(asked.wait, asked.carrier)
-                if self._now_ms - asked.begun_ms >= GIVE_UP_MS:
+                if self.now_ms - asked.begun_ms >= GIVE_UP_MS:
                     self._handovers.remove(asked)
                     self._failed += [(name, "no room to dock") for name in (asked.rover, asked.carrier)]
                 for one in landing:
@@ -321,8 +321,8 @@ class CrowdedWorld(WaitingWorld):
         if any(robot.activity is not RobotActivity.NONE for robot in (rover, carrier)):
             return False
         at = rover.cell if asked.landing is None else asked.landing
-        limit = dock_range_cells(carrier.kind, rover.kind, self._grid.resolution_m)
-        see_through = self._grid.opaque_codes()[self._known] == 0
+        limit = dock_range_cells(carrier.kind, rover.kind, self.grid.resolution_m)
+        see_through = self.grid.opaque_codes()[self._known] == 0
         if at is None or carrier.cell is None or within_range(at, carrier.cell, limit, see_through):
             return True
         sent = [self._send_back(robot) for robot in (rover, carrier)]
@@ -335,6 +335,6 @@ class CrowdedWorld(WaitingWorld):
             return False
         route = self._clearance.route(robot.kind, robot.cell, post)
         if route is not None:
-            self._aside[robot.name] = _Aside(None, robot.cell, None, self._now_ms)
+            self._aside[robot.name] = _Aside(None, robot.cell, None, self.now_ms)
             self._set_out(robot, route)
         return route is not None

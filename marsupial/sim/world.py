@@ -74,7 +74,7 @@ class SimulatedWorld:
     ) -> None:
         self._truth = truth.solid()
         self._known = np.full_like(self._truth.cells, UNKNOWN)
-        self._grid = Grid(
+        self.grid = Grid(
             cells=self._known, resolution_m=truth.resolution_m, origin_m=truth.origin_m, terrains=truth.terrains
         )
         self._sensor = FieldOfView() if sensor is None else Checked(sensor)
@@ -84,7 +84,7 @@ class SimulatedWorld:
         self._robots = {
             r.name: SimulatedRobot(name=r.name, kind=kinds[r.type], cell=r.cell, carrier=r.carrier) for r in robots
         }
-        self._now_ms = 0
+        self.now_ms = 0
         self._heap: list[tuple[int, int, str, int]] = []
         self._count = 0
         # the first look of each robot on the ground
@@ -98,19 +98,11 @@ class SimulatedWorld:
     def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
         """Set up the state of a derived class; the world itself is complete by then."""
 
-    @property
-    def grid(self) -> Grid:
-        return self._grid
-
-    @property
-    def now_ms(self) -> int:
-        return self._now_ms
-
     def robots(self) -> tuple[RobotReport, ...]:
         return tuple(self._report(robot) for robot in self._robots.values())
 
     def distance_m(self, robot: str) -> float:
-        return self._robots[robot].distance_cells * self._grid.resolution_m
+        return self._robots[robot].distance_cells * self.grid.resolution_m
 
     def driving_ms(self, robot: str) -> int:
         return self._robots[robot].driving_ms
@@ -124,10 +116,10 @@ class SimulatedWorld:
             raise InternalError(f"{robot} can't drive from {route[0]}: it is at {mover.cell}")
         mover.activity = RobotActivity.DRIVING
         mover.route, mover.step = tuple(route), 0
-        kind, resolution_m = mover.kind, self._grid.resolution_m
+        kind, resolution_m = mover.kind, self.grid.resolution_m
         times_ms = passing_times_ms(mover.route, resolution_m, kind.speed_mps, kind.diagonal)
-        mover.times_ms = self._now_ms + times_ms
-        mover.odometer.set_off(self._now_ms)
+        mover.times_ms = self.now_ms + times_ms
+        mover.odometer.set_off(self.now_ms)
         self._next_step(mover)
 
     def stop(self, robot: str) -> None:
@@ -156,16 +148,16 @@ class SimulatedWorld:
             news = self._next_moment()
             if news is not None:
                 return news
-        self._now_ms = max(self._now_ms, until_ms)
-        return News(t_ms=self._now_ms)
+        self.now_ms = max(self.now_ms, until_ms)
+        return News(t_ms=self.now_ms)
 
     def _next_moment(self) -> News | None:
         """Let time pass to the next events, and process them; return the news of that moment, None if there is none."""
-        self._now_ms = self._heap[0][0]
+        self.now_ms = self._heap[0][0]
         revealed: list[tuple[str, Ints]] = []
         finished: list[str] = []
         lost: list[tuple[str, str]] = []
-        while self._heap and self._heap[0][0] == self._now_ms:
+        while self._heap and self._heap[0][0] == self.now_ms:
             _, _, name, number = heapq.heappop(self._heap)
             robot = self._robots[name]
             if number == _LOSS:
@@ -180,7 +172,7 @@ class SimulatedWorld:
                         revealed.append((name, seen))
         if not revealed and not finished and not lost:
             return None
-        return News(t_ms=self._now_ms, revealed=tuple(revealed), finished=tuple(finished), lost=tuple(lost))
+        return News(t_ms=self.now_ms, revealed=tuple(revealed), finished=tuple(finished), lost=tuple(lost))
 
     def _report(self, robot: SimulatedRobot) -> RobotReport:
         # a driving robot can stop at the next cell of its route at the earliest
@@ -190,7 +182,7 @@ class SimulatedWorld:
             type=robot.kind.name,
             cell=robot.route[robot.step] if driving else robot.cell,
             carrier=robot.carrier,
-            free_at_ms=int(robot.times_ms[robot.step]) if driving else max(robot.free_at_ms, self._now_ms),
+            free_at_ms=int(robot.times_ms[robot.step]) if driving else max(robot.free_at_ms, self.now_ms),
             lost=robot.lost,
             heading=robot.odometer.heading,
         )
@@ -217,7 +209,7 @@ class SimulatedWorld:
         """Start a docking or undocking of both robots; its event is the rover's."""
         for robot, partner in ((rover, carrier), (carrier, rover)):
             robot.activity, robot.partner = activity, partner.name
-            robot.free_at_ms = self._now_ms + duration_ms
+            robot.free_at_ms = self.now_ms + duration_ms
             robot.due += 1
         self._push(rover.free_at_ms, rover.name, rover.due)
 
@@ -233,7 +225,7 @@ class SimulatedWorld:
             robot.driving_ms += int(robot.times_ms[robot.step] - robot.times_ms[robot.step - 1])
         robot.cell = there
         if robot.step == len(robot.route) - 1:
-            robot.odometer.arrive(self._now_ms)
+            robot.odometer.arrive(self.now_ms)
             return True
         self._next_step(robot)
         return False
@@ -243,7 +235,7 @@ class SimulatedWorld:
             if name is not None:
                 one = self._robots[name]
                 one.activity, one.partner, one.route, one.step = RobotActivity.NONE, None, (), 0
-                one.free_at_ms = self._now_ms
+                one.free_at_ms = self.now_ms
 
     def _lose(self, robot: SimulatedRobot) -> list[tuple[str, str]]:
         """Mark `robot` as lost, with all rovers aboard; a lost rover takes up no place aboard."""

@@ -40,8 +40,8 @@ class FlickeringWorld(SimulatedWorld):
         self._said: dict[int, int] = {}
 
     def advance(self, until_ms: int) -> News:
-        news = super().advance(min(until_ms, (self._now_ms // REPORT_MS + 1) * REPORT_MS))
-        due = self._now_ms // REPORT_MS
+        news = super().advance(min(until_ms, (self.now_ms // REPORT_MS + 1) * REPORT_MS))
+        due = self.now_ms // REPORT_MS
         if due == self._reports:
             return news
         self._reports = due
