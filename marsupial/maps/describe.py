@@ -184,67 +184,59 @@ def _content_warnings(
 
 def _leak_warnings(
     grid: Grid, border: int, leaking: int, reach: Sequence[TypeReach], reading: MapReading | None
-) -> list[str]:
+) -> Iterator[str]:
     """Warn if robots can drive to more than one cell of the border."""
     # on scanned maps single wall pixels are free and connect inside and outside, but no robot passes there
     if border < 2 or not any(entry.at_border for entry in reach) or (reading is not None and reading.walled):
-        return []
+        return
     free = np.count_nonzero(_free(grid))
-    return [
+    yield (
         f"free space leaks to the border: {border} of the cells on it are free, and "
         f"{leaking * grid.cell_area_m2:.4g} m2 of free space ({leaking / free:.1%}) are connected to them; robots may "
         "explore outside the walls; `marsupial map FILE --boundary OUT` writes the map closed"
-    ]
+    )
 
 
-def _scale_warnings(grid: Grid) -> list[str]:
+def _scale_warnings(grid: Grid) -> Iterator[str]:
     low, high = USUAL_RESOLUTION_M
     extent_m = max(grid.width, grid.height) * grid.resolution_m
-    if low <= grid.resolution_m <= high and extent_m <= USUAL_EXTENT_M:
-        return []
-    return [
-        f"resolution {grid.resolution_m:g} m per cell makes the map {grid.width * grid.resolution_m:g} m x "
-        f"{grid.height * grid.resolution_m:g} m: check that it is in metres"
-    ]
+    if not (low <= grid.resolution_m <= high and extent_m <= USUAL_EXTENT_M):
+        yield (
+            f"resolution {grid.resolution_m:g} m per cell makes the map {grid.width * grid.resolution_m:g} m x "
+            f"{grid.height * grid.resolution_m:g} m: check that it is in metres"
+        )
 
 
 def _reach_warnings(
     grid: Grid, kinds: Sequence[RobotType], reach: tuple[TypeReach, ...], masks: list[Mask]
-) -> list[str]:
-    found = [
-        f"{entry.type} (radius {entry.radius_m:g} m) can stand nowhere on this map"
-        for entry in reach
-        if not entry.parts
-    ]
+) -> Iterator[str]:
+    for entry in reach:
+        if not entry.parts:
+            yield f"{entry.type} (radius {entry.radius_m:g} m) can stand nowhere on this map"
     carriers = [mask for kind, mask in zip(kinds, masks, strict=True) if kind.role is Role.CARRIER]
     rovers = [mask for kind, mask in zip(kinds, masks, strict=True) if kind.role is Role.ROVER]
     if carriers and rovers and not np.any(np.logical_or.reduce(rovers) & ~np.logical_or.reduce(carriers)):
-        found.append(
-            f"rovers can stand nowhere that carriers can't (a cell is {grid.resolution_m:g} m): nothing needs a rover"
-        )
-    return found
+        yield f"rovers can stand nowhere that carriers can't (a cell is {grid.resolution_m:g} m): nothing needs a rover"
 
 
-def _noise_warnings(grid: Grid, kinds: Sequence[RobotType], reach: tuple[TypeReach, ...]) -> list[str]:
+def _noise_warnings(grid: Grid, kinds: Sequence[RobotType], reach: tuple[TypeReach, ...]) -> Iterator[str]:
     """Warn if obstacles smaller than the smallest robot keep types out of much ground, as on noisy laser maps."""
     if not kinds:
-        return []
+        return
     smallest = min(kinds, key=lambda kind: kind.radius_m)
     clean, number = without_specks(grid, cells_below(smallest, grid), (OBSTACLE,))
     if not number:
-        return []
-    found = []
+        return
     for before, after in zip(reach, _reaches(clean, kinds)[0], strict=True):
         gain_m2 = after.area_m2 - before.area_m2
         if gain_m2 > NOISY_GAIN * before.area_m2:
             them = "1 speck of obstacle, smaller" if number == 1 else f"{number} specks of obstacle, each smaller"
             keep, it, away = ("keeps", "it is", "it") if number == 1 else ("keep", "they are", "them")
-            found.append(
+            yield (
                 f"{them} than {smallest.name}, {keep} {before.type} (radius {before.radius_m:g} m) out of "
                 f"{gain_m2:.4g} m2, so that it reaches {before.area_m2:.4g} m2 at most: if {it} noise, "
                 f"`marsupial map FILE --clean OUT` writes the map without {away}"
             )
-    return found
 
 
 def cells_below(kind: RobotType, grid: Grid) -> int:
@@ -254,12 +246,12 @@ def cells_below(kind: RobotType, grid: Grid) -> int:
 
 def _speck_warnings(
     grid: Grid, kinds: Sequence[RobotType], reach: tuple[TypeReach, ...], footprints: list[Footprint]
-) -> list[str]:
+) -> Iterator[str]:
     """Warn if specks smaller than a carrier keep it out of ground; reveals them to the carriers' footprints."""
     carriers = [i for i, kind in enumerate(kinds) if kind.role is Role.CARRIER and reach[i].parts]
     if not carriers or not (grid.cells == UNKNOWN).any():
-        return []
-    found, specks = [], find_specks(grid)
+        return
+    specks = find_specks(grid)
     for i in carriers:
         small = specks.smaller(len(footprints[i].offsets))
         footprints[i].reveal(small.cells, painted(grid, small))
@@ -267,8 +259,7 @@ def _speck_warnings(
         gain_m2 = int(np.bincount(labels.ravel(), minlength=2)[1:].max()) * grid.cell_area_m2 - reach[i].area_m2
         if gain_m2 > NOTABLE_GAIN * reach[i].area_m2:
             keep, them = ("keeps", "it") if small.number == 1 else ("keep", "them")
-            found.append(
+            yield (
                 f"{counted(small.number, 'speck')} of unknown inside free space {keep} {reach[i].type} (radius "
                 f"{reach[i].radius_m:g} m) out of {gain_m2:.4g} m2: paint {them} free, unless something stands there"
             )
-    return found

@@ -51,20 +51,12 @@ from marsupial.maps.growth import GrowingReach
 from marsupial.maps.landings import Landings, Looks
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Frontier, Target, TargetFinder
-from marsupial.maps.territory import Reach, Territory, dock_range_cells, within_range
+from marsupial.maps.territory import Territory, dock_range_cells, within_range
 from marsupial.maps.travel import AllGround, Poses, travel_times, ways_by_type
 from marsupial.maps.unseen import UnseenPart
-from marsupial.model import Cell, FrameShift, Goal, RobotReport, RobotType, Role, Unseen
+from marsupial.model import UNREACHABLE, Cell, FrameShift, Goal, RobotReport, RobotType, Role, TravelTable, Unseen
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
-from marsupial.model.situation import (
-    UNREACHABLE,
-    PlanningType,
-    RobotState,
-    Situation,
-    SituationGoal,
-    TargetInfo,
-    TravelTable,
-)
+from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
 from marsupial.paths.fields import SearchMemory
 from marsupial.paths.routes import travel_table_ms
 
@@ -181,10 +173,22 @@ class Surveyor:
             find_meetings(self.territory, reach, targets, where, keep) if docking else Meetings(points=(), connects={})
         )
         states = tuple(self._state(robot, now_ms) for robot in active)
-        poses = self._poses(active, states, targets, meetings, reach)
+        poses = self._poses(active, states, targets, meetings)
         headings = {f"s_{robot.name}": robot.heading for robot in active}
-        ending = returning or not self.anything_left(active)
-        situation = self._situation(states, targets, meetings, poses, headings, ending)
+        goal = SituationGoal()
+        if returning or not self.anything_left(active):
+            goal = SituationGoal(recover_rovers=self._goal.aboard, return_home=self._goal.return_home)
+        situation = Situation(
+            types=tuple(planning_type(kind) for kind in self.territory.kinds.values()),
+            robots=states,
+            targets=tuple(
+                TargetInfo(name=t.name, explorers=frozenset(t.viewpoints), reveal_m2=t.reveal_m2) for t in targets
+            ),
+            meetings=tuple(point.name for point in meetings.points),
+            homes=tuple(state.home for state in states if state.home is not None),
+            travel_ms=self._travel_ms(poses, headings),
+            goal=goal,
+        )
         return Survey(
             situation=situation,
             targets=targets,
@@ -216,12 +220,7 @@ class Surveyor:
         )
 
     def _poses(
-        self,
-        robots: Sequence[RobotReport],
-        states: Sequence[RobotState],
-        targets: Sequence[Target],
-        meetings: Meetings,
-        reach: Reach,
+        self, robots: Sequence[RobotReport], states: Sequence[RobotState], targets: Sequence[Target], meetings: Meetings
     ) -> Poses:
         poses: dict[str, Mapping[str, Cell]] = {}  # in the order of `Situation.places`
         for robot, state in zip(robots, states, strict=True):
@@ -229,18 +228,18 @@ class Surveyor:
                 poses[state.place] = {robot.type: robot.cell}
         poses |= {target.name: target.viewpoints for target in targets}
         for point in meetings.points:
-            poses[point.name] = self._meeting_poses(point, reach)
+            poses[point.name] = self._meeting_poses(point)
         for state in states:
             if state.home is not None:
                 poses[state.home] = {state.type: self._homes[state.name]}
         return poses
 
-    def _meeting_poses(self, point: MapMeeting, reach: Reach) -> Mapping[str, Cell]:
+    def _meeting_poses(self, point: MapMeeting) -> Mapping[str, Cell]:
         """Return the poses at a meeting point of all types that can use it, not only of its own two types."""
         poses: dict[str, Cell] = {}
         for kind in self.territory.kinds.values():
             cell = point.carrier_cell if kind.role is Role.CARRIER else point.rover_cell
-            if reach.by_type[kind.name][cell.y, cell.x] and self._close_enough(kind, point):
+            if self._reach.by_type[kind.name][cell.y, cell.x] and self._close_enough(kind, point):
                 poses[kind.name] = cell
         return poses
 
@@ -252,31 +251,6 @@ class Surveyor:
         # the docking range is symmetric, so the order of carrier and rover does not matter
         limit = min(dock_range_cells(kind, other, self.territory.grid.resolution_m) for other in others)
         return within_range(point.carrier_cell, point.rover_cell, limit, self.territory.see_through)
-
-    def _situation(
-        self,
-        states: tuple[RobotState, ...],
-        targets: Sequence[Target],
-        meetings: Meetings,
-        poses: Poses,
-        headings: Mapping[str, int | None],
-        ending: bool,
-    ) -> Situation:
-        kinds = tuple(planning_type(kind) for kind in self.territory.kinds.values())
-        goal = SituationGoal()
-        if ending:
-            goal = SituationGoal(recover_rovers=self._goal.aboard, return_home=self._goal.return_home)
-        return Situation(
-            types=kinds,
-            robots=states,
-            targets=tuple(
-                TargetInfo(name=t.name, explorers=frozenset(t.viewpoints), reveal_m2=t.reveal_m2) for t in targets
-            ),
-            meetings=tuple(point.name for point in meetings.points),
-            homes=tuple(state.home for state in states if state.home is not None),
-            travel_ms=self._travel_ms(poses, headings),
-            goal=goal,
-        )
 
     def _travel_ms(self, poses: Poses, headings: Mapping[str, int | None]) -> Mapping[str, TravelTable]:
         """Return each robot type's travel times between places; types with the same routes share a search."""
