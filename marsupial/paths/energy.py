@@ -62,7 +62,7 @@ def route_energy(
 
 
 class EnergySearch:
-    """Searches on one mask (height, width), which is referenced and may change between calls.
+    """Searches on one mask (height, width), which is referenced and may change between calls, as `PathSearch` does.
 
     Searches reuse buffers, so reuse the instance. Not thread-safe. A heading is a step digit
     (`marsupial.paths.routes`); with None the first step needs no turn. `diagonal` is the length of a diagonal step, 1

@@ -111,6 +111,7 @@ class PathSearch:
         return field
 
     def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
+        """Return the lengths (n,) in cells of the routes from a cell to n others; inf without a route."""
         self._update_jumps()
         start, cells = self._indices([source]), self._indices(wanted)
         costs = np.full(cells.size, np.inf)
@@ -120,6 +121,7 @@ class PathSearch:
         return costs
 
     def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
+        """Return the lengths (k, k) in cells of the routes between all `cells`; inf without a route."""
         # a cell on impassable ground is at inf, even from itself
         self._update_jumps()
         unique, place = np.unique(self._indices(cells), return_inverse=True)
@@ -130,6 +132,7 @@ class PathSearch:
         return table[np.ix_(place, place)]
 
     def route(self, start: Cell, goal: Cell, heading: int | None = None) -> Route | None:
+        """Return the route, both ends included, always the same one; None if there is no route."""
         ends, buffers = self._framed([start, goal]), self._buffers
         if not buffers.passable[ends].all():
             return None
