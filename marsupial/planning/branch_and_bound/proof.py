@@ -72,9 +72,8 @@ class OptimalityProof:
         """Yield a plan, if there is one, found as if nothing took time."""
         search = _BoundedSearch(timeless(self._tables), 0, keyed=False)
         while search.goes_on and goes_on():
-            search.advance()
+            self._states += search.advance()
             yield from self._new_plan(search)
-        self._states += search.states
         if not search.goes_on:
             self._without_plan = Outcome.NO_PLAN if search.incomplete else Outcome.UNSOLVABLE
 
@@ -87,11 +86,10 @@ class OptimalityProof:
             other = below.search(self._bound_ms, self._gap_ms) if steps > STEPS_ALONE else None
             for search in (above, other):
                 if search is not None:
-                    search.advance()
+                    self._states += search.advance()
                     yield from self._new_plan(search)
                     yield from self._plan_of_others()
                     self._update(search)
-        self._states += above.states + below.states
 
     def _new_plan(self, search: _BoundedSearch) -> Iterator[Plan]:
         """Yield the last plan of a search if it is better than the best one."""
@@ -144,8 +142,11 @@ class _BoundedSearch:
         self.below_ms = below_ms
         self.goes_on = True
 
-    def advance(self) -> None:
+    def advance(self) -> int:
+        """Enter some states; return how many."""
+        before = self.states
         self.goes_on = self.goes_on and advance(self._tables, self.state, STEP)
+        return self.states - before
 
     def lower_limit(self, below_ms: int) -> None:
         counters = self.state.counters
@@ -172,11 +173,7 @@ class _SearchesFromBelow:
     def __init__(self, tables: Tables) -> None:
         self._tables = tables
         self._current: _BoundedSearch | None = None
-        self._stride_ms, self._previous_states, self._finished_states = 0, STEP, 0
-
-    @property
-    def states(self) -> int:
-        return self._finished_states + (self._current.states if self._current is not None else 0)
+        self._stride_ms, self._previous_states = 0, STEP
 
     def search(self, bound_ms: int, gap_ms: int) -> _BoundedSearch | None:
         """Return the current search, or the next one; None if it would equal the search from above."""
@@ -191,7 +188,6 @@ class _SearchesFromBelow:
         # It would equal the search from above.
         if self._stride_ms >= gap_ms:
             return None
-        self._finished_states = self.states
         self._current = _BoundedSearch(self._tables, bound_ms + self._stride_ms)
         return self._current
 
@@ -242,14 +238,9 @@ class _TourTimeline:
         place = self._situation.place_index[self.timeline.at[self.name(robot)] or ""]
         for stop in _shortest_order(self._tables.closure[kind], self._tables.targets, place, share, end):
             for step in _shortest_way(self._data.leg[kind], self._tables.closure[kind], place, stop):
-                self._step(robot, step)
+                drive = self.timeline.explore if step in self._tables.targets else self.timeline.move
+                drive(self.name(robot), self._situation.places[step])
             place = stop
-
-    def _step(self, robot: int, place: int) -> None:
-        if place in self._tables.targets:
-            self.timeline.explore(self.name(robot), self._situation.places[place])
-        else:
-            self.timeline.move(self.name(robot), self._situation.places[place])
 
 
 def _shortest_order(closure: Ints, targets: Ints, place: int, share: int, end: int | None) -> list[int]:
