@@ -9,13 +9,13 @@ Wurm et al. 2010 don't split: their planner gets the whole problem, and their se
 of far more than 24 robots.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from marsupial.arrays import Ints
-from marsupial.model import Plan, RobotState, Role, Situation
+from marsupial.model import RobotState, Role, Situation
 from marsupial.planning.list_scheduling.costs import Costs
 from marsupial.planning.matching import least_assignment
 
@@ -56,11 +56,6 @@ def decompose(situation: Situation, limit: PartSize) -> tuple[Situation, ...]:
     order = sorted(range(len(crews)), key=lambda i: (min((reach[i, t] for t in shares[i]), default=NEVER), i))
     # Parts without a target are omitted, unless the goal requires rovers aboard or carriers at home.
     return tuple(_part(times, crews[i], shares[i], limit) for i in order if shares[i] or situation.goal.aboard)
-
-
-def merge(plans: Iterable[Plan]) -> Plan:
-    """Return the plan of all actions of plans for disjoint robots."""
-    return Plan.of(action for plan in plans for action in plan.actions)
 
 
 Crew = tuple[RobotState, ...]

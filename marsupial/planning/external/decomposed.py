@@ -13,9 +13,9 @@ from contextlib import closing
 from dataclasses import replace
 
 from marsupial.errors import UsageError
-from marsupial.model import MAKESPAN, Budget, Engine, EngineInfo, Finished, Improved, Objective, Outcome, Plan, Role
+from marsupial.model import MAKESPAN, Budget, Engine, Finished, Improved, Objective, Outcome, Plan, Role
 from marsupial.model.situation import Situation
-from marsupial.planning.external.decompose import PartSize, decompose, merge
+from marsupial.planning.external.decompose import PartSize, decompose
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.race import Race
 from marsupial.planning.reachability import impossible
@@ -26,19 +26,16 @@ AT_A_TIME = 2
 class Decomposed:
     """An engine around `engine` that splits what is too big for it; budgets are in seconds.
 
+    Plans cover the parts' targets only, and nothing is proven of the whole.
+
     `limits`: sizes of parts, the biggest first; the first is taken for which a part's share of the budget suffices.
     If even the last size needs more, the parts that can begin soonest get enough time and the others none.
     """
 
     def __init__(self, engine: Engine, *limits: PartSize) -> None:
-        self._engine = engine
-        self._limits = limits
-
-    @property
-    def info(self) -> EngineInfo:
-        """The engine's description; plans cover the parts' targets only, and nothing is proven of the whole."""
-        inner = self._engine.info
-        return replace(inner, summary=f"{inner.summary}; bigger situations in parts", proves_optimality=False)
+        self._engine, self._limits = engine, limits
+        summary = f"{engine.info.summary}; bigger situations in parts"
+        self.info = replace(engine.info, summary=summary, proves_optimality=False)
 
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
@@ -102,28 +99,24 @@ class _Parts:
                     self._ends[int(name)] = event
                     continue
                 self._best[int(name)] = event.plan
-                yield merge(self._best.values())
+                yield Plan.of(action for plan in self._best.values() for action in plan.actions)
         finally:
             self._race.stop()
 
     def _let_in(self) -> None:
         while self._waiting and len(self._race.running) < AT_A_TIME:
-            share = self._share()
+            # the time left, shared by the rounds left
+            left = self._until - time.monotonic()
+            seconds = min(left, max(self._least_s, left / math.ceil(len(self._waiting) / AT_A_TIME)))
             i = self._waiting.popleft()
-            if share is None:
-                self._ends[i] = Finished(outcome=Outcome.TIMEOUT, detail="no time was left for it")
+            if seconds > 0:
+                self._enter(i, Budget(seconds=seconds))
             else:
-                self._enter(i, share)
+                self._ends[i] = Finished(outcome=Outcome.TIMEOUT, detail="no time was left for it")
 
     def _enter(self, i: int, share: Budget) -> None:
         # A separate method, so that each search binds its part and share: the loop advances before they are used.
         self._race.enter(str(i), lambda _: self._engine.solve(self._parts[i], share, objective=self._objective))
-
-    def _share(self) -> Budget | None:
-        """Return the time for the next part: the time left, shared by the rounds left."""
-        left = self._until - time.monotonic()
-        seconds = min(left, max(self._least_s, left / math.ceil(len(self._waiting) / AT_A_TIME)))
-        return Budget(seconds=seconds) if seconds > 0 else None
 
     def finished(self, elapsed_s: float) -> Finished:
         """Return the joint result: by the parts with a plan, or else the first part's."""

@@ -9,7 +9,7 @@ References: Valentini, Micheli, Cimatti: Temporal planning with intermediate con
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -51,11 +51,11 @@ def search(request: SearchRequest) -> Iterator[Plan | Finished]:
     best: Plan | None = None
     below_ms = None if request.start is None else request.start.makespan_ms
     while True:
-        problem, actions = encode(request.situation, None if below_ms is None else int(SHRINK * below_ms))
-        names = _ask(problem)
+        encoding = TamerEncoding(request.situation, None if below_ms is None else int(SHRINK * below_ms))
+        names = _ask(encoding.problem)
         if names is None:
             break
-        plan = retime(request.situation, [actions[name] for name in names])
+        plan = retime(request.situation, [encoding.actions[name] for name in names])
         if best is not None and plan.makespan_ms >= best.makespan_ms:
             break
         best, below_ms = plan, plan.makespan_ms
@@ -78,52 +78,47 @@ def _ask(problem: Problem) -> list[str] | None:
     return [instance.action.name for _, instance, _ in sorted(result.plan.timed_actions, key=lambda timed: timed[0])]
 
 
-def encode(situation: Situation, within_ms: int | None = None) -> tuple[Problem, Mapping[str, Action]]:
-    """Return Tamer's problem, to be solved within `within_ms`, and the meaning of each of its actions."""
-    writer = _TamerWriter(situation)
-    for robot in situation.robots:
-        for action in writer.words.drives(robot):
-            writer.drive(action)
-    for action in writer.words.meets():
-        writer.meet(action)
-    writer.start_and_goal(within_ms)
-    return writer.problem, writer.actions
+class TamerEncoding:
+    """Tamer's problem, to be solved within `within_ms`, and the meaning of each of its actions.
 
+    Actions are written one by one; propositions are created when first named.
+    """
 
-class _TamerWriter:
-    """Writes the actions one by one; propositions are created when first named."""
-
-    def __init__(self, situation: Situation) -> None:
+    def __init__(self, situation: Situation, within_ms: int | None = None) -> None:
         from unified_planning.model import Problem
         from unified_planning.model.timing import EndTiming, StartTiming
 
-        self.words = Vocabulary(situation)
-        self.situation = situation
+        self._words = Vocabulary(situation)
+        self._situation = situation
         self.problem = Problem("situation")
         self.actions: dict[str, Action] = {}
         self._fluents: dict[tuple[Any, ...], Any] = {}
-        self._before = self.words.predecessors()
-        self._follows = set(self._before.values())
+        self._before = self._words.predecessors()
         self._start, self._end = StartTiming(), EndTiming()
+        for robot in situation.robots:
+            for action in self._words.drives(robot):
+                self._drive(action)
+        for action in self._words.meets():
+            self._meet(action)
+        self._start_and_goal(within_ms)
 
-    def drive(self, action: Action) -> None:
-        """Write a move or explore."""
+    def _drive(self, action: Action) -> None:
         durative = self._durative(action)
         self._change(durative, self._is("at", action.robot, action.origin), self._is("at", action.robot, action.place))
         if action.name is ActionName.EXPLORE:
             self._change(durative, self._is("unexplored", action.place), self._is("explored", action.place))
         self.problem.add_action(durative)
 
-    def meet(self, action: Action) -> None:
+    def _meet(self, action: Action) -> None:
         """Write a dock or undock, once per load the carrier may have if its places are scarce."""
-        carrier = self.situation.robot_by_name[action.carrier or ""]
-        if not self.words.is_scarce(carrier):
-            self._meet(action, None)
+        carrier = self._situation.robot_by_name[action.carrier or ""]
+        if not self._words.is_scarce(carrier):
+            self._meet_at(action, None)
             return
-        for load in range(self.words.capacity(carrier)):
-            self._meet(action, (load, load + 1) if action.name is ActionName.DOCK else (load + 1, load))
+        for load in range(self._words.capacity(carrier)):
+            self._meet_at(action, (load, load + 1) if action.name is ActionName.DOCK else (load + 1, load))
 
-    def _meet(self, action: Action, load: tuple[int, int] | None) -> None:
+    def _meet_at(self, action: Action, load: tuple[int, int] | None) -> None:
         durative = self._durative(action)
         ashore, aboard = self._is("at", action.robot, action.place), self._is("on", action.robot, action.carrier)
         here = self._is("at", action.carrier, action.place)
@@ -133,7 +128,7 @@ class _TamerWriter:
         else:
             self._change(durative, aboard, ashore)
             self._keep_order(durative, action.robot)
-        if self.situation.goal.aboard:
+        if self._situation.goal.aboard:
             durative.add_effect(self._end, self._is("recovered", action.robot), action.name is ActionName.DOCK)
         if load is not None:
             self._change(durative, self._is("load", action.carrier, load[0]), self._is("load", action.carrier, load[1]))
@@ -142,25 +137,24 @@ class _TamerWriter:
     def _keep_order(self, durative: DurativeAction, rover: str) -> None:
         if rover in self._before:
             durative.add_condition(self._start, self._is("released", self._before[rover]))
-        if rover in self._follows:
+        if rover in self._before.values():
             durative.add_effect(self._start, self._is("released", rover), True)
 
-    def start_and_goal(self, within_ms: int | None) -> None:
-        """Write the initial state and the goal."""
-        for robot in self.situation.robots:
+    def _start_and_goal(self, within_ms: int | None) -> None:
+        for robot in self._situation.robots:
             where = ("at", robot.name, robot.place) if robot.carrier is None else ("on", robot.name, robot.carrier)
             self.problem.set_initial_value(self._is(*where), True)
-        for carrier in self.words.carriers:
-            if self.words.is_scarce(carrier):
-                self.problem.set_initial_value(self._is("load", carrier.name, self.words.load(carrier)), True)
-        for rover in self.words.rovers if self.situation.goal.aboard else ():
+        for carrier in self._words.carriers:
+            if self._words.is_scarce(carrier):
+                self.problem.set_initial_value(self._is("load", carrier.name, self._words.load(carrier)), True)
+        for rover in self._words.rovers if self._situation.goal.aboard else ():
             self.problem.set_initial_value(self._is("recovered", rover.name), rover.carrier is not None)
             self._wish(self._is("recovered", rover.name), within_ms)
-        for target in self.situation.targets:
+        for target in self._situation.targets:
             self.problem.set_initial_value(self._is("unexplored", target.name), True)
             self._wish(self._is("explored", target.name), within_ms)
-        for carrier in self.words.carriers:
-            home = self.words.home(carrier)
+        for carrier in self._words.carriers:
+            home = self._words.home(carrier)
             if home is not None:
                 self._wish(self._is("at", carrier.name, home), within_ms)
 

@@ -29,7 +29,7 @@ from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Impro
 from marsupial.model.robots import Role
 from marsupial.model.situation import Situation, SituationGoal
 from marsupial.planning.checker import check
-from marsupial.planning.external.decompose import PartSize, decompose, merge
+from marsupial.planning.external.decompose import PartSize, decompose
 from marsupial.planning.external.decomposed import Decomposed
 from marsupial.planning.list_scheduling.greedy import Greedy
 
@@ -120,13 +120,6 @@ def test_where_the_goal_asks_for_more_idle_carriers_have_parts_too() -> None:
 def test_a_target_out_of_everybodys_reach_is_in_no_part() -> None:
     parts = decompose(out_of_reach(), PartSize(rovers=0, targets=1))
     assert [targets(part) for part in parts] == [{"t1"}]
-
-
-def test_merged_plans_have_the_actions_of_all_in_order() -> None:
-    plans = [serve(part) for part in decompose(two_halls(), SMALL)]
-    merged = merge(plans)
-    assert sorted(map(str, merged.actions)) == sorted(str(action) for plan in plans for action in plan.actions)
-    assert check(two_halls(), merged).valid
 
 
 def serve(situation: Situation) -> Plan:

@@ -84,10 +84,10 @@ def test_interchangeable_rovers_are_set_down_in_a_fixed_order() -> None:
 @pytest.mark.parametrize("case", SOLVABLE)
 def test_tamer_gets_one_action_per_action_and_flat_propositions(case: str) -> None:
     situation = SOLVABLE[case]()
-    problem, actions = tamer.encode(situation)
-    assert {str(action) for action in actions.values()} == words(situation)
-    assert all(not action.parameters for action in problem.actions)
-    assert all(fluent.arity == 0 and fluent.type.is_bool_type() for fluent in problem.fluents)
+    encoding = tamer.TamerEncoding(situation)
+    assert {str(action) for action in encoding.actions.values()} == words(situation)
+    assert all(not action.parameters for action in encoding.problem.actions)
+    assert all(fluent.arity == 0 and fluent.type.is_bool_type() for fluent in encoding.problem.fluents)
 
 
 @pytest.mark.parametrize(("capacity", "versions"), [(3, 1), (2, 2)])
@@ -100,13 +100,13 @@ def test_tamer_counts_the_load_of_a_carrier_only_where_places_are_scarce(capacit
         types=default_types(capacity),
         goal=SituationGoal(recover_rovers=True),
     )
-    _, actions = tamer.encode(situation)
-    docks = [str(action) for action in actions.values() if action.name is ActionName.DOCK]
+    actions = tamer.TamerEncoding(situation).actions.values()
+    docks = [str(action) for action in actions if action.name is ActionName.DOCK]
     assert docks == sorted(versions * ["(dock r1 c1 m1)", "(dock r2 c1 m1)", "(dock r3 c1 m1)"])
 
 
 def test_a_deadline_for_tamer_is_a_goal_with_a_time() -> None:
-    problem, _ = tamer.encode(one_room(), 12_345)
+    problem = tamer.TamerEncoding(one_room(), 12_345).problem
     (interval,) = problem.timed_goals
     assert interval.lower.delay == 12_345
     assert len(problem.timed_goals[interval]) == len(problem.goals) == 1
@@ -134,7 +134,7 @@ def test_aries_gets_whole_numbers_of_units_rounded_up() -> None:
     assert durations == {500, 492, 9}  # units of 120 ms
 
 
-@pytest.mark.parametrize("encode", [tamer.encode, aries.Encoding])
+@pytest.mark.parametrize("encode", [tamer.TamerEncoding, aries.Encoding])
 def test_any_names_may_occur_in_a_situation(encode: Callable[[Situation], object]) -> None:
     odd = situation_of([carrier()], {"and": hall(10), "t 1/ü": hall(30), "p0": hall(5)}, {}, {"c1_start": hall(0)})
     assert encode(odd)
