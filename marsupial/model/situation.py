@@ -167,7 +167,6 @@ class Situation:
         robots: frozenset[str] | None = None,
         targets: frozenset[str] | None = None,
         meetings: frozenset[str] | None = None,
-        goal: SituationGoal | None = None,
     ) -> Situation:
         """Return the situation with only the named robots, targets and meetings (None keeps all).
 
@@ -184,15 +183,7 @@ class Situation:
             # destinations of drives from removed places remain places to stand
             stands = np.diagonal(table) != UNREACHABLE
             np.fill_diagonal(table, np.where(self.standing[name][rows] & ~stands, 0, np.diagonal(table)))
-        return replace(
-            self,
-            robots=kept,
-            targets=kept_targets,
-            meetings=kept_meetings,
-            homes=homes,
-            travel_ms=tables,
-            goal=self.goal if goal is None else goal,
-        )
+        return replace(self, robots=kept, targets=kept_targets, meetings=kept_meetings, homes=homes, travel_ms=tables)
 
 
 def _problems(situation: Situation) -> list[Problem]:

@@ -15,11 +15,7 @@ class CheckedEngine:
     """Checks the events of a third-party engine."""
 
     def __init__(self, engine: Engine) -> None:
-        self._engine = engine
-
-    @property
-    def info(self) -> EngineInfo:
-        return self._engine.info
+        self._engine, self.info = engine, engine.info
 
     def solve(self, situation: Situation, budget: Budget, **options: Any) -> Iterator[Improved | Finished]:
         events: object = self._engine.solve(situation, budget, **options)

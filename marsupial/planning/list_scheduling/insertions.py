@@ -45,8 +45,6 @@ class Arrivals:
         self.capacity = [kind.capacity for kind in types]
         self.carriers = [i for i, kind in enumerate(types) if kind.role is Role.CARRIER]
         self.rovers = [i for i, kind in enumerate(types) if kind.role is Role.ROVER]
-        self._carrier_number = {i: k for k, i in enumerate(self.carriers)}
-        self._rover_number = {i: k for k, i in enumerate(self.rovers)}
         n_meetings = len(situation.meetings)
         # int64 (robots, meetings): when each could be ready at each meeting by itself; `NEVER` while it is carried
         self.arrive_ms: Times = np.empty((len(types), n_meetings), dtype=np.int64)
@@ -115,10 +113,10 @@ class Arrivals:
             else:
                 place = timeline.situation.place_index[at]
                 np.add(self.costs.meet[self.kinds[i], place], timeline.ready_ms[name], out=self.arrive_ms[i])
-            if i in self._rover_number:
-                self.aboard[self._rover_number[i]] = -1 if on is None else self._carrier_number[self.row[on]]
+            if i in self.rovers:
+                self.aboard[self.rovers.index(i)] = -1 if on is None else self.carriers.index(self.row[on])
             else:
-                self.boarding_ms[self._carrier_number[i]] = self._boarding(i)
+                self.boarding_ms[self.carriers.index(i)] = self._boarding(i)
 
     def _boarding(self, c: int) -> Times:
         """Return when a rover could dock on a carrier at each meeting at the earliest."""

@@ -111,8 +111,15 @@ class Timeline:
         return self.at[robot] == action.place and not self.is_full(carrier)
 
     def add(self, action: Action) -> None:
-        """Add an action; its times and its origin are ignored."""
-        self._add(action.name, action.robot, action.place, carrier=action.carrier)
+        """Add an action and the drives to where it begins; its times and its origin are ignored."""
+        if action.name is ActionName.MOVE:
+            self.move(action.robot, action.place)
+        elif action.name is ActionName.EXPLORE:
+            self.explore(action.robot, action.place)
+        elif action.name is ActionName.UNDOCK:
+            self.undock(action.robot, action.place)
+        elif action.carrier is not None:
+            self.dock(action.robot, action.carrier, action.place)
 
     def _add(self, name: ActionName, robot: str, place: str, *, carrier: str | None = None) -> None:
         origin = self.at[robot] if carrier is None else None
@@ -140,14 +147,7 @@ def replay(situation: Situation, plan: Plan) -> Timeline:
     """Return the timeline with the actions of a plan feasible in `situation`; it may leave out moves to docks."""
     timeline = Timeline.of(situation)
     for action in plan.actions:
-        if action.name is ActionName.MOVE:
-            timeline.move(action.robot, action.place)
-        elif action.name is ActionName.EXPLORE:
-            timeline.explore(action.robot, action.place)
-        elif action.name is ActionName.UNDOCK:
-            timeline.undock(action.robot, action.place)
-        elif action.carrier is not None:
-            timeline.dock(action.robot, action.carrier, action.place)
+        timeline.add(action)
     return timeline
 
 
