@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 
 from marsupial.library import recording
-from marsupial.maps.footprint import standable
+from marsupial.maps.footprint import footprint_of
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, Grid
@@ -201,7 +201,7 @@ class Watcher(Recorder):
         self._check(event, name not in self._drives and name not in self._lost, "drives already, or is lost")
         self._check(event, self.cell[name] == event.cell, f"sets out from elsewhere than {self.cell[name]}")
         grid = Grid(cells=self._known, resolution_m=self._grid.resolution_m, terrains=self._grid.terrains)
-        allowed = standable(grid, self._kinds[name])
+        allowed = footprint_of(grid, self._kinds[name]).standable
         route = route_of(event.cell, event.steps)
         self._check(event, all(allowed[c.y, c.x] for c in route), "leads over cells it can't stand on")
         corners = [(Cell(a.x, b.y), Cell(b.x, a.y)) for a, b in pairwise(route)]

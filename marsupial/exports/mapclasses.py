@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from marsupial.maps.footprint import standable
+from marsupial.maps.footprint import footprint_of
 from marsupial.maps.reach import parts
 from marsupial.model import OBSTACLE, UNKNOWN, CellArray, Grid, Mask, RobotType, Role
 from marsupial.replay.palette import LIGHT, REACH
@@ -70,7 +70,7 @@ def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:
 
 def _standable(grid: Grid, kinds: Sequence[RobotType]) -> Mask:
     nowhere = np.zeros(grid.cells.shape, dtype=np.bool_)
-    return np.logical_or.reduce([nowhere, *(standable(grid, kind) for kind in kinds)])
+    return np.logical_or.reduce([nowhere, *(footprint_of(grid, kind).standable for kind in kinds)])
 
 
 def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:

@@ -93,11 +93,6 @@ def footprint_of(grid: Grid, kind: RobotType) -> Footprint:
     return footprint
 
 
-def standable(grid: Grid, kind: RobotType) -> Mask:
-    """Return the mask (height, width) of the cells where a robot of type `kind` may stand."""
-    return footprint_of(grid, kind).standable
-
-
 @native
 def _open(indices: Ints, rows: Ints, barred: Counts | Ints32, opened: Ints) -> int:
     """Lower the counts in `barred` around drivable cells; write the cells that reach zero to `opened`.

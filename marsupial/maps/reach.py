@@ -7,7 +7,7 @@ of the cells it may stand on.
 import numpy as np
 
 from marsupial.arrays import Ints, Ints32
-from marsupial.maps.footprint import standable
+from marsupial.maps.footprint import footprint_of
 from marsupial.model import Grid, Mask, RobotType
 from marsupial.native import inlined, native
 
@@ -42,7 +42,7 @@ def middle(cells: Ints, width: int) -> int:
 
 def largest_reach(grid: Grid, kind: RobotType) -> Mask:
     """Return the mask of the largest connected area where a robot of type `kind` may stand (possibly empty)."""
-    labels, count = parts(standable(grid, kind))
+    labels, count = parts(footprint_of(grid, kind).standable)
     if count == 0:
         return np.zeros(grid.cells.shape, dtype=np.bool_)
     sizes = np.bincount(labels.ravel())

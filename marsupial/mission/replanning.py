@@ -18,13 +18,8 @@ from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigge
 class Replanning(Protocol):
     """Decides when to replan, which survey a plan is made from, and when exploring is over."""
 
-    @property
-    def explored(self) -> str:
-        """The reason of a mission that has explored everything."""
-
-    @property
-    def exploration_ms(self) -> int | None:
-        """When the last target disappeared, or None while some are left."""
+    explored: str  # the reason of a mission that has explored everything
+    exploration_ms: int | None  # when the last target disappeared, or None while some are left
 
     @property
     def wake_ms(self) -> int | None:

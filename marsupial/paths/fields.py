@@ -94,21 +94,13 @@ class PathSearch:
         passable = np.zeros(self._frame.size, dtype=np.uint8)
         return self._memory.flood._replace(passable=passable, diagonal=self._diagonal)
 
-    def field(self, source: Cell, wanted: Sequence[Cell] | None = None, limit: float = math.inf) -> Floats:
-        """Return the distance of every cell (height, width) from `source`, inf for those not reached.
-
-        The search may stop once all `wanted` cells are final, and at the distance `limit`, in cells.
-        """
+    def field(self, source: Cell, limit: float = math.inf) -> Floats:
+        """Return the distance of every cell (height, width) from `source`, inf without a path or beyond the limit."""
         start = self._framed([source])
-        passable = self._buffers.passable
-        if not passable[start[0]]:
+        if not self._buffers.passable[start[0]]:
             return np.full(self.passable.shape, np.inf)
-        goals = NOWHERE if wanted is None else np.append(start, self._frame.indices(wanted))
-        final = self._flood(start, goals[passable[goals] > 0], limit)
-        field = self._frame.inside(self._buffers.cost).copy()
-        if final < math.inf:
-            field[field >= final] = np.inf
-        return field
+        self._flood(start, NOWHERE, limit)
+        return self._frame.inside(self._buffers.cost).copy()
 
     def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
         """Return the lengths (n,) in cells of the routes from a cell to n others; inf without a route."""
@@ -152,17 +144,15 @@ class PathSearch:
             self._framed_news = None if self._opened is None else self._opened.reader()
         return self._frame.indices(cells)
 
-    def _flood(self, source: Cells, wanted: Cells, limit: float = math.inf) -> float:
-        """Search outward from a passable cell; return the length below which costs are final."""
+    def _flood(self, source: Cells, wanted: Cells, limit: float = math.inf) -> None:
+        """Search outward from a passable cell until the wanted ones are final, or all of them where none is wanted."""
         memory, buffers = self._memory, self._buffers
         # above a quarter of the cells a sequential fill beats resetting scattered ones
         if 4 * memory.stale > buffers.cost.size:
             buffers.cost.fill(np.inf)
             memory.stale = 0
         longest = limit + kernels.TOLERANCE
-        final, touched = kernels.flood(buffers, np.uint64(memory.stale), source, wanted, longest)
-        memory.stale = int(touched)
-        return float(final)
+        memory.stale = int(kernels.flood(buffers, np.uint64(memory.stale), source, wanted, longest))
 
     def _update_jumps(self) -> None:
         """Update the jump point search and the remembered distances to the present mask."""

@@ -43,11 +43,11 @@ class Buffers(NamedTuple):
 
 
 @native
-def flood(work: Buffers, stale: np.uint64, sources: Cells, wanted: Cells, limit: float) -> tuple[float, np.uint64]:
+def flood(work: Buffers, stale: np.uint64, sources: Cells, wanted: Cells, limit: float) -> np.uint64:
     """Settle cells outward from passable `sources`, each given once, up to a length `limit` in cells.
 
     The search ends once all `wanted` cells are final (empty: at a whole field). The costs of the `stale` cells touched
-    by the last search are reset. Return the length below which costs are final, and the number of cells touched.
+    by the last search are reset. Return the number of cells touched.
     """
     cost = work.cost
     for k in range(stale):
@@ -61,12 +61,12 @@ def flood(work: Buffers, stale: np.uint64, sources: Cells, wanted: Cells, limit:
         while left > ZERO and cost[wanted[left - ONE]] < level + 1.0:
             left -= ONE
         if left == ZERO and wanted.size > 0:
-            return level + 1.0, seen
+            return seen
         near_end, far_end, seen = _settle(work, (here, here_end), (near_end, far_end, seen), level, limit)
         here, near, far = near, far, here
         here_end, near_end, far_end = near_end, far_end, far
         level += 1.0
-    return np.inf, seen
+    return seen
 
 
 @inlined

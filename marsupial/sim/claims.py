@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from marsupial.maps.footprint import standable
+from marsupial.maps.footprint import footprint_of
 from marsupial.maps.targets import cell_at
 from marsupial.model import UNKNOWN, Action, Cell, Grid, MapMeeting, Mask, News, RobotReport, RobotType, Role
 from marsupial.model.mission import Interference
@@ -55,7 +55,7 @@ class Clearance:
         """Return the mask of known cells on which a robot can stand; it must not be changed."""
         known = int(np.count_nonzero(self._grid.cells != UNKNOWN))
         if self._standable.get(kind.name, (0,))[0] != known:
-            self._standable[kind.name] = known, standable(self._grid, kind)
+            self._standable[kind.name] = known, footprint_of(self._grid, kind).standable
         return self._standable[kind.name][1]
 
     def room(self, kind: RobotType, here: Cell, others: Iterable[tuple[RobotType, Claim]]) -> Mask:

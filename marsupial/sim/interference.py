@@ -29,7 +29,7 @@ from dataclasses import dataclass, replace
 
 from marsupial.maps.territory import dock_range_cells, within_range
 from marsupial.model import Cell, Mask, RobotReport, RobotType
-from marsupial.paths.routes import Route, passing_times_ms, route_length
+from marsupial.paths.routes import Route, route_length
 from marsupial.sim.claims import PATIENCE_MS, Wait, WaitingWorld
 from marsupial.sim.world import RobotActivity, SimulatedRobot
 
@@ -152,13 +152,8 @@ class CrowdedWorld(WaitingWorld):
     def _set_out(self, robot: SimulatedRobot, route: Route) -> None:
         """Send a standing robot along another route than commanded."""
         self._stop_waiting(robot)
-        if robot.activity is not RobotActivity.DRIVING:
-            robot.activity = RobotActivity.DRIVING
-            robot.odometer.set_off(self.now_ms)
-        times_ms = passing_times_ms(route, self.grid.resolution_m, robot.kind.speed_mps, robot.kind.diagonal)
-        robot.route, robot.step, robot.times_ms = route, 0, self.now_ms + times_ms
         self._passages.append((robot.name, route))
-        self._next_step(robot)
+        self._follow(robot, route)
 
     # which robot blocks which
 

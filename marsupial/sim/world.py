@@ -20,7 +20,7 @@ from marsupial.errors import InternalError
 from marsupial.maps.footprint import Contact
 from marsupial.model import UNKNOWN, Cell, CellArray, Grid, Manoeuvres, News, PlacedRobot, RobotReport, RobotType
 from marsupial.native import native
-from marsupial.paths.routes import Odometer, passing_times_ms
+from marsupial.paths.routes import Odometer, Route, passing_times_ms
 from marsupial.sim.sensors import Checked, FieldOfView, Sensor
 
 
@@ -114,13 +114,7 @@ class SimulatedWorld:
         mover = self._free(robot)
         if mover.cell is None or route[0] != mover.cell:
             raise InternalError(f"{robot} can't drive from {route[0]}: it is at {mover.cell}")
-        mover.activity = RobotActivity.DRIVING
-        mover.route, mover.step = tuple(route), 0
-        kind, resolution_m = mover.kind, self.grid.resolution_m
-        times_ms = passing_times_ms(mover.route, resolution_m, kind.speed_mps, kind.diagonal)
-        mover.times_ms = self.now_ms + times_ms
-        mover.odometer.set_off(self.now_ms)
-        self._next_step(mover)
+        self._follow(mover, tuple(route))
 
     def stop(self, robot: str) -> None:
         mover = self._robots[robot]
@@ -196,6 +190,15 @@ class SimulatedWorld:
         if robot.activity is not RobotActivity.NONE or robot.lost:
             raise InternalError(f"{name} is not free: {'lost' if robot.lost else robot.activity}")
         return robot
+
+    def _follow(self, robot: SimulatedRobot, route: Route) -> None:
+        """Send a robot along a route from its cell."""
+        if robot.activity is not RobotActivity.DRIVING:
+            robot.activity = RobotActivity.DRIVING
+            robot.odometer.set_off(self.now_ms)
+        times_ms = passing_times_ms(route, self.grid.resolution_m, robot.kind.speed_mps, robot.kind.diagonal)
+        robot.route, robot.step, robot.times_ms = route, 0, self.now_ms + times_ms
+        self._next_step(robot)
 
     def _next_step(self, robot: SimulatedRobot) -> None:
         robot.due += 1

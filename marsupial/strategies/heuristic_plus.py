@@ -78,7 +78,8 @@ def _drafted(start: Outlook, jobs: list[Job]) -> _TripPlan:
             outlook.take(option, target)
     # rovers on the ground explore before the jobs that retrieve them are added
     by_ms = _tours(outlook, left)
-    idle = [rover for rover in _on_ground(outlook) if not outlook.has_work(rover)]
+    busy = {robot for action in outlook.timeline.actions for robot in action.robots}
+    idle = [rover for rover in _on_ground(outlook) if rover not in busy]
     for option, target in jobs:
         now = outlook.options(option.robot, retrievable={option.explorer}) if option.retrieved else []
         if any(o.explorer == option.explorer and o.end_ms[target] < NEVER for o in now):

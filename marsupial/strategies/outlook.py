@@ -115,10 +115,6 @@ class Outlook:
         self.timeline.explore(robot, self.targets[target])
         self._insertions.advance()
 
-    def has_work(self, robot: str) -> bool:
-        """Return whether `robot` takes part in an action."""
-        return any(robot in action.robots for action in self.timeline.actions)
-
     def approach(self, option: Option, target: int) -> None:
         """Send the robot of an option to the target, or to the meeting where it would set a rover down."""
         if option.meeting is None:

@@ -97,11 +97,10 @@ class Temporal(PlanningStrategy):
     """
 
     def __init__(
-        self, engine: Engine, budget: Budget, parts: TemporalParts | None = None, name: str = "temporal"
+        self, engine: Engine, budget: Budget, parts: TemporalParts = TemporalParts(), name: str = "temporal"
     ) -> None:
         super().__init__(engine, budget)
-        self.name = name
-        self._parts = TemporalParts() if parts is None else parts
+        self.name, self._parts = name, parts
         self._covering: FrontierStrategy | None = None
         self._recovers = True
         self._targets: frozenset[str] = frozenset()  # of the last plan, and how many plans before it had the same

@@ -15,7 +15,7 @@ from marsupial.errors import MapError
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.formats.mapfiles.masks import FilterMasks, painted
 from marsupial.formats.mapfiles.occupancy import Occupancy, terrain_codes
-from marsupial.maps.footprint import standable
+from marsupial.maps.footprint import footprint_of
 from marsupial.mission.runs import runs_of
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Terrain
@@ -149,7 +149,7 @@ class MapTracker:
         part, corner = _around(self.grid, point, within_m + kind.radius_m)
         if part is None:
             return None
-        rows, columns = np.nonzero(standable(part, kind))
+        rows, columns = np.nonzero(footprint_of(part, kind).standable)
         if not len(rows):
             return None
         at = self.grid.from_point_m(*point)

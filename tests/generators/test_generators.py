@@ -8,7 +8,7 @@ from marsupial.errors import MapError
 from marsupial.generators import GENERATORS
 from marsupial.generators.builtin import SCENARIOS
 from marsupial.generators.papers import SIDE, WALLED, scattered
-from marsupial.maps.footprint import standable
+from marsupial.maps.footprint import footprint_of
 from marsupial.maps.reach import parts
 from marsupial.model import FLOOR, OBSTACLE, ROUGH, Grid, RobotType, Role
 
@@ -31,7 +31,7 @@ def robot(radius_m: float, *terrains: int) -> RobotType:
 
 def areas(grid: Grid, kind: RobotType) -> list[int]:
     """Sizes in cells of the connected areas where `kind` can stand, largest first."""
-    labels, count = parts(standable(grid, kind))
+    labels, count = parts(footprint_of(grid, kind).standable)
     return sorted(np.bincount(labels.ravel(), minlength=count + 1)[1:].tolist(), reverse=True)
 
 

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from marsupial.maps.footprint import Footprint, disc, fits, standable
+from marsupial.maps.footprint import Footprint, disc, fits, footprint_of
 from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask, RobotType
 
 RADII = st.sampled_from([0.0, 0.4, 1.0, 1.2, 1.5, 2.0, 2.3, 3.0])
@@ -33,8 +33,8 @@ def test_a_disc_holds_the_cells_whose_centre_is_inside(radius_cells: float, rows
 
 def test_the_radius_is_in_metres() -> None:
     rows = ["....."] * 5
-    assert picture(standable(draw(*rows), carrier(radius_m=1.2)))[2] == ".xxx."
-    assert picture(standable(draw(*rows, resolution_m=0.5), carrier(radius_m=1.2)))[2] == "..x.."
+    assert picture(footprint_of(draw(*rows), carrier(radius_m=1.2)).standable)[2] == ".xxx."
+    assert picture(footprint_of(draw(*rows, resolution_m=0.5), carrier(radius_m=1.2)).standable)[2] == "..x.."
 
 
 @given(cells=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN)), radius=RADII)
@@ -58,7 +58,7 @@ def test_cells_revealed_bit_by_bit_give_what_they_give_at_once(
     for new in np.split(order, cuts):
         known.ravel()[new] = truth.ravel()[new]
         footprint.reveal(new, known)
-        assert np.array_equal(footprint.standable, standable(Grid(cells=known, resolution_m=1.0), kind))
+        assert np.array_equal(footprint.standable, footprint_of(Grid(cells=known, resolution_m=1.0), kind).standable)
         assert not (footprint.possible & ~hopes).any()
         assert not (footprint.standable & ~footprint.possible).any()
         hopes = footprint.possible.copy()
@@ -84,4 +84,4 @@ def test_one_cell_alone_is_judged_as_on_the_whole_map(cells: CellArray, radius: 
     grid = Grid(cells=cells, resolution_m=1.0)
     kind = rover(radius_m=radius)
     single = [[fits(grid, kind, Cell(x, y)) for x in range(grid.width)] for y in range(grid.height)]
-    assert np.array_equal(np.array(single), standable(grid, kind))
+    assert np.array_equal(np.array(single), footprint_of(grid, kind).standable)

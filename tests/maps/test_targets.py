@@ -5,7 +5,7 @@ from drawn_maps import aboard, carrier, draw, on_map, picture, random_cells, rov
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from marsupial.maps.footprint import Contact, disc, standable
+from marsupial.maps.footprint import Contact, disc, footprint_of
 from marsupial.maps.growth import reach_of
 from marsupial.maps.sight import Sight
 from marsupial.maps.targets import Target, TargetFinder
@@ -199,7 +199,7 @@ def test_what_is_said_of_a_refused_frontier_fits_where_robots_can_stand(
     finder, reach = look(grid, *_team(grid, data), kinds=kinds)
     stood_on, reached = (
         [Cell(int(x), int(y)) for kind in kinds for y, x in np.argwhere(masks[kind.name])]
-        for masks in ({kind.name: standable(grid, kind) for kind in kinds}, reach.by_type)
+        for masks in ({kind.name: footprint_of(grid, kind).standable for kind in kinds}, reach.by_type)
     )
     # of a group of one cell the cell is known; of larger ones only the middle is told
     for cell, count, reason in _refused(finder, reach):

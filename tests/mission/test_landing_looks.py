@@ -10,7 +10,7 @@ from small_missions import Recorder, carrier_at, drawn_grid, greedy_strategy, ki
 
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
-from marsupial.maps.footprint import standable
+from marsupial.maps.footprint import footprint_of
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell, Grid
 from marsupial.model.mission import Changed, Planned, Status
@@ -122,7 +122,7 @@ def odd_world(rng: random.Random) -> Scenario:
     carrier = replace(types["carrier"], radius_m=rng.choice((0.0, 0.6, 1.1, 1.5)))
     rover = replace(types["rover"], radius_m=rng.choice((0.0, 0.6, 1.1)), terrains=frozenset({ROUGH}))
     grid = Grid(cells=cells, resolution_m=1.0)
-    stands = np.argwhere(standable(grid, carrier)).tolist()
+    stands = np.argwhere(footprint_of(grid, carrier).standable).tolist()
     if not stands:
         return odd_world(rng)
     y, x = rng.choice(stands)

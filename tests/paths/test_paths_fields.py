@@ -103,18 +103,6 @@ def test_fields_and_costs_are_those_of_scipy(data: st.DataObject):
 
 
 @given(st.data())
-@settings(max_examples=80)
-def test_early_fields_agree_with_whole_ones_where_they_reach(data: st.DataObject):
-    passable = data.draw(masks(14))
-    source, wanted = data.draw(cells_of(passable)), data.draw(st.lists(cells_of(passable), max_size=3))
-    search = PathSearch(passable)
-    whole, early = search.field(source), search.field(source, wanted=wanted)
-    reached = np.isfinite(early)
-    assert early[reached] == pytest.approx(whole[reached], abs=1e-9)
-    assert all(early[cell.y, cell.x] == whole[cell.y, cell.x] for cell in wanted)
-
-
-@given(st.data())
 @settings(max_examples=120)
 def test_matrices_are_those_of_scipy_and_symmetric(data: st.DataObject):
     passable = data.draw(masks())

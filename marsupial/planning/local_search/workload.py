@@ -116,12 +116,10 @@ class _Rooms:
 
     def _there_ms(self, room: int) -> Floats:
         """Return how long the ways are to the targets of a room, from where rovers can be first on its ground."""
-        ways: Floats = self.by_rover[np.ix_(self._entries(room), self.targets[room])].min(axis=0, initial=np.inf)
-        return ways
-
-    def _entries(self, room: int) -> Ints:
         starts = self._data.robots[self._data.members(col.ROVERS), col.AT]
-        return np.concatenate([self._meetings_in(room), starts[(starts >= 0) & (self.of[starts] == room)]])
+        entries = np.concatenate([self._meetings_in(room), starts[(starts >= 0) & (self.of[starts] == room)]])
+        ways: Floats = self.by_rover[np.ix_(entries, self.targets[room])].min(axis=0, initial=np.inf)
+        return ways
 
 
 def _forest(least: Floats, between: Floats) -> float:
