@@ -59,9 +59,12 @@ def _given(path: str) -> tuple[BodyReader[Any, Any], tuple[Any, ...]]:
 def body(data: bytes, *, path: str) -> None:
     """Read a body, and build the answer if it is wrong."""
     reading, more = _given(path)
-    (found,) = read_in_process((data, reading, LIMITS, more))
-    if isinstance(found, HttpProblem):
-        assert answer(found, path).status_code < 500
+    status = 200
+    try:
+        read_in_process((data, reading, LIMITS, more))
+    except HttpProblem as problem:
+        status = answer(problem, path).status_code
+    assert status < 500
 
 
 def bodies(path: str) -> list[bytes]:

@@ -28,22 +28,20 @@ Ring = list[Corner]
 _TURNS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
-def analyse(argument: tuple[MapState, frozenset[str], int]) -> Iterator[bytes | HttpProblem]:
-    """Yield the analysis as JSON text of limited size, or the problem with the map state."""
+def analyse(argument: tuple[MapState, frozenset[str], int]) -> bytes:
+    """Return the analysis as JSON text of limited size. Raises HttpProblem."""
     state, include, most_bytes = argument
     try:
         text = text_of(analysis(state, include)).encode()
     except InputError as error:
         below = Notes("map_state")
         below.take(error)
-        yield problem_of(InputError(below.problems), None)
-        return
+        raise problem_of(InputError(below.problems), None) from error
     if len(text) > most_bytes:
-        yield HttpProblem(
+        raise HttpProblem(
             "too-large", f"the answer has {len(text)} bytes, more than the limit of {most_bytes}; include less"
         )
-    else:
-        yield text
+    return text
 
 
 def analysis(state: MapState, include: frozenset[str]) -> AnalysisAnswer:

@@ -1,7 +1,7 @@
 """Convert the bodies of jobs to stored requests, those of analyses to map states, those of validations to verdicts."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from marsupial.model.planning import EngineInfo
 from marsupial.planning.checker import check
@@ -47,11 +47,11 @@ def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:
     return info
 
 
-def encode_job_map(request: tuple[str, ServiceLimits]) -> Iterator[bytes | None]:
-    """Yield the map in what was sent for a job, as JSON, None if there is none; the function of a job."""
+def job_map_text(request: tuple[str, ServiceLimits]) -> bytes | None:
+    """Return the map in what was sent for a job, as JSON, None if there is none."""
     source, limits = request
     job = JobBody.model_validate(json.loads(source)).root
-    yield known_map_text(map_state_of(job.map_state, limits).grid) if isinstance(job, MapStateJobBody) else None
+    return known_map_text(map_state_of(job.map_state, limits).grid) if isinstance(job, MapStateJobBody) else None
 
 
 def _cells(body: JobBody | AnalysisBody) -> int:
@@ -63,11 +63,6 @@ def situation_text(source: str) -> bytes | None:
     """Return the situation in what was sent for a job, as JSON; None if that was a map state."""
     sent = json.loads(source)
     return line({"situation": sent["situation"], "places": None}).encode() if "situation" in sent else None
-
-
-def encode_situation(source: str) -> Iterator[bytes | None]:
-    """Yield the situation in what was sent for a job; the function of a job."""
-    yield situation_text(source)
 
 
 def analysis_of(body: AnalysisBody, _: ParsedBody, limits: ServiceLimits) -> tuple[MapState, frozenset[str]]:

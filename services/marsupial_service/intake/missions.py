@@ -1,6 +1,6 @@
 """Convert the bodies of requests, whose shape is validated already, to briefs and reports."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -264,8 +264,3 @@ def changes_in(cells: CellArray) -> int:
 def known_map_text(known: Grid) -> bytes:
     """Return a map as JSON."""
     return text_of(KnownMapAnswer.of(known, runs=known_runs(known.cells))).encode()
-
-
-def encode_known_map(known: Grid) -> Iterator[bytes]:
-    """Yield a map as JSON; the function of a job."""
-    yield known_map_text(known)

@@ -7,9 +7,9 @@ process.
 
 import asyncio
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
+from typing import Any, Generic, NamedTuple, NoReturn, TypeVar, cast
 
 from pydantic import BaseModel, ValidationError
 
@@ -76,20 +76,14 @@ async def read(
             return _converted(document, body, reader, limits, more)
         if reader.cells is None or reader.cells(body) <= INLINE_CELLS:
             return await asyncio.to_thread(_converted, document, body, reader, limits, more)
-    found = await readers.value_of(sent.owner, read_in_process, (sent.data, reader, limits, more))
-    if isinstance(found, HttpProblem):
-        raise found
-    return found  # type: ignore[return-value]
+    return cast(T, await readers.value_of(sent.owner, read_in_process, (sent.data, reader, limits, more)))
 
 
-def read_in_process(job: tuple[bytes, BodyReader[B, T], ServiceLimits, tuple[Any, ...]]) -> Iterator[T | HttpProblem]:
-    """Yield the value of a body, or what is wrong with it; the function of a job."""
+def read_in_process(job: tuple[bytes, BodyReader[B, T], ServiceLimits, tuple[Any, ...]]) -> T:
+    """Return the value of a body. Raises HttpProblem."""
     data, reader, limits, more = job
-    try:
-        document = parse(data)
-        yield _converted(document, _validated(document, reader, limits), reader, limits, more)
-    except HttpProblem as problem:
-        yield problem
+    document = parse(data)
+    return _converted(document, _validated(document, reader, limits), reader, limits, more)
 
 
 def _validated(document: Any, reader: BodyReader[B, T], limits: ServiceLimits) -> B:

@@ -1,19 +1,19 @@
-"""One value from a function that runs in a supervised process: analyses, large bodies, the check of readiness."""
+"""The value of a function that runs in a supervised process: analyses, large bodies, the check of readiness."""
 
 import asyncio
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
 from marsupial.errors import InternalError
-from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message
-from marsupial.processes.runner import Reservation, Runner
+from marsupial.processes.launcher import JobRun
+from marsupial.processes.runner import LOCAL, Reservation, Runner
 from marsupial_service.entries.records import TooMany
 from marsupial_service.entries.slots import Slots
 from marsupial_service.problems import HttpProblem
@@ -37,15 +37,25 @@ class SupervisedProcesses:
     def __init__(self) -> None:
         self._threads = ThreadPoolExecutor(_MOST_PROCESSES, "supervised")
         self._lock = threading.Lock()
-        self._runs: set[processes.JobRun] = set()
+        self._runs: set[JobRun] = set()
         self._leaving = False
 
     async def value_of(
-        self, function: Callable[[Any], Iterable[object]], argument: object, *, seconds: float, memory_bytes: int
+        self,
+        function: Callable[[Any], object],
+        argument: object,
+        *,
+        seconds: float,
+        memory_bytes: int,
+        runner: Runner = LOCAL,
     ) -> object:
-        """Return the first value of a top-level `function`. Raises HttpProblem if there is none within the limits."""
-        job = Job(function=function, argument=argument, limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes))
-        return await asyncio.get_running_loop().run_in_executor(self._threads, self._first, job)
+        """Return the value of a top-level `function`, run by `runner`.
+
+        Raises HttpProblem if the function does, or returns nothing within the limits.
+        """
+        limits = JobLimits(wall_s=seconds, memory_bytes=memory_bytes)
+        job = Job(function=_yield_value, argument=(function, argument), limits=limits)
+        return await asyncio.get_running_loop().run_in_executor(self._threads, self._value, job, runner)
 
     def begin_shutdown(self) -> None:
         """End all processes; return at once."""
@@ -54,58 +64,55 @@ class SupervisedProcesses:
             for run in self._runs:
                 run.cancel()
 
-    def _first(self, job: Job) -> object:
+    def _value(self, job: Job, runner: Runner) -> object:
         for _ in range(_TRIES):
-            event = self._event(job)
+            event = self._event(job, runner)
             if isinstance(event, Message) or event.ending in _OWN_FAULTS:
                 break
         return _value_in(event)
 
-    def _event(self, job: Job) -> Message | Ended:
+    def _event(self, job: Job, runner: Runner) -> Message | Ended:
         if self._leaving:
             raise _unavailable("the service is shutting down")
-        run = _started(processes.run, job)
-        with self._lock:
-            self._runs.add(run)
-            if self._leaving:  # meanwhile
-                run.cancel()
-        try:
-            return next(run)
-        finally:
+        with closing(runner.reserve(0)) as reservation, closing(_started(reservation, job)) as run:
             with self._lock:
-                self._runs.discard(run)
-            run.close()
+                self._runs.add(run)
+                if self._leaving:  # meanwhile
+                    run.cancel()
+            try:
+                return next(run)
+            finally:
+                with self._lock:
+                    self._runs.discard(run)
 
 
-async def value_on(
-    runner: Runner, function: Callable[[Any], Iterable[object]], argument: object, *, seconds: float, memory_bytes: int
-) -> object:
-    """Return the first value of a function run by `runner`, as `SupervisedProcesses.value_of` does on this machine."""
-    job = Job(function=function, argument=argument, limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes))
-    with closing(runner.reserve(0)) as reservation:
-        try:
-            async with asyncio.timeout(_ROOM_S):
-                await asyncio.to_thread(reservation.wait)
-        except TimeoutError:
-            raise _unavailable("no cluster node is ready") from None
-        return _value_in(await asyncio.to_thread(_event_in, reservation, job))
-
-
-def _event_in(reservation: Reservation, job: Job) -> Message | Ended:
-    with closing(_started(reservation.run, job)) as run:
-        return next(run)
-
-
-def _started(run: Callable[[Job], processes.JobRun], job: Job) -> processes.JobRun:
+def _yield_value(call: tuple[Callable[[Any], object], object]) -> Iterator[object]:
+    """Yield the value of a function, or its HttpProblem; the function of a job."""
+    function, argument = call
     try:
-        return run(job)
+        yield function(argument)
+    except HttpProblem as problem:
+        yield problem
+
+
+def _started(reservation: Reservation, job: Job) -> JobRun:
+    expiry = threading.Timer(_ROOM_S, reservation.close)
+    expiry.start()
+    try:
+        if not reservation.wait():
+            raise _unavailable("no cluster node is ready")
+        return reservation.run(job)
     except InternalError as error:
         log.error("a process can't be started", extra={"reason": str(error)})
         raise _unavailable("no process can be started; see the server log") from error
+    finally:
+        expiry.cancel()
 
 
 def _value_in(event: Message | Ended) -> object:
     if isinstance(event, Message):
+        if isinstance(event.value, HttpProblem):
+            raise event.value
         return event.value
     if event.ending in (Ending.TIMEOUT, Ending.MEMORY):
         raise HttpProblem("too-large", f"the request takes more time or memory than allowed: {event.detail}")
@@ -130,12 +137,12 @@ class RequestProcesses:
     charge: Callable[[str, float], None]  # gets the owner and the seconds that a process took
 
     async def value_of(
-        self, owner: str, function: Callable[[Any], Iterable[object]], argument: object, wait_s: float | None = None
+        self, owner: str, function: Callable[[Any], object], argument: object, wait_s: float | None = None
     ) -> object:
-        """Return the first value of `function`, run in a process as soon as it is the owner's turn.
+        """Return the value of `function`, run in a process as soon as it is the owner's turn.
 
         Raises TooMany if no slot was free within `wait_s`, or the owner already waits for as many slots as there are;
-        HttpProblem if there is no value within the limits.
+        HttpProblem if the function does, or returns nothing within the limits.
         """
         slots = self.slots
         text = f"at most {slots.count} such requests run at a time, and as many of one key wait"

@@ -112,11 +112,11 @@ def _closed(end: Finished, incumbent: Incumbent) -> Closed:
     return Closed(outcome=outcome, detail=detail, lower_bound_ms=bound_ms)
 
 
-def try_planning(_: object) -> Iterator[bool]:
-    """Yield whether planning gives a valid plan; the function of a job."""
+def try_planning(_: object) -> bool:
+    """Return whether planning gives a valid plan."""
     situation = trial_situation()
     plans = [e.plan for e in engine("greedy").solve(situation, Budget(steps=1)) if isinstance(e, Improved)]
-    yield bool(plans) and check(situation, plans[-1]).valid
+    return bool(plans) and check(situation, plans[-1]).valid
 
 
 PLANNERS = ("greedy", "anytime", "exact", "auto")

@@ -10,7 +10,6 @@ from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import PlanRoute
 from marsupial_service.intake.jobs import ANALYSIS_READER, VALIDATION_READER
 from marsupial_service.intake.reading import ReceivedBody, read
-from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Owner, Service
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.base import described_by
@@ -30,8 +29,6 @@ async def analyse(
     found = await state.analyses.value_of(
         owner, analysis.analyse, (task, include, limits.answer_bytes), wait_s=limits.wait_s
     )
-    if isinstance(found, HttpProblem):
-        raise found
     assert isinstance(found, bytes)
     return text_answer(found)
 

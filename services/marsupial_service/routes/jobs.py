@@ -12,7 +12,7 @@ from marsupial_service.http.answers import NOT_CACHED, job_text, json_answer, su
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import PlanRoute
-from marsupial_service.intake.jobs import JOB_READER, encode_job_map, encode_situation, situation_text
+from marsupial_service.intake.jobs import JOB_READER, job_map_text, situation_text
 from marsupial_service.intake.reading import INLINE_BYTES, ReceivedBody, read
 from marsupial_service.jobs import lookup
 from marsupial_service.jobs.records import JobRecord
@@ -139,7 +139,7 @@ async def get_situation(state: Service, owner: Owner, job: PathJob) -> Response:
     if len(text) <= INLINE_BYTES:
         found: object = situation_text(text)
     else:
-        found = await state.readers.value_of(owner, encode_situation, text)
+        found = await state.readers.value_of(owner, situation_text, text)
     if found is None:
         raise HttpProblem("not-found", "the map has not been analysed yet", headers={"Retry-After": "1"})
     assert isinstance(found, bytes)
@@ -150,7 +150,7 @@ async def get_situation(state: Service, owner: Owner, job: PathJob) -> Response:
 async def get_map(state: Service, owner: Owner, job: PathJob) -> Response:
     """Return the map that a job was submitted with, as runs; a job for a situation has none."""
     source = await state.jobs.read(lambda reader: lookup.source_text(reader, job.id)) or "{}"
-    found = await state.readers.value_of(owner, encode_job_map, (source, state.settings.limits))
+    found = await state.readers.value_of(owner, job_map_text, (source, state.settings.limits))
     if found is None:
         raise HttpProblem("not-found", "the job was submitted with a situation, which has no map")
     assert isinstance(found, bytes)

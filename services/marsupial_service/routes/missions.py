@@ -15,7 +15,6 @@ from marsupial_service.intake.missions import (
     MISSION_READER,
     REPORT_READER,
     changes_in,
-    encode_known_map,
     known_map_text,
 )
 from marsupial_service.intake.reading import ReceivedBody, read
@@ -170,7 +169,7 @@ async def get_known_map(state: Service, owner: Owner, mission: PathMission) -> R
     known = await state.missions.known(mission)
     if await asyncio.to_thread(changes_in, known.cells) <= _INLINE_CHANGES:
         return text_answer(known_map_text(known))
-    found = await state.readers.value_of(owner, encode_known_map, known)
+    found = await state.readers.value_of(owner, known_map_text, known)
     assert isinstance(found, bytes)
     return text_answer(found)
 

@@ -4,17 +4,14 @@ import asyncio
 import logging
 import sqlite3
 import time
-from functools import partial
 from importlib.metadata import version
 
 from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
-from marsupial.processes.runner import LOCAL
 from marsupial_service.http.answers import NOT_CACHED, json_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import AdminRoute, Route
-from marsupial_service.intake.supervised import value_on
 from marsupial_service.jobs.work import try_planning
 from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Service
@@ -71,8 +68,9 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     try:
         if (fault := state.runner.fault()) is not None:
             return f"planning is not available: {fault}"
-        value_of = state.supervised.value_of if state.runner is LOCAL else partial(value_on, state.runner)
-        planned = await value_of(try_planning, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
+        planned = await state.supervised.value_of(
+            try_planning, None, seconds=_READY_S, memory_bytes=limits.memory_bytes, runner=state.runner
+        )
     except HttpProblem as error:
         return f"planning {'is not available' if error.kind == 'not-ready' else 'fails'}: {error}"
     except Exception:
