@@ -21,8 +21,7 @@ from benchmarks.trial import villain
 from benchmarks.trial.house import House, opened, strays
 from benchmarks.trial.promises import FINAL
 from benchmarks.trial.rows import TrialRow, none_of, times
-from benchmarks.trial.tasks import body
-from marsupial_service.examples.demos import tiny
+from benchmarks.trial.tasks import body, tiny
 
 PART = "hostile planners"
 LIMIT_S = 1.0

@@ -9,12 +9,12 @@ from typing import Any
 
 from benchmarks.floors import Floor
 from marsupial.bench.suite.catalogue import INSTANCES
-from marsupial.formats.situation import situation_from_json, situation_to_json
+from marsupial.formats.situation import situation_from_json, situation_in, situation_to_json
 from marsupial.model.objective import MAKESPAN, Value
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial_service.entries.documents import plan_of
-from marsupial_service.examples.demos import DEMOS, tiny
+from marsupial_service.examples.demos import DEMOS
 
 LARGEST = ("rooms-6x3-20", "two-doors-6x3-20", "homes-6x3-20", "in-flight-6x3-20")
 """The paper's largest team with 20 targets, on four kinds of floor."""
@@ -24,6 +24,11 @@ def body(situation: Situation, planner: str, seconds: float) -> bytes:
     """Return the body of a request with a situation."""
     fields = {"planner": planner, "budget": {"seconds": seconds}}
     return _body({**fields, "situation": json.loads(situation_to_json(situation))})
+
+
+def tiny() -> Situation:
+    """Return the smallest demo."""
+    return situation_in(DEMOS["tiny"].load())
 
 
 def suite_body(name: str, planner: str, seconds: float) -> bytes:

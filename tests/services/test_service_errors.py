@@ -8,7 +8,7 @@ from service_house import pointers, problem
 
 from marsupial import errors
 from marsupial.errors import MarsupialError
-from marsupial_service.examples.demos import tiny
+from marsupial_service.examples.demos import DEMOS
 from marsupial_service.problems import ERROR_KINDS, KINDS
 from marsupial_service.settings import ServiceLimits
 
@@ -16,10 +16,7 @@ JSON = {"content-type": "application/json"}
 
 
 def situation() -> dict[str, Any]:
-    from marsupial.formats.situation import situation_to_json
-
-    found: dict[str, Any] = json.loads(situation_to_json(tiny()))
-    return found
+    return DEMOS["tiny"].load()
 
 
 def test_every_exception_of_the_library_has_a_kind() -> None:

@@ -5,11 +5,12 @@ from dataclasses import replace
 import pytest
 from situations import job_source, one_room
 
+from marsupial.formats.situation import situation_in
 from marsupial.model import Budget, Finished, Improved, Outcome, Plan
 from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES
 from marsupial.planning.list_scheduling.greedy import serve
-from marsupial_service.examples.demos import tiny
+from marsupial_service.examples.demos import DEMOS
 from marsupial_service.jobs.records import Closed, Found, WorkerTask
 from marsupial_service.jobs.work import PLANNERS, checked, solve
 from marsupial_service.schemas.enums import JobOutcome
@@ -56,9 +57,10 @@ def test_a_planner_is_believed_only_as_far_as_its_plans_go(
 
 def test_the_planners_that_are_warmed_up_are_known_and_have_something_to_do() -> None:
     assert set(PLANNERS) <= set(ENGINES)
-    plan, left = serve(tiny())
+    situation = situation_in(DEMOS["tiny"].load())
+    plan, left = serve(situation)
     assert not left
-    assert check(tiny(), plan).valid
+    assert check(situation, plan).valid
 
 
 def work_on(source: dict[str, object], **limits: int) -> list[object]:
