@@ -14,6 +14,7 @@ from databases import PostgresServer
 
 from benchmarks.trial.freezing import Act, FrozenRow, Proxy, rows_of
 from marsupial.model.planning import Budget
+from marsupial_service.entries.capacity import StoreCapacity
 from marsupial_service.entries.quota import Quota
 from marsupial_service.entries.records import NewEntry
 from marsupial_service.jobs import table as jobs
@@ -21,12 +22,13 @@ from marsupial_service.jobs.records import JobSettings, PackedRequest
 from marsupial_service.missions import table as missions
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.schemas.enums import MissionPhase
+from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Store, Transaction, open_store
 
 Write = Callable[[Transaction], object]
 
 
-_SETTINGS, _QUOTA = JobSettings(max_attempts=1), Quota(seconds=10_000, steps_s=10)
+_SETTINGS = JobSettings(max_attempts=1, limits=ServiceLimits(key_planning_s=10_000, steps_s=10))
 _MADE_MS, _NOW_MS = 1_000_000, 1_100_000
 
 
@@ -64,19 +66,19 @@ def _clear(tx: Transaction) -> None:
 
 def charged(store: Store) -> Write:
     """Charge an owner who has a quota."""
-    return lambda tx: _QUOTA.charge(tx, "ann", 500, _NOW_MS)
+    return lambda tx: Quota(_SETTINGS.limits).charge(tx, "ann", 500, _NOW_MS)
 
 
 def given_back(store: Store) -> Write:
     """Give up a claim: the server ends, or a mission wants to plan."""
     claim = _claim(store, "ann")
-    return lambda tx: jobs.requeue(tx, claim, "", _SETTINGS, _NOW_MS, _QUOTA, 500)
+    return lambda tx: jobs.requeue(tx, claim, "", _SETTINGS, _NOW_MS, 500)
 
 
 def given_up(store: Store) -> Write:
     """End a job whose last attempt was lost."""
     claim = _claim(store, "ann")
-    return lambda tx: jobs.requeue(tx, claim, "it was killed", _SETTINGS, _NOW_MS, _QUOTA, 500)
+    return lambda tx: jobs.requeue(tx, claim, "it was killed", _SETTINGS, _NOW_MS, 500)
 
 
 def recovered(store: Store) -> Write:
@@ -84,7 +86,7 @@ def recovered(store: Store) -> Write:
     _claim(store, "ann")
     _claim(store, "bob")
     store.write(lambda tx: tx.execute("UPDATE jobs SET holder = 'dead', attempts = 0")).result()
-    return lambda tx: jobs.recover(tx, _SETTINGS, _NOW_MS, frozenset(), _QUOTA)
+    return lambda tx: jobs.recover(tx, _SETTINGS, _NOW_MS, frozenset())
 
 
 def makes_way(store: Store) -> Write:
@@ -92,7 +94,7 @@ def makes_way(store: Store) -> Write:
     for _ in range(2):
         _claim(store, "ann")
     _job(store, "bob")
-    return lambda tx: jobs.preempt(tx, _SETTINGS, _NOW_MS, (), _QUOTA)
+    return lambda tx: jobs.preempt(tx, _SETTINGS, _NOW_MS)
 
 
 def left(store: Store) -> Write:
@@ -129,12 +131,12 @@ def _job(store: Store, owner: str) -> None:
         digest=b"",
         request=PackedRequest(planner="greedy", budget=Budget(seconds=1.0), digest=b"", source=b"source"),
     )
-    store.write(lambda tx: jobs.insert(tx, new, _SETTINGS, _MADE_MS)).result()
+    store.write(lambda tx: jobs.insert(tx, new, _SETTINGS, StoreCapacity(), _MADE_MS)).result()
 
 
 def _claim(store: Store, owner: str) -> jobs.Claim:
     _job(store, owner)
-    claim = store.write(lambda tx: jobs.claim(tx, _MADE_MS)).result()
+    claim = store.write(lambda tx: jobs.claim(tx, _SETTINGS, _MADE_MS)).result()
     assert claim is not None
     return claim
 

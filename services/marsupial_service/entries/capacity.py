@@ -53,9 +53,6 @@ class StoreCapacity:
                 raise StoreFull(f"{taken}; old ones are removed automatically")
 
 
-UNBOUNDED = StoreCapacity()
-
-
 class Sizes(NamedTuple):
     """The bytes that all entries take, and the bytes that the store takes on disk."""
 

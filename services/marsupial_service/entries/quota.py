@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 
 from marsupial_service.entries.records import TooMany
-from marsupial_service.settings import UNBOUNDED_S
+from marsupial_service.settings import UNBOUNDED_S, ServiceLimits
 from marsupial_service.store import Transaction, documents
 from marsupial_service.store.transaction import StoreReader
 
@@ -30,12 +30,16 @@ _RESERVED = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Quota:
-    """The quota of each owner, in seconds; `steps_s` is the most that a budget in steps can take."""
+    """The quota of each owner."""
 
-    seconds: float = UNBOUNDED_S
-    steps_s: float = math.inf
+    limits: ServiceLimits
+
+    @property
+    def seconds(self) -> float:
+        """Return the seconds per hour."""
+        return self.limits.key_planning_s
 
     @property
     def is_bounded(self) -> bool:
@@ -44,7 +48,7 @@ class Quota:
 
     def required_s(self, seconds: float | None) -> float:
         """Return how many seconds a budget (None: one in steps) can take."""
-        return self.steps_s if seconds is None else seconds
+        return self.limits.steps_s if seconds is None else seconds
 
     def reserved_s(self, seconds: float | None) -> float:
         """Return how many seconds a job with such a budget reserves."""
@@ -94,6 +98,3 @@ class Quota:
         tx.lock(name)
         free_ms = max(now_ms, int(documents.text_of(tx, name) or "0"))
         documents.store_text(tx, name, str(free_ms + math.ceil(used_ms * HOUR_S / self.seconds)))
-
-
-NO_QUOTA = Quota()

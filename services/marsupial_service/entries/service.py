@@ -87,7 +87,7 @@ class Entries(Generic[E]):
         self._limits = limits = settings.limits
         self._kept = kept
         self._capacity = StoreCapacity(limits.store_bytes, limits.key_bytes)
-        self.quota = Quota(seconds=limits.key_planning_s, steps_s=limits.steps_s)
+        self.quota = Quota(limits)
         self.now_ms = now_ms
         self.subscriptions = Subscriptions()
         self._stop = asyncio.Event()

@@ -6,13 +6,14 @@ Times are integer milliseconds since 1970 (UTC).
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from enum import StrEnum
 
 from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
+from marsupial.planning.engines import PROCESSES
 from marsupial_service.entries.records import EntrySettings, StoredEntry
 from marsupial_service.schemas.enums import JobOutcome, JobState
 from marsupial_service.settings import ServiceLimits
@@ -102,6 +103,11 @@ class JobSettings(EntrySettings):
 
     max_attempts: int = 3
     commands: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def restarting(self) -> Set[str]:
+        """The planners that start from scratch after an interruption."""
+        return PROCESSES | self.commands.keys()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -66,7 +66,6 @@ class Jobs(Entries[JobRecord]):
         self._settings = settings
         self._slots = slots or Slots(self._limits.slots)
         self._threads = ThreadPoolExecutor(self._limits.slots, "job")
-        self._restarting = engines.PROCESSES | settings.commands.keys()
         self._attempts: set[Attempt] = set()
         self._ours: set[tuple[int, int]] = set()
         self._is_claiming = False
@@ -109,15 +108,13 @@ class Jobs(Entries[JobRecord]):
             job = table.NewJob(
                 id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=request.digest, request=request
             )
-            return await self.write(
-                lambda tx: table.insert(tx, job, self._settings, self.now_ms(), self._capacity, self.quota)
-            )
+            return await self.write(lambda tx: table.insert(tx, job, self._settings, self._capacity, self.now_ms()))
         finally:
             self._storing -= 1
 
     async def cancel(self, job: str) -> JobRecord:
         """End a job, which keeps its best plan, unless it is over. Raises UnknownEntry, StoreError: it continues."""
-        return await self.write(lambda tx: table.cancel(tx, job, self.now_ms(), self.quota))
+        return await self.write(lambda tx: table.cancel(tx, job, self._settings, self.now_ms()))
 
     async def wait(self, job: str, seconds: float) -> JobRecord:
         """Return the job once it is over, or as it is after `seconds` or at `stop`. Raises UnknownEntry."""
@@ -137,7 +134,7 @@ class Jobs(Entries[JobRecord]):
 
     async def _recover(self) -> None:
         ours = None if self._is_claiming else frozenset(self._ours)
-        await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), ours, self.quota))
+        await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), ours))
 
     async def _preempt(self) -> None:
         """Preempt jobs on any server for owners who have none running."""
@@ -146,9 +143,7 @@ class Jobs(Entries[JobRecord]):
             with suppress(StoreError):
                 if not await self.read(lambda reader: scheduling.starved_owners(reader, self.now_ms())):
                     continue
-                job = await self.write(
-                    lambda tx: table.preempt(tx, self._settings, self.now_ms(), self._restarting, self.quota)
-                )
+                job = await self.write(lambda tx: table.preempt(tx, self._settings, self.now_ms()))
                 if job is not None:
                     log.info("job preempted for another key", extra={"job": job})
 
@@ -190,7 +185,7 @@ class Jobs(Entries[JobRecord]):
         """Claim a job, if one waits; from now on it is among this server's."""
         self._is_claiming = True
         try:
-            claim = await self.write_until_stored(lambda tx: table.claim(tx, self.now_ms(), self._restarting))
+            claim = await self.write_until_stored(lambda tx: table.claim(tx, self._settings, self.now_ms()))
             if claim is not None:
                 self._ours.add((claim.number, claim.term))
         finally:
@@ -263,13 +258,13 @@ class Jobs(Entries[JobRecord]):
         claim, took_ms = attempt.claim, round(1000 * attempt.took_s)
         if isinstance(end, Closed):
             in_time = await self.write_until_stored(
-                lambda tx: table.finish(tx, claim, end, self.now_ms(), self.quota, took_ms)
+                lambda tx: table.finish(tx, claim, end, self._settings, self.now_ms(), took_ms)
             )
             if in_time:
                 log.info("job ended", extra={"job": claim.id, "outcome": end.outcome.value})
         else:
             in_time = await self.write_until_stored(
-                lambda tx: table.requeue(tx, claim, end.reason, self._settings, self.now_ms(), self.quota, took_ms)
+                lambda tx: table.requeue(tx, claim, end.reason, self._settings, self.now_ms(), took_ms)
             )
             if in_time:
                 why = end.reason or "the server is shutting down, or a mission needs the slot"

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
+from marsupial_service.entries.capacity import StoreCapacity
 from marsupial_service.entries.documents import line, plan_of, text_of, text_with
-from marsupial_service.entries.quota import NO_QUOTA, PREPARATION_S, Quota
+from marsupial_service.entries.quota import PREPARATION_S, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.slots import Slots
 from marsupial_service.entries.table import record_of
@@ -72,14 +72,10 @@ class Claim:
 
 
 def insert(
-    tx: Transaction,
-    job: NewJob,
-    settings: JobSettings,
-    now_ms: int,
-    capacity: StoreCapacity = UNBOUNDED,
-    quota: Quota = NO_QUOTA,
+    tx: Transaction, job: NewJob, settings: JobSettings, capacity: StoreCapacity, now_ms: int
 ) -> Created[JobRecord]:
     """Store a job, or find the one that the same request created. Raises KeyReused, StoreFull, TooMany."""
+    quota = Quota(settings.limits)
 
     def add() -> None:
         capacity.check(tx, job.owner)
@@ -129,11 +125,11 @@ def is_queued(reader: StoreReader) -> bool:
     return reader.execute(sql, (JobState.QUEUED,)).fetchone() is not None
 
 
-def claim(tx: Transaction, now_ms: int, restarting: Collection[str] = ()) -> Claim | None:
+def claim(tx: Transaction, settings: JobSettings, now_ms: int) -> Claim | None:
     """Claim a job, if one waits: its state becomes running.
 
-    Interrupted attempts have used up part of its budget. Planners in `restarting`, which start from scratch, get the
-    whole budget again, unless all attempts together would take more than twice the budget.
+    Interrupted attempts have used up part of its budget. Planners that start from scratch get the whole budget again,
+    unless all attempts together would take more than twice the budget.
     """
     number = scheduling.first(tx)
     if number is None:
@@ -151,7 +147,7 @@ def claim(tx: Transaction, now_ms: int, restarting: Collection[str] = ()) -> Cla
     best = _best(tx, number)
     seconds = row["seconds"]
     if seconds is not None:
-        all_s = 2 * seconds if row["planner"] in restarting else seconds
+        all_s = 2 * seconds if row["planner"] in settings.restarting else seconds
         seconds = max(_LEAST_S, min(seconds, all_s - row["spent_ms"] / 1000))
     budget = Budget(seconds=seconds, steps=row["steps"])
     start = None if best is None else plan_of(json.loads(best[1]))
@@ -211,67 +207,52 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
 
 
 def finish(
-    tx: Transaction, claim: Claim, closed: Closed, now_ms: int, quota: Quota = NO_QUOTA, took_ms: int | None = None
+    tx: Transaction, claim: Claim, closed: Closed, settings: JobSettings, now_ms: int, took_ms: int | None = None
 ) -> bool:
     """Put a running job into its final state; return whether it was in time. `took_ms`: see `_charge`."""
-    return _is_running(tx, claim) and _end(tx, claim.number, closed, now_ms, quota, took_ms)
+    return _is_running(tx, claim) and _end(tx, claim.number, closed, settings, now_ms, took_ms)
 
 
-def cancel(tx: Transaction, job: str, now_ms: int, quota: Quota = NO_QUOTA) -> JobRecord:
+def cancel(tx: Transaction, job: str, settings: JobSettings, now_ms: int) -> JobRecord:
     """Cancel a job, unless its state is final already. Raises UnknownEntry."""
     number = JOBS.locked(tx, job).number
-    _end(tx, number, Closed(outcome=JobOutcome.CANCELLED, detail="cancelled by a client"), now_ms, quota)
+    _end(tx, number, Closed(outcome=JobOutcome.CANCELLED, detail="cancelled by a client"), settings, now_ms)
     tx.news.add(interrupted(job))
     return JOBS.existing(tx, job)
 
 
 def requeue(
-    tx: Transaction,
-    claim: Claim,
-    reason: str,
-    settings: JobSettings,
-    now_ms: int,
-    quota: Quota = NO_QUOTA,
-    took_ms: int | None = None,
+    tx: Transaction, claim: Claim, reason: str, settings: JobSettings, now_ms: int, took_ms: int | None = None
 ) -> bool:
     """Requeue a job whose attempt was lost, or end it if that was the last attempt; return whether it was requeued.
 
     With an empty `reason` this server ended the attempt: it does not count, but its time is charged (`took_ms`: see
     `_charge`).
     """
-    return _is_running(tx, claim) and _requeue(tx, claim.number, reason, settings, now_ms, quota, took_ms)
+    return _is_running(tx, claim) and _requeue(tx, claim.number, reason, settings, now_ms, took_ms)
 
 
-def preempt(
-    tx: Transaction, settings: JobSettings, now_ms: int, restarting: Collection[str], quota: Quota = NO_QUOTA
-) -> str | None:
-    """Requeue a running job if an owner without running jobs has waited too long; return the job's id.
-
-    `restarting`: see `scheduling.preemptible`.
-    """
+def preempt(tx: Transaction, settings: JobSettings, now_ms: int) -> str | None:
+    """Requeue a running job if an owner without running jobs has waited too long; return the job's id."""
     # servers decide one at a time, or each would preempt a job for the same owner
     tx.lock(_PREEMPTIONS)
     for owner in scheduling.starved_owners(tx, now_ms):
         # this owner may be about to get a slot, or has just lost one
         if now_ms - int(documents.text_of(tx, _PREEMPTIONS + owner) or "0") < scheduling.PATIENCE_MS:
             continue
-        job = scheduling.preemptible(tx, now_ms, restarting)
+        job = scheduling.preemptible(tx, now_ms, settings.restarting)
         if job is None:
             break
         for one in (owner, job["owner"]):
             documents.store_text(tx, _PREEMPTIONS + one, str(now_ms))
-        _requeue(tx, job["number"], "", settings, now_ms, quota)
+        _requeue(tx, job["number"], "", settings, now_ms)
         tx.news.add(interrupted(job["id"]))
         return str(job["id"])
     return None
 
 
 def recover(
-    tx: Transaction,
-    settings: JobSettings,
-    now_ms: int,
-    ours: Collection[tuple[int, int]] | None = None,
-    quota: Quota = NO_QUOTA,
+    tx: Transaction, settings: JobSettings, now_ms: int, ours: Collection[tuple[int, int]] | None = None
 ) -> None:
     """Requeue jobs that were running when their server died, as `requeue` does.
 
@@ -281,12 +262,12 @@ def recover(
     sql = "SELECT number, term FROM jobs WHERE state = ? AND finished_ms IS NULL AND "
     orphaned = f"{sql}(holder IS NULL OR holder NOT IN ({tx.live})){tx.skip_locked}"
     for row in tx.execute(orphaned, (JobState.RUNNING,)).fetchall():
-        _requeue(tx, row["number"], "the server ended during the attempt", settings, now_ms, quota)
+        _requeue(tx, row["number"], "the server ended during the attempt", settings, now_ms)
     if ours is not None:
         for row in tx.execute(f"{sql}holder = ?{tx.skip_locked}", (JobState.RUNNING, tx.server)).fetchall():
             if (row["number"], row["term"]) not in ours:
                 tx.execute("UPDATE jobs SET claimed_ms = NULL WHERE number = ?", (row["number"],))
-                _requeue(tx, row["number"], "", settings, now_ms, quota)
+                _requeue(tx, row["number"], "", settings, now_ms)
 
 
 def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
@@ -307,20 +288,14 @@ def _is_running(tx: Transaction, claim: Claim) -> bool:
 
 
 def _requeue(
-    tx: Transaction,
-    number: int,
-    reason: str,
-    settings: JobSettings,
-    now_ms: int,
-    quota: Quota,
-    took_ms: int | None = None,
+    tx: Transaction, number: int, reason: str, settings: JobSettings, now_ms: int, took_ms: int | None = None
 ) -> bool:
     (attempts,) = tx.execute("SELECT attempts FROM jobs WHERE number = ?", (number,)).fetchone()
     if reason and attempts >= settings.max_attempts:
         detail = f"given up after {attempts} attempts; in the last one, {reason}"
-        _end(tx, number, Closed(outcome=JobOutcome.ENGINE_FAILED, detail=detail), now_ms, quota, took_ms)
+        _end(tx, number, Closed(outcome=JobOutcome.ENGINE_FAILED, detail=detail), settings, now_ms, took_ms)
         return False
-    took_ms = _charge(tx, number, now_ms, quota, took_ms)
+    took_ms = _charge(tx, number, settings, now_ms, took_ms)
     counted = attempts if reason else attempts - 1
     JOBS.transition(tx, number, JobState.QUEUED, now_ms, attempts=counted, queued_ms=now_ms)
     if not reason:
@@ -330,7 +305,7 @@ def _requeue(
     return True
 
 
-def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota, took_ms: int | None) -> int:
+def _charge(tx: Transaction, number: int, settings: JobSettings, now_ms: int, took_ms: int | None) -> int:
     """Charge the owner of a job for the attempt that ends, if one is running; return how long it took, in ms.
 
     Only the server that ran the attempt knows `took_ms`. If another ends it (None), it is charged up to now.
@@ -340,6 +315,7 @@ def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota, took_ms: in
     ).fetchone()
     if row is None or row["claimed_ms"] is None:
         return 0
+    quota = Quota(settings.limits)
     if took_ms is None:
         # at most the time that it can have taken: its server may have died long ago
         most_s = quota.required_s(row["seconds"]) + PREPARATION_S
@@ -348,8 +324,10 @@ def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota, took_ms: in
     return took_ms
 
 
-def _end(tx: Transaction, number: int, closed: Closed, now_ms: int, quota: Quota, took_ms: int | None = None) -> bool:
-    _charge(tx, number, now_ms, quota, took_ms)
+def _end(
+    tx: Transaction, number: int, closed: Closed, settings: JobSettings, now_ms: int, took_ms: int | None = None
+) -> bool:
+    _charge(tx, number, settings, now_ms, took_ms)
     state = STATE_OF[closed.outcome]
     detail = closed.detail.encode(errors="replace").decode()[:_LONGEST_DETAIL]
     bound_ms = closed.lower_bound_ms

@@ -99,7 +99,7 @@ class Missions(Entries[MissionRecord]):
             raise ReportConflict(Problem("", text))
         states, limits, capacity = self._states, self._limits, self._capacity
         return await asyncio.shield(
-            self.write(lambda tx: table.add_reports(tx, states, record.id, sent, limits, self.now_ms(), capacity))
+            self.write(lambda tx: table.add_reports(tx, states, record.id, sent, limits, capacity, self.now_ms()))
         )
 
     async def control(self, record: MissionRecord, control: Control) -> MissionRecord:
@@ -138,9 +138,7 @@ class Missions(Entries[MissionRecord]):
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
         self._creating.add(new.id)
         try:
-            created = await self.write(
-                lambda tx: table.insert(tx, new, self._limits, self.now_ms(), self._capacity, self.quota)
-            )
+            created = await self.write(lambda tx: table.insert(tx, new, self._limits, self._capacity, self.now_ms()))
             if not created.replayed:
                 self._open(created.record, new.brief)
         finally:
@@ -182,7 +180,7 @@ class Missions(Entries[MissionRecord]):
 
         def add(tx: Transaction) -> None:
             if table.locked(tx, record.id, record.term) is not None:
-                table.add_reports(tx, self._states, record.id, [report], self._limits, self.now_ms(), self._capacity)
+                table.add_reports(tx, self._states, record.id, [report], self._limits, self._capacity, self.now_ms())
 
         await self.write(add)
 

@@ -12,9 +12,9 @@ from typing import Any
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
 from marsupial.model.robots import Role
-from marsupial_service.entries.capacity import UNBOUNDED, StoreCapacity
+from marsupial_service.entries.capacity import StoreCapacity
 from marsupial_service.entries.documents import line, text_of
-from marsupial_service.entries.quota import NO_QUOTA, Quota
+from marsupial_service.entries.quota import Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.table import EntryTable, record_of
 from marsupial_service.missions import packed
@@ -86,12 +86,7 @@ class NewMission(NewEntry):
 
 
 def insert(
-    tx: Transaction,
-    new: NewMission,
-    limits: ServiceLimits,
-    now_ms: int,
-    capacity: StoreCapacity = UNBOUNDED,
-    quota: Quota = NO_QUOTA,
+    tx: Transaction, new: NewMission, limits: ServiceLimits, capacity: StoreCapacity, now_ms: int
 ) -> Created[MissionRecord]:
     """Store a mission with this server as its holder, or find the one that the same request created.
 
@@ -114,7 +109,7 @@ def insert(
             (own,) = tx.execute(f"{simulated} AND owner = ?", (new.owner,)).fetchone()
             if own and count >= limits.simulations:  # an owner's first is exempt: others' may run for hours
                 raise TooMany(f"the limit of {limits.simulations} simulated missions is reached", _SIMULATED_S)
-        quota.check(tx, new.owner, required_s(brief), now_ms)
+        Quota(limits).check(tx, new.owner, required_s(brief), now_ms)
         number = MISSIONS.add(
             tx,
             new,
@@ -161,8 +156,8 @@ def add_reports(
     mission: str,
     sent: Sequence[StoredReport],
     limits: ServiceLimits,
+    capacity: StoreCapacity,
     now_ms: int,
-    capacity: StoreCapacity = UNBOUNDED,
 ) -> MissionRecord:
     """Check reports and store them with their digests, all or none; repeated reports change nothing.
 

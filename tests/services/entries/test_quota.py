@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import pytest
@@ -13,7 +13,8 @@ from situations import job_source, one_room
 from undisturbed import undisturbed
 
 from marsupial.model.planning import Budget
-from marsupial_service.entries.quota import NO_QUOTA, Quota
+from marsupial_service.entries.capacity import StoreCapacity
+from marsupial_service.entries.quota import Quota
 from marsupial_service.entries.records import TooMany, canonical_text
 from marsupial_service.jobs import table
 from marsupial_service.jobs.records import Closed, JobSettings, PackedRequest
@@ -22,14 +23,17 @@ from marsupial_service.missions.service import Missions
 from marsupial_service.missions.values import Control
 from marsupial_service.schemas.enums import JobOutcome
 from marsupial_service.schemas.events import QuotaData
+from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Store, Transaction, open_store
 
 T = TypeVar("T")
 
-QUOTA = Quota(seconds=60.0, steps_s=40.0)
+SETTINGS = settings_of(JobSettings, max_attempts=2, key_planning_s=60.0, steps_s=40.0)
+QUOTA = Quota(SETTINGS.limits)
 """A second of it comes back in a minute."""
 
-SETTINGS = settings_of(JobSettings, max_attempts=2)
+RESTARTING = replace(SETTINGS, commands={"greedy": "cmd:greedy"})
+NO_QUOTA = Quota(ServiceLimits())
 DONE = Closed(outcome=JobOutcome.SATISFICING)
 MINUTE_MS = 60_000
 
@@ -47,10 +51,10 @@ class QuotaHouse:
         asked = Budget(**(budget or {"seconds": 10.0}))  # type: ignore[arg-type]
         wanted = PackedRequest(planner="greedy", budget=asked, digest=b"", source=b"")
         new = table.NewJob(id=job, owner=owner, key=None, digest=b"", request=wanted)
-        self.do(lambda tx: table.insert(tx, new, SETTINGS, now_ms, quota=QUOTA))
+        self.do(lambda tx: table.insert(tx, new, SETTINGS, StoreCapacity(), now_ms))
 
     def claim(self, now_ms: int) -> table.Claim:
-        claim = self.do(lambda tx: table.claim(tx, now_ms))
+        claim = self.do(lambda tx: table.claim(tx, SETTINGS, now_ms))
         assert claim is not None
         return claim
 
@@ -81,7 +85,7 @@ def test_what_planning_took_is_charged_when_it_ends_and_comes_back_within_an_hou
     house.add("a", 0, seconds=30.0)
     claim = house.claim(1000)
     assert house.left_s(1000) == 30.0
-    assert house.do(lambda tx: table.finish(tx, claim, DONE, 13_000, QUOTA))
+    assert house.do(lambda tx: table.finish(tx, claim, DONE, SETTINGS, 13_000))
     assert house.left_s(13_000) == pytest.approx(48.0)
     assert house.left_s(13_000 + 3 * MINUTE_MS) == pytest.approx(51.0)
     assert house.left_s(13_000 + 12 * MINUTE_MS) == pytest.approx(60.0)
@@ -90,13 +94,13 @@ def test_what_planning_took_is_charged_when_it_ends_and_comes_back_within_an_hou
 
 def test_a_job_that_is_cancelled_is_charged_once_if_it_ran(house: QuotaHouse) -> None:
     house.add("b", 0)
-    house.do(lambda tx: table.cancel(tx, "b", 9000, QUOTA))
+    house.do(lambda tx: table.cancel(tx, "b", SETTINGS, 9000))
     assert house.left_s(9000) == 60.0
     house.add("a", 0)
     claim = house.claim(0)
     for now_ms in (6000, 8000):
-        house.do(lambda tx, now_ms=now_ms: table.cancel(tx, "a", now_ms, QUOTA))  # type: ignore[misc]
-    assert not house.do(lambda tx: table.finish(tx, claim, DONE, 9000, QUOTA))
+        house.do(lambda tx, now_ms=now_ms: table.cancel(tx, "a", SETTINGS, now_ms))  # type: ignore[misc]
+    assert not house.do(lambda tx: table.finish(tx, claim, DONE, SETTINGS, 9000))
     assert house.left_s(6000) == pytest.approx(54.0)
 
 
@@ -105,19 +109,19 @@ def test_one_that_began_again_from_nothing_is_charged_for_all_attempts_and_reser
 ) -> None:
     house.add("a", 0)
     for begun_ms in (0, 8000):
-        claim = house.do(lambda tx, at=begun_ms: table.claim(tx, at, ["greedy"]))  # type: ignore[misc]
-        house.do(lambda tx, c=claim, at=begun_ms: table.requeue(tx, c, "", SETTINGS, at + 8000, QUOTA, 8000))  # type: ignore[misc]
+        claim = house.do(lambda tx, at=begun_ms: table.claim(tx, RESTARTING, at))  # type: ignore[misc]
+        house.do(lambda tx, c=claim, at=begun_ms: table.requeue(tx, c, "", SETTINGS, at + 8000, 8000))  # type: ignore[misc]
     assert house.left_s(16_000) == pytest.approx(44.0, abs=0.3)
 
 
 def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget(house: QuotaHouse) -> None:
     house.add("a", 0)
     claim = house.claim(0)
-    assert house.do(lambda tx: table.requeue(tx, claim, "", SETTINGS, 4000, QUOTA))
+    assert house.do(lambda tx: table.requeue(tx, claim, "", SETTINGS, 4000))
     assert house.left_s(4000) == pytest.approx(50.0)
     again = house.claim(5000)
     assert again.budget.seconds == pytest.approx(6.0)
-    house.do(lambda tx: table.finish(tx, again, DONE, 7000, QUOTA))
+    house.do(lambda tx: table.finish(tx, again, DONE, SETTINGS, 7000))
     assert house.left_s(7000) == pytest.approx(54.0, abs=0.1)
 
 
@@ -129,7 +133,7 @@ def test_an_attempt_whose_server_died_long_ago_is_charged_no_more_than_its_budge
 
     def recover(tx: Transaction) -> None:
         tx.execute("DELETE FROM servers")  # in the same transaction, as the next heartbeat brings the server back
-        table.recover(tx, SETTINGS, 50 * MINUTE_MS, quota=QUOTA)
+        table.recover(tx, SETTINGS, 50 * MINUTE_MS)
 
     house.do(recover)
     assert house.left_s(50 * MINUTE_MS) == pytest.approx(39.0)

@@ -1,4 +1,4 @@
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TypeVar
 
@@ -7,6 +7,7 @@ from entry_house import settings_of
 from patience import HANG_S
 
 from marsupial.model import Budget, Plan
+from marsupial_service.entries.capacity import StoreCapacity
 from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
 from marsupial_service.jobs.lookup import JOBS
@@ -41,15 +42,15 @@ class Table:
     ) -> JobRecord:
         wanted = PackedRequest(planner=planner, budget=budget, digest=b"", source=b"source")
         new = table.NewJob(id=job, owner=owner, key=None, digest=b"", request=wanted)
-        return self.do(lambda tx: table.insert(tx, new, settings, 1)).record
+        return self.do(lambda tx: table.insert(tx, new, settings, StoreCapacity(), 1)).record
 
     def claim(self, now_ms: int = 2) -> table.Claim:
-        claim = self.do(lambda tx: table.claim(tx, now_ms))
+        claim = self.do(lambda tx: table.claim(tx, SETTINGS, now_ms))
         assert claim is not None
         return claim
 
-    def preempt(self, now_ms: int, restarting: Sequence[str] = ()) -> str | None:
-        return self.do(lambda tx: table.preempt(tx, SETTINGS, now_ms, restarting))
+    def preempt(self, now_ms: int) -> str | None:
+        return self.do(lambda tx: table.preempt(tx, SETTINGS, now_ms))
 
     def recover(self, now_ms: int) -> None:
         self.do(lambda tx: table.recover(tx, SETTINGS, now_ms))
@@ -83,10 +84,10 @@ def test_a_job_is_finished_once_by_its_own_attempt_only(jobs: Table) -> None:
     first = jobs.claim()
     assert jobs.do(lambda tx: table.requeue(tx, first, "killed", SETTINGS, 3))
     second = jobs.claim()
-    assert not jobs.do(lambda tx: table.finish(tx, first, DONE, 4))
-    assert jobs.do(lambda tx: table.finish(tx, second, DONE, 5))
-    assert not jobs.do(lambda tx: table.finish(tx, second, DONE, 6))
-    jobs.do(lambda tx: table.cancel(tx, "j", 7))
+    assert not jobs.do(lambda tx: table.finish(tx, first, DONE, SETTINGS, 4))
+    assert jobs.do(lambda tx: table.finish(tx, second, DONE, SETTINGS, 5))
+    assert not jobs.do(lambda tx: table.finish(tx, second, DONE, SETTINGS, 6))
+    jobs.do(lambda tx: table.cancel(tx, "j", SETTINGS, 7))
     assert (jobs.job().state, jobs.job().finished_at_ms) == (JobState.SUCCEEDED, 5)
 
 
@@ -97,9 +98,9 @@ def test_what_a_server_does_that_lost_its_job_unknowingly_is_not_kept(jobs: Tabl
     second = jobs.claim()
     assert (second.attempt, second.term) == (first.attempt + 1, first.term + 1)
     assert not jobs.do(lambda tx: table.add_plan(tx, first, found(10), 4))
-    assert not jobs.do(lambda tx: table.finish(tx, first, DONE, 4))
+    assert not jobs.do(lambda tx: table.finish(tx, first, DONE, SETTINGS, 4))
     assert not jobs.do(lambda tx: table.requeue(tx, first, "", SETTINGS, 4))
-    assert jobs.do(lambda tx: table.finish(tx, second, DONE, 5))
+    assert jobs.do(lambda tx: table.finish(tx, second, DONE, SETTINGS, 5))
 
 
 def test_a_plan_that_is_not_better_is_not_kept(jobs: Table) -> None:
@@ -152,7 +153,7 @@ def test_a_planner_that_begins_again_gets_all_of_its_budget_twice_at_most(jobs: 
     jobs.add(planner="aries", budget=Budget(seconds=4.0))
     lefts = []
     for begun_ms in (0, 10_000, 20_000):
-        claim = jobs.do(lambda tx, at=begun_ms: table.claim(tx, at, ["aries"]))
+        claim = jobs.do(lambda tx, at=begun_ms: table.claim(tx, SETTINGS, at))
         lefts.append(claim.budget.seconds)
         jobs.do(lambda tx, c=claim, at=begun_ms: table.requeue(tx, c, "", SETTINGS, at + 3000))
     assert lefts == [4.0, 4.0, 2.0]
@@ -172,7 +173,7 @@ def test_owners_are_served_in_turn_however_many_jobs_one_of_them_has(jobs: Table
     first = [jobs.claim() for _ in range(3)]
     assert [claim.id for claim in first] == ["a1", "b1", "c1"]
     for claim in first:
-        jobs.do(lambda tx, claim=claim: table.finish(tx, claim, DONE, 3))
+        jobs.do(lambda tx, claim=claim: table.finish(tx, claim, DONE, SETTINGS, 3))
     jobs.add("c2", "c", MANY)
     assert [jobs.claim().id for _ in range(4)] == ["a2", "b2", "c2", "a3"]
 
@@ -183,7 +184,7 @@ def test_an_owner_of_whom_nothing_runs_comes_before_others(jobs: Table) -> None:
     jobs.claim()
     done = jobs.claim()
     assert done.id == "b1"
-    jobs.do(lambda tx: table.finish(tx, done, DONE, 3))
+    jobs.do(lambda tx: table.finish(tx, done, DONE, SETTINGS, 3))
     jobs.add("b2", "b", MANY)
     assert jobs.claim().id == "b2"
 
@@ -213,8 +214,8 @@ def test_jobs_that_would_begin_again_from_nothing_make_way_last(jobs: Table) -> 
         jobs.add(job, "a", MANY, planner, budget)
         jobs.claim(at_ms)
     jobs.add("b1", "b", MANY)
-    assert jobs.preempt(2000, ["aries"]) == "a1"
-    assert jobs.preempt(3000, ["aries"]) == "a3"
+    assert jobs.preempt(2000) == "a1"
+    assert jobs.preempt(3000) == "a3"
 
 
 def test_the_only_job_of_an_owner_makes_way_after_as_long_as_all_attempts_at_it_before(jobs: Table) -> None:
@@ -237,7 +238,7 @@ def test_no_job_makes_way_for_an_owner_whose_last_one_ended_just_now(jobs: Table
     jobs.add("a1", "a", MANY, budget=LONG)
     jobs.claim(now_ms=1)
     jobs.add("b2", "b", MANY)
-    jobs.do(lambda tx: table.finish(tx, former, DONE, 5000))
+    jobs.do(lambda tx: table.finish(tx, former, DONE, SETTINGS, 5000))
     assert jobs.preempt(5999) is None
     assert jobs.preempt(6000) == "a1"
     assert jobs.claim(6001).id == "b2"
@@ -254,7 +255,7 @@ def test_an_attempt_that_made_way_changes_nothing_any_more(jobs: Table) -> None:
     jobs.preempt(5001)
     jobs.claim(5002)
     assert jobs.store.read(lambda c: table.is_running(c, former)).result(HANG_S) is False
-    assert jobs.do(lambda tx: table.finish(tx, former, DONE, 5003)) is False
+    assert jobs.do(lambda tx: table.finish(tx, former, DONE, SETTINGS, 5003)) is False
     assert jobs.do(lambda tx: table.requeue(tx, former, "", SETTINGS, 5003)) is False
 
 
@@ -271,7 +272,7 @@ def test_nothing_of_a_removed_job_is_left(jobs: Table) -> None:
     jobs.add()
     claim = jobs.claim()
     jobs.do(lambda tx: table.add_plan(tx, claim, found(9), 3))
-    jobs.do(lambda tx: table.finish(tx, claim, DONE, 3))
+    jobs.do(lambda tx: table.finish(tx, claim, DONE, SETTINGS, 3))
     assert jobs.do(lambda tx: JOBS.remove_old(tx, 10, 10_000, 10_004)) == 1
     tables = ("jobs", "payloads", "plans", "events")
     counts = jobs.do(lambda tx: [tx.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in tables])
@@ -283,7 +284,7 @@ def test_a_gap_needs_a_plan_and_a_bound(jobs: Table) -> None:
     claim = jobs.claim()
     assert jobs.job().gap is None
     jobs.do(lambda tx: table.add_plan(tx, claim, found(10), 3))
-    jobs.do(lambda tx: table.finish(tx, claim, Closed(outcome=JobOutcome.SATISFICING, lower_bound_ms=8), 4))
+    jobs.do(lambda tx: table.finish(tx, claim, Closed(outcome=JobOutcome.SATISFICING, lower_bound_ms=8), SETTINGS, 4))
     assert jobs.job().gap == pytest.approx(0.2)
 
 
