@@ -6,7 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Self
@@ -40,6 +40,7 @@ class Server:
     """
 
     environment: Mapping[str, str] = PATIENT
+    program: Sequence[str] = START
 
     def __init__(self, data: Path, *options: str) -> None:
         self.data = data
@@ -93,7 +94,7 @@ class Server:
         with self._log.open("ab") as log:
             self._told = log.tell()
             self._process = subprocess.Popen(
-                [*START, "--port", str(self.port), "--data", str(self.data), *self._options],
+                [*self.program, "--port", str(self.port), "--data", str(self.data), *self._options],
                 env={**os.environ, **self.environment, **(environment or {})},
                 stdin=subprocess.DEVNULL,
                 stdout=log,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -29,6 +30,7 @@ class House(Server):
     """A server with all processes below it, and operators' limits."""
 
     environment: Mapping[str, str] = {}
+    program = (sys.executable, "-m", "benchmarks.trial.failpoints", "serve")
 
     def __init__(self, data: Path, *options: str) -> None:
         super().__init__(data, *options)

@@ -19,11 +19,11 @@ from contextlib import suppress
 
 from benchmarks.trial.crowd import Crowd
 from benchmarks.trial.explorers import SEEDS, ExplorerClient, Journeys, undisturbed_mission
+from benchmarks.trial.failpoints import AFTER_COMMIT, BEFORE_COMMIT, VARIABLE
 from benchmarks.trial.house import House, NotStarted, strays, unopened
 from benchmarks.trial.promises import Promises, audit
 from benchmarks.trial.rows import TrialRow, none_of
 from benchmarks.trial.toll import COMMITTING, DEPTHS, SERVER, SHARES, Toll, report
-from marsupial_service.store.failpoints import AFTER_COMMIT, BEFORE_COMMIT, VARIABLE
 
 OPTIONS = ("--limit", "queue=600", "--limit", "kept_jobs=1000000", "--limit", "streams=500")
 _GONE_S = 5.0

@@ -23,7 +23,7 @@ class Transaction:
         self.is_broken = self.is_lost = False
 
     @contextmanager
-    def committed(self, before_commit: Callable[[], None] = lambda: None) -> Iterator[None]:
+    def committed(self) -> Iterator[None]:
         """Begin a transaction before the block; commit it and notify of its news after; roll back on any exception."""
         engine, connection = self._engine, self._connection
         is_begun = is_ending = False
@@ -33,7 +33,6 @@ class Transaction:
             yield
             if self.news:
                 engine.notify(connection, frozenset(self.news))
-            before_commit()
             is_ending = True
             connection.execute("COMMIT")
         except BaseException as error:

@@ -26,17 +26,14 @@ changed, as a write that seemed to fail may be stored.
 """
 
 import logging
-import os
 import queue
 import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
-from functools import partial
 from typing import Any
 
-from marsupial_service.store import failpoints
 from marsupial_service.store.engine import Connection, StoreBackend, StoreError
 from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
@@ -89,7 +86,6 @@ class Writer:
 
     def __init__(self, engine: StoreBackend, notify: Callable[[frozenset[str] | None], None]) -> None:
         self._engine = engine
-        self._points = failpoints.failpoints(os.environ)
         self._connection: Connection | None = engine.writer()
         self._listener = notify
         self._waiting: queue.SimpleQueue[WriteRequest | None] = queue.SimpleQueue()
@@ -141,7 +137,7 @@ class Writer:
         try:
             connection = self._connection = self._connection or self._engine.writer()
             transaction = Transaction(self._engine, connection)
-            with transaction.committed(partial(self._points.reach, failpoints.BEFORE_COMMIT)):
+            with transaction.committed():
                 for request in group:
                     request.run(transaction, self._engine)
         except BaseException as error:
@@ -153,7 +149,6 @@ class Writer:
                 return False
             self._fail(group, error)
             return True
-        self._points.reach(failpoints.AFTER_COMMIT)
         for request in group:
             request.resolve()
         if self._outage.end() or self._notify_again:

@@ -5,6 +5,7 @@ which waits for a file `go` in the folder), and the folders to import from.
 """
 
 import asyncio
+import os
 import sys
 from pathlib import Path
 
@@ -13,7 +14,10 @@ async def serve(folder: Path, what: str) -> None:
     from job_house import SLOW, open_jobs, planned, request, submit
     from situations import many_rooms, one_hall
 
+    from benchmarks.trial import failpoints
     from marsupial_service.entries.records import TooMany
+
+    failpoints.arm(os.environ[failpoints.VARIABLE])
 
     async with open_jobs(folder, slots=2, queue=8, commands={"slow": f"{SLOW} {folder / 'go'}"}) as jobs:
         if what == "slow":

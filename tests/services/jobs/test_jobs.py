@@ -14,6 +14,7 @@ from patience import HANG_S, awaited
 from situations import many_rooms, one_hall, one_room, out_of_reach
 from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in, source_of
 
+from benchmarks.trial import failpoints
 from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_json
 from marsupial.model.objective import MAKESPAN
@@ -24,7 +25,7 @@ from marsupial_service.jobs import lookup
 from marsupial_service.jobs.records import FINAL, STATE_OF
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.schemas.enums import JobEventType, JobOutcome, JobState
-from marsupial_service.store import StoreError, failpoints
+from marsupial_service.store import StoreError
 
 pytestmark = pytest.mark.usefixtures("nothing_left")
 
@@ -227,7 +228,7 @@ async def test_a_job_that_can_not_be_stored_is_refused_and_leaves_nothing(place:
     async with open_jobs(place) as jobs:
         job = await submit(jobs, request(Waits(tmp_path)))
         await pid_in(tmp_path)  # the only slot is taken: nobody else writes
-        jobs._store._writer._points = failpoints.failpoints({failpoints.VARIABLE: "before_commit=disk_full@1"})
+        failpoints.arm("before_commit=disk_full@1")
         with pytest.raises(StoreError, match="disk is full"):
             await submit(jobs)
         assert len(await jobs.list("me")) == 1
@@ -243,8 +244,7 @@ async def test_a_disk_that_is_full_for_a_moment_costs_an_attempt_at_most(
     async with open_jobs(place) as jobs:
         job = await submit(jobs, request(Waits(tmp_path)))
         await pid_in(tmp_path)
-        armed = {failpoints.VARIABLE: f"before_commit=disk_full@{write}"}
-        jobs._store._writer._points = failpoints.failpoints(armed)
+        failpoints.arm(f"before_commit=disk_full@{write}")
         (tmp_path / "go").touch()
         done = await ended(jobs, job)
         assert done.outcome is JobOutcome.SATISFICING

@@ -18,10 +18,10 @@ from patience import until
 from situations import one_room
 from strange_tasks import Dies, Escapes, pid_in
 
+from benchmarks.trial import failpoints
 from marsupial.planning.checker import check
 from marsupial.processes import launcher as processes
 from marsupial_service.schemas.enums import JobEventType, JobOutcome, JobState
-from marsupial_service.store import failpoints
 
 pytestmark = pytest.mark.usefixtures("nothing_left")
 

@@ -17,13 +17,14 @@ from patience import awaited
 from service_house import problem
 from undisturbed import undisturbed
 
+from benchmarks.trial import failpoints
 from marsupial_service.app import create_app
 from marsupial_service.http.routing import LOCAL_OWNER
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
 from marsupial_service.settings import ServiceSettings
 from marsupial_service.state import state_of
-from marsupial_service.store import Store, failpoints, open_store
+from marsupial_service.store import open_store
 from marsupial_service.store.packing import pack
 from marsupial_service.store.sqlite import FILE
 
@@ -32,25 +33,19 @@ URL = "http://127.0.0.1"
 
 @dataclass
 class Service:
-    """A service in this process, and its store."""
+    """A service in this process."""
 
     http: httpx.AsyncClient
     missions: Missions
-    store: Store
-
-    def fail(self, how: str) -> None:
-        """Have commits fail from now on as on a full disk: all of them (disk_full), or the n-th (disk_full@n)."""
-        armed = {failpoints.VARIABLE: f"before_commit={how}"} if how else {}
-        self.store._writer._points = failpoints.failpoints(armed)
 
 
 @asynccontextmanager
 async def serving(folder: Path) -> AsyncIterator[Service]:
     app = create_app(ServiceSettings(data=folder))
-    store = state_of(app).store = open_store(folder)
+    state_of(app).store = open_store(folder)
     transport = httpx.ASGITransport(app)
     async with app.router.lifespan_context(app), httpx.AsyncClient(transport=transport, base_url=URL) as http:
-        yield Service(http, state_of(app).missions, store)
+        yield Service(http, state_of(app).missions)
 
 
 @dataclass(slots=True)
@@ -92,7 +87,7 @@ async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_missi
         path = f"/v1/missions/{record.id}"
         assert not await driver.drive(service.missions, record, 5)
         before = (await service.http.get(path)).json(), (await service.http.get(f"{path}/map")).json()
-        service.fail("disk_full")
+        failpoints.arm("before_commit=disk_full")
         report = {"n": 6, "t_ms": before[0]["t_ms"]}
         for _ in range(2):
             answer = await service.http.post(f"{path}/reports", json=report)
@@ -104,7 +99,7 @@ async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_missi
         after = (await service.http.get(path)).json(), (await service.http.get(f"{path}/map")).json()
         assert (after[0]["n"], after[0]["state"], after[1]) == (5, "running", before[1])
         assert [one["id"] for one in (await service.http.get("/v1/missions")).json()["missions"]] == [record.id]
-        service.fail("")
+        failpoints.arm("")
         assert not await driver.drive(service.missions, record, 9)
         mission = record.id
     async with serving(tmp_path) as service:
@@ -123,9 +118,9 @@ async def test_whichever_commit_fails_the_mission_comes_out_as_if_nothing_had_ha
         driver = HttpDriver(team(), http=service.http)
         record = await begun(service)
         assert not await driver.drive(service.missions, record, 5)
-        service.fail(f"disk_full@{commit}")
+        points = failpoints.arm(f"before_commit=disk_full@{commit}")
         assert await driver.drive(service.missions, record)
-        assert service.store._writer._points._passed[failpoints.BEFORE_COMMIT] > commit
+        assert points.passed[failpoints.BEFORE_COMMIT] > commit
         assert await service.missions.log(record) == undisturbed("lobby")
 
 
@@ -138,10 +133,10 @@ async def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
         mission = record.id
     with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as file, file:
         file.execute("UPDATE mission_events SET data = ? WHERE batch = 0", (pack(b"log {}"),))
-    monkeypatch.setenv(failpoints.VARIABLE, "before_commit=disk_full")
+    failpoints.arm("before_commit=disk_full")
     async with open_missions(tmp_path) as missions:
         await awaited(lambda: "the store can't be written" in caplog.text)
-        missions._store._writer._points = failpoints.failpoints({})
+        failpoints.arm("")
         events = [event async for event in followed(missions, mission)]
         assert events[-1].type == "end"
         record = await missions.get(mission, "me")

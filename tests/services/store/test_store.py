@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 from patience import HANG_S
 
-from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, failpoints, open_store, packing
+from benchmarks.trial import failpoints
+from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, open_store, packing
 from marsupial_service.store.outage import Outage
 from marsupial_service.store.packing import PIECE, joined, pack, split, unpack
 from marsupial_service.store.sqlite import FILE
@@ -118,9 +119,9 @@ def test_on_a_full_disk_a_write_fails_clearly_and_leaves_nothing_of_itself(store
     assert names(store) == ["after", "before"]
 
 
-def test_when_the_disk_fails_everybody_in_the_group_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(failpoints.VARIABLE, "before_commit=disk_full@2")
+def test_when_the_disk_fails_everybody_in_the_group_is_told(tmp_path: Path) -> None:
     store = open_store(tmp_path)
+    failpoints.arm("before_commit=disk_full@2")
     held = Held(store)
     writes = [store.write(adding(name)) for name in "abc"]
     held.release()
@@ -201,14 +202,14 @@ def test_a_commit_is_on_disk_before_it_is_acknowledged(store: Store) -> None:
 def test_killed_at_a_commit_the_file_holds_all_of_it_or_nothing(tmp_path: Path, armed: str, stored: list[str]) -> None:
     code = (
         "import sys; from pathlib import Path; sys.path[:] = eval(sys.argv[2])\n"
+        "from benchmarks.trial import failpoints; failpoints.arm(sys.argv[3])\n"
         "from marsupial_service.store import open_store\n"
         "from test_store import adding\n"
         "store = open_store(Path(sys.argv[1]))\n"
         "for name in 'abc': store.write(adding(name)).result(); print(name, flush=True)\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path), repr([str(Path(__file__).parent), *sys.path])],
-        env={**os.environ, failpoints.VARIABLE: armed},
+        [sys.executable, "-c", code, str(tmp_path), repr([str(Path(__file__).parent), *sys.path]), armed],
         capture_output=True,
         text=True,
         timeout=HANG_S,
