@@ -9,10 +9,9 @@ import math
 from collections.abc import Callable
 from contextlib import aclosing, suppress
 from dataclasses import asdict, dataclass
-from typing import Any, cast
+from typing import cast
 
 from marsupial.errors import InputError
-from marsupial.formats.scenario.write import terrain_fields, type_fields
 from marsupial.model.grid import Grid
 from marsupial_client import AsyncClient, AsyncMission, Conflict
 from marsupial_client.mission_documents import Brief, MissionEnded, Report
@@ -23,6 +22,7 @@ from marsupial_ros.ros_listener import Clock, RosListener, subscriptions
 from marsupial_ros.rosbridge import Rosbridge, first_of
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
+from marsupial_service.missions.simulated import task_document
 
 # pause between checks of the robots: checking dozens of them takes less than a hundredth of that
 TICK_S = 0.05
@@ -153,9 +153,10 @@ class Bridge:
     async def _begin(self) -> AsyncMission:
         grid = self._tracker.begin()
         self._fleet.place()
-        mission = await self._client.begin(brief_of(self._settings, grid, self._fleet))
+        brief = brief_of(self._settings, grid, self._fleet)
+        mission = await self._client.begin(brief)
         self._clock.begin()
-        self._record = Record(mission=mission.id, frame=frame_of(grid))
+        self._record = Record(mission=mission.id, frame=dict(brief["frame"]))
         self._fleet.mission = mission.id
         self._save()
         self._say(f"mission {mission.id} started")
@@ -254,32 +255,12 @@ class Bridge:
 
 def brief_of(settings: Settings, grid: Grid, fleet: RobotFleet) -> Brief:
     """Return the brief for a team with known places, in the frame of the map, none of whose cells is reported yet."""
-    names = {terrain.code: terrain.name for terrain in grid.terrains}
     planning = settings.planning
     team = []
     for robot in fleet.robots.values():
         where = {"carrier": robot.aboard} if robot.anchor is None else {"pose_m": list(robot.anchor)}
         team.append({"name": robot.name, "type": robot.settings.kind.name, **where})
-    document: dict[str, Any] = {
-        "name": settings.name,
-        "frame": frame_of(grid),
-        "terrains": terrain_fields(grid),
-        "robot_types": [type_fields(kind, names) for kind in settings.kinds],
-        "team": team,
-        "goal": {"recover_rovers": settings.goal.recover_rovers, "return_home": settings.goal.return_home},
-        "budget": {"seconds": planning.budget_s},
-        "planning_time": planning.planning_time.value,
-        "time_limit_ms": settings.limits.time_ms,
-    }
+    task = task_document(grid, settings.kinds, settings.goal, settings.limits, planning.planning_time)
+    document = {"name": settings.name, **task, "team": team, "budget": {"seconds": planning.budget_s}}
     chosen = {"strategy": planning.strategy, "planner": planning.planner}
     return cast(Brief, document | {key: name for key, name in chosen.items() if name is not None})
-
-
-def frame_of(grid: Grid) -> dict[str, Any]:
-    """Return the frame of a map."""
-    return {
-        "width": grid.width,
-        "height": grid.height,
-        "resolution_m": grid.resolution_m,
-        "origin_m": list(grid.origin_m),
-    }

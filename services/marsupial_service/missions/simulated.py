@@ -11,7 +11,7 @@ from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget, Outcome
 from marsupial.model.robots import RobotType
 from marsupial.model.runs import known_runs
-from marsupial.model.scenario import Scenario
+from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial.model.world import RobotReport
 from marsupial.sim.world import SimulatedWorld
@@ -140,12 +140,26 @@ def mission_document(
 
     `reachable` are the cells (height, width) to explore.
     """
-    grid = scenario.grid
-    names = {terrain.code: terrain.name for terrain in grid.terrains}
     area: CellArray = reachable.astype("uint8")
     area[area == 0] = UNKNOWN
     return {
         "name": scenario.name,
+        **task_document(scenario.grid, scenario.robot_types, scenario.goal, scenario.limits, scenario.planning_time),
+        "team": [_member(robot) for robot in team],
+        "strategy": strategy,
+        "planner": planner,
+        "budget": {"steps": budget.steps} if budget.seconds is None else {"seconds": budget.seconds},
+        "area": list(known_runs(area)),
+        "seed": seed,
+    }
+
+
+def task_document(
+    grid: Grid, kinds: Sequence[RobotType], goal: Goal, limits: MissionLimits, planning_time: PlanningTime
+) -> dict[str, Any]:
+    """Return the fields of a mission's request body that say where robots of which types explore, and to what end."""
+    names = {terrain.code: terrain.name for terrain in grid.terrains}
+    return {
         "frame": {
             "width": grid.width,
             "height": grid.height,
@@ -153,16 +167,10 @@ def mission_document(
             "origin_m": list(grid.origin_m),
         },
         "terrains": terrain_fields(grid),
-        "robot_types": [type_fields(kind, names) for kind in scenario.robot_types],
-        "team": [_member(robot) for robot in team],
-        "goal": {"recover_rovers": scenario.goal.recover_rovers, "return_home": scenario.goal.return_home},
-        "strategy": strategy,
-        "planner": planner,
-        "budget": {"steps": budget.steps} if budget.seconds is None else {"seconds": budget.seconds},
-        "planning_time": scenario.planning_time.value,
-        "time_limit_ms": scenario.limits.time_ms,
-        "area": list(known_runs(area)),
-        "seed": seed,
+        "robot_types": [type_fields(kind, names) for kind in kinds],
+        "goal": asdict(goal),
+        "planning_time": planning_time.value,
+        "time_limit_ms": limits.time_ms,
     }
 
 
