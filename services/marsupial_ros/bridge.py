@@ -66,10 +66,9 @@ class Bridge:
         one = settings.map
         self._tracker = MapTracker(settings.terrains, one.masks, one.free_thresh, one.occupied_thresh)
         frames = {robot.tf: Frames() for robot in settings.robots}
-        listener = RosListener(settings, frames, self._tracker, self._clock, say)
-        self._ros = Rosbridge(settings.rosbridge, subscriptions(settings), listener)
+        self._ros = Rosbridge(settings.rosbridge, subscriptions(settings))
         self._fleet = RobotFleet(settings, frames, self._tracker, self._ros, say)
-        listener.fleet = self._fleet
+        self._listener = RosListener(settings, frames, self._tracker, self._clock, self._fleet, say)
         self._record = Record(mission="", frame={})
         self._reported_ms = 0
         self._over = False
@@ -84,7 +83,7 @@ class Bridge:
                     f"belongs to a mission with other robots: {', '.join(others)}", source=str(self._journal.path)
                 )
             self._tracker.expect(record.frame)
-        connection = asyncio.ensure_future(self._ros.run())
+        connection = asyncio.ensure_future(self._ros.run(self._listener))
         try:
             # the end of the connection is an error; the shield keeps it open while goals are cancelled
             await first_of(asyncio.shield(connection), self._mission(record), self._watch())
@@ -244,7 +243,6 @@ class Bridge:
         self._record.report = None
 
     def _save(self) -> None:
-        """Save the mission's progress in the journal."""
         record = self._record
         record.active_commands = [active.command for active in self._fleet.active_commands]
         record.aboard = {r.name: r.aboard for r in self._fleet.robots.values() if r.aboard is not None}

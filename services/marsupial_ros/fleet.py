@@ -98,7 +98,6 @@ class RobotFleet:
             robot.aboard, robot.lost = aboard.get(robot.name), robot.name in lost
 
     def execute(self, command: Command, now_s: float) -> None:
-        """Carry out a command."""
         robot = self.robots[command["robot"]]
         if command["name"] == "stop":
             if robot.active is not None and robot.active.command["id"] == command["id"]:
@@ -242,7 +241,7 @@ class RobotFleet:
         robot = self.robots[active.command["robot"]]
         pose = robot.pose(self._frame)
         if pose is not None and (active.attempt or self.starts):
-            active.advance((pose.x, pose.y), self._waits.tolerance_m)
+            active.advance(pose.point, self._waits.tolerance_m)
         route = active.route_m[active.passed :]
         if len(route) < 2:
             return None

@@ -44,7 +44,6 @@ class Record:
 
     @property
     def robots(self) -> set[str]:
-        """The names of the robots in the record."""
         return {command["robot"] for command in self.active_commands} | set(self.lost) | self.aboard.keys()
 
     def check(self) -> None:

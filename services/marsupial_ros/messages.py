@@ -44,7 +44,7 @@ def occupancy_in(message: Mapping[str, Any]) -> Occupancy:
     return Occupancy(
         values=_values(message["data"], info["width"], info["height"]),
         resolution_m=shortest_resolution(info["resolution"]),
-        origin_m=(origin.x, origin.y, origin.yaw),
+        origin_m=(*origin.point, origin.yaw),
     )
 
 
@@ -56,7 +56,7 @@ def update_in(message: Mapping[str, Any]) -> Update:
 
 def check_frame(message: Mapping[str, Any], frame: str) -> None:
     """Check that a message is in a frame, or names none. Raises MapError if it is in another frame."""
-    found = _frame(message.get("header", {}).get("frame_id", ""))
+    found = message.get("header", {}).get("frame_id", "").lstrip("/")
     if found not in ("", frame):
         raise MapError(f"must be in the frame {frame!r}, got {found!r}")
 
@@ -66,7 +66,7 @@ def link_in(stamped: Mapping[str, Any]) -> tuple[str, str, Transform, float]:
     header, parts = stamped["header"], stamped["transform"]
     transform = transform_of(parts["translation"], parts["rotation"])
     stamp_s = seconds_of(header["stamp"]) if "stamp" in header else 0.0
-    return _frame(header["frame_id"]), _frame(stamped["child_frame_id"]), transform, stamp_s
+    return header["frame_id"].lstrip("/"), stamped["child_frame_id"].lstrip("/"), transform, stamp_s
 
 
 def seconds_of(time: Mapping[str, Any]) -> float:
@@ -121,10 +121,6 @@ def _yaws(route_m: Sequence[Sequence[float]], yaw: float) -> list[float]:
 def _header(frame: str) -> dict[str, Any]:
     """Return a header with stamp 0, which tf2 takes as the latest transform available."""
     return {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": frame}
-
-
-def _frame(name: str) -> str:
-    return name.lstrip("/")
 
 
 def _values(data: Any, width: int, height: int) -> OccupancyArray:

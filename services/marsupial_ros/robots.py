@@ -48,7 +48,6 @@ class Progress:
     recoveries: tuple[int, int] | None = None
 
     def apply_position(self, at: Point, now_s: float) -> None:
-        """Apply the robot's position."""
         if self.moved_from is None or math.dist(at, self.moved_from) > PROGRESS_M:
             self.moved_from, self.moved_s = at, now_s
 
@@ -105,7 +104,6 @@ class ActiveCommand:
 
     @property
     def drives(self) -> bool:
-        """Whether the command is a drive."""
         return self.command["name"] == "drive"
 
     @property
@@ -147,7 +145,6 @@ class TrackedRobot:
 
     @property
     def name(self) -> str:
-        """The robot's name in the mission."""
         return self.settings.name
 
     @property
@@ -163,7 +160,7 @@ class TrackedRobot:
     def point(self, map_frame: str) -> Point | None:
         """Return the robot's position on the map in metres, None while it is unknown."""
         pose = self.pose(map_frame)
-        return None if pose is None else (pose.x, pose.y)
+        return None if pose is None else pose.point
 
     def silence_s(self, map_frame: str, now_s: float) -> float:
         """Return the seconds since the robot's pose was last updated, counting from `since_s` at the earliest."""

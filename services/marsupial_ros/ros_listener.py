@@ -39,7 +39,6 @@ class Clock:
 
     @property
     def known(self) -> bool:
-        """Whether the time is known."""
         return not self._simulated or self._time_s is not None
 
     @property
@@ -49,7 +48,6 @@ class Clock:
 
     @property
     def mission_ms(self) -> int:
-        """The mission time in ms."""
         return self._began_ms + max(0, round(1000 * (self.now_s - self._began_s)))
 
     def received_s(self, stamp_s: float) -> float:
@@ -62,7 +60,6 @@ class Clock:
         self._time_s = now_s if self._time_s is None else max(now_s, self._time_s)
 
     def begin(self, at_ms: int = 0) -> None:
-        """Set mission time to `at_ms`."""
         self._began_s, self._began_ms = self.now_s, at_ms
 
 
@@ -87,15 +84,16 @@ class RosListener:
         frames: Mapping[str, Frames],
         tracker: MapTracker,
         clock: Clock,
+        fleet: RobotFleet,
         say: Callable[[str], None],
     ) -> None:
         self._frame = settings.map.frame
         self._tracker = tracker
         self._clock = clock
+        self._fleet = fleet
         self._say = say
         self._said: set[str] = set()
         self._open = False
-        self.fleet: RobotFleet | None = None
         self._readers: dict[str, Reader] = {settings.map.topic: self._map, settings.map.updates: self._update}
         for topic, known in frames.items():
             self._readers[topic] = partial(self._transforms, known, False)
@@ -107,8 +105,7 @@ class RosListener:
         self._say("rosbridge: connected")
         self._open = True
         self._said.clear()
-        if self.fleet is not None:
-            self.fleet.connected(self._clock.now_s)
+        self._fleet.connected(self._clock.now_s)
 
     def disconnected(self, reason: str) -> None:
         """Tell the user that the connection is lost, or, only once, that it can't be opened."""
@@ -122,12 +119,10 @@ class RosListener:
             self._once(topic, f"{topic}: message ignored: {error}")
 
     def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
-        if self.fleet is not None:
-            self.fleet.apply_feedback(goal, values, self._clock.now_s)
+        self._fleet.apply_feedback(goal, values, self._clock.now_s)
 
     def ended(self, end: ActionResult) -> None:
-        if self.fleet is not None:
-            self.fleet.ended(end)
+        self._fleet.ended(end)
 
     def warning(self, text: str) -> None:
         self._once(text, text)

@@ -69,15 +69,16 @@ class Subscription:
 class Rosbridge:
     """Talks to the rosbridge at `url` (``ws://host:9090``) while `run` runs."""
 
-    def __init__(self, url: str, subscriptions: list[Subscription], listener: RosListener) -> None:
+    _listener: RosListener
+
+    def __init__(self, url: str, subscriptions: list[Subscription]) -> None:
         self.url = url
         self._subscriptions = subscriptions
-        self._listener = listener
         self._outbox: asyncio.Queue[str] | None = None
         self._fragments: dict[str, dict[int, str]] = {}
         self._readers: Mapping[str, Callable[[Mapping[str, Any]], None]] = {
-            "publish": lambda message: listener.message(message["topic"], message["msg"]),
-            "action_feedback": lambda message: listener.feedback(str(message.get("id")), message["values"]),
+            "publish": lambda message: self._listener.message(message["topic"], message["msg"]),
+            "action_feedback": lambda message: self._listener.feedback(str(message.get("id")), message["values"]),
             "action_result": self._action_ended,
             "status": self._on_status,
             "fragment": self._fragment,
@@ -85,7 +86,6 @@ class Rosbridge:
 
     @property
     def open(self) -> bool:
-        """Whether there is a connection."""
         return self._outbox is not None
 
     def send_goal(self, goal: str, action: str, type: str, values: Mapping[str, Any]) -> None:
@@ -97,8 +97,9 @@ class Rosbridge:
         """Cancel a goal; its end is reported as any other."""
         self._send({"op": "cancel_action_goal", "id": goal, "action": action})
 
-    async def run(self) -> None:
+    async def run(self, listener: RosListener) -> None:
         """Connect, reconnect, and pass messages to the listener. Raises UsageError if the address is invalid."""
+        self._listener = listener
         pause_s = FIRST_PAUSE_S
         while True:
             try:

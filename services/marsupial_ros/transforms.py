@@ -21,14 +21,9 @@ class Transform(NamedTuple):
     rotation: Quaternion
 
     @property
-    def x(self) -> float:
-        """Metres along x."""
-        return self.translation[0]
-
-    @property
-    def y(self) -> float:
-        """Metres along y."""
-        return self.translation[1]
+    def point(self) -> Point:
+        """Metres along x and y."""
+        return self.translation[:2]
 
     @property
     def yaw(self) -> float:

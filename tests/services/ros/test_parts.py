@@ -46,7 +46,7 @@ def test_a_robot_is_found_through_a_chain_of_frames() -> None:
     frames.add("odom", "base", moved(3, 0, math.pi / 2), 7.0)
     found = frames.find("base", "map")
     assert found is not None
-    assert (found[0].x, found[0].y, abs(found[0].yaw), found[1]) == pytest.approx((1, 5, math.pi, 7.0))
+    assert (*found[0].point, abs(found[0].yaw), found[1]) == pytest.approx((1, 5, math.pi, 7.0))
     assert frames.find("base", "elsewhere") is None
 
 
@@ -304,7 +304,7 @@ def talk(*sent: str | bytes, times: int = 1) -> tuple[Listener, list[dict[str, A
     async def run() -> None:
         async with serve(client, "127.0.0.1", 0) as server:
             url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}"
-            work = asyncio.ensure_future(Rosbridge(url, [Subscription("/a", "b")], listener).run())
+            work = asyncio.ensure_future(Rosbridge(url, [Subscription("/a", "b")]).run(listener))
             while len([text for text in listener.told if text == "closed by rosbridge"]) < times:
                 await asyncio.sleep(0.01)
             work.cancel()

@@ -44,7 +44,8 @@ class Ears:
         self.tracker.expect(FIRST)
         self.clock = Clock(simulated=simulated)
         self.said: list[str] = []
-        self.listener = RosListener(settings_of(folder), self.house.frames, self.tracker, self.clock, self.said.append)
+        given = settings_of(folder), self.house.frames, self.tracker, self.clock
+        self.listener = RosListener(*given, self.house.fleet, self.said.append)
 
     def tf(self, name: str, x: Any, stamp_s: float | None, topic: str = "/tf") -> dict[str, Any]:
         """Hear where a robot is on the map, and return the transform."""
@@ -165,12 +166,11 @@ def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) ->
 
 def test_a_clock_that_tells_no_number_is_passed_over(tmp_path: Path) -> None:
     path = tmp_path / "fleet.yaml"
-    settings = settings_of(tmp_path)
+    house = House(tmp_path)
     path.write_text(path.read_text() + "clock: /clock\n")
     clock, said = Clock(simulated=True), []
-    listener = RosListener(
-        read_settings(path), {}, MapTracker(settings.terrains, FilterMasks(), 0.25, 0.65), clock, said.append
-    )
+    tracker = MapTracker(TERRAINS, FilterMasks(), 0.25, 0.65)
+    listener = RosListener(read_settings(path), {}, tracker, clock, house.fleet, said.append)
     listener.message("/clock", json.loads('{"clock": {"sec": NaN, "nanosec": 0}}'))
     assert not clock.known
     assert said
