@@ -8,7 +8,6 @@ import fcntl
 import hashlib
 import hmac
 import json
-import os
 import secrets
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator
@@ -19,6 +18,7 @@ from pathlib import Path
 
 from marsupial.errors import UsageError
 from marsupial_service.store import Store, Transaction, documents, open_store
+from marsupial_service.store.sqlite import private_draft
 from marsupial_service.store.transaction import StoreReader
 
 FILE = "keys.json"
@@ -56,7 +56,6 @@ class Key:
         return self.sha256[:8]
 
     def is_valid(self, now_s: float) -> bool:
-        """Return whether the key is valid at that moment."""
         return self.revoked_s is None and now_s < self.expires_s
 
 
@@ -83,7 +82,6 @@ class Keys(ABC):
         return any(other.sha256 == key.sha256 and other.is_valid(now_s) for other in self.all())
 
     def has_valid_key(self, name: str, now_s: float) -> bool:
-        """Return whether a name has a valid key."""
         return any(key.name == name and key.is_valid(now_s) for key in self.all())
 
     def add(self, name: str, scopes: Iterable[str], days: float, now_s: float) -> str:
@@ -145,12 +143,8 @@ class KeyFile(Keys):
         with open(self._path.with_suffix(".lock"), "w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             text = _document(change(self.all()))
-            draft = self._path.with_suffix(".draft")
-            with open(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w", encoding="utf-8") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(draft, self._path)
+            with private_draft(self._path) as draft:
+                draft.write_text(text, encoding="utf-8")
 
 
 class KeyRow(Keys):

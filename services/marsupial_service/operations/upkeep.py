@@ -3,15 +3,12 @@
 A backup is one SQLite file: the jobs and missions of one moment, and the keys, in a table that only backups have.
 """
 
-from __future__ import annotations
-
 import os
 import sqlite3
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 from marsupial.errors import UsageError
 from marsupial_service import keys
@@ -20,12 +17,9 @@ from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.store import StoreError
 from marsupial_service.store.opening import MaintenanceConnection, is_shared, open_for_maintenance
-from marsupial_service.store.sqlite import FILE, lock_folder
+from marsupial_service.store.sqlite import FILE, lock_folder, private_draft
 from marsupial_service.store.tables import VERSION, creation_script
 from marsupial_service.store.transaction import StoreReader
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 COUNTED = ("jobs", "plans", "events", "missions", "mission_inputs", "mission_events")
 _KEYS = "backup_keys"
@@ -117,7 +111,7 @@ def backup(place: str | Path, target: Path) -> None:
     if target.exists():
         raise UsageError(f"{target} already exists")
     folder = Path(place)
-    with open_for_maintenance(folder) as store, _draft(target) as draft:
+    with open_for_maintenance(folder) as store, private_draft(target) as draft:
         assert isinstance(store.connection, sqlite3.Connection)
         with closing(sqlite3.connect(draft, isolation_level=None)) as copy:
             store.connection.backup(copy)
@@ -147,7 +141,7 @@ def restore(source: Path, folder: Path) -> int:
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     held = lock_folder(folder / "lock")
     try:
-        with _draft(folder / FILE) as draft:
+        with private_draft(folder / FILE) as draft:
             return _restore(source, draft, folder)
     except sqlite3.Error as error:
         raise StoreError(f"{source}: {error}") from error
@@ -167,7 +161,7 @@ def _restore(source: Path, draft: Path, folder: Path) -> int:
         found = copy.execute(f"SELECT text FROM {_KEYS}").fetchone()
         copy.execute(f"DROP TABLE {_KEYS}")
     if found is not None:
-        with _draft(folder / keys.FILE) as text:
+        with private_draft(folder / keys.FILE) as text:
             text.write_text(found[0], encoding="utf-8")
     return int(version)
 
@@ -184,22 +178,3 @@ def _check(connection: sqlite3.Connection, path: Path) -> None:
 def _refuse_shared(place: str | Path, instead: str) -> None:
     if is_shared(place):
         raise UsageError(f"not available for PostgreSQL; use {instead}")
-
-
-@contextmanager
-def _draft(target: Path) -> Iterator[Path]:
-    """Provide a private file that becomes `target` on success, and is removed on failure."""
-    draft = target.with_name(f"{target.name}.draft")
-    try:
-        os.close(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600))
-        yield draft
-        for path in (draft, draft.parent):  # the folder too, or the new name may be lost in a power cut
-            descriptor = os.open(path, os.O_RDONLY)
-            os.fsync(descriptor)
-            os.close(descriptor)
-        os.replace(draft, target)
-    except OSError as error:
-        raise StoreError(f"{target}: {error.strerror}") from error
-    finally:
-        with suppress(FileNotFoundError):
-            draft.unlink()

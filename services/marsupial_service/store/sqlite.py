@@ -7,7 +7,8 @@ its owner alone: it holds maps and keys.
 import fcntl
 import os
 import sqlite3
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
 from marsupial_service.store import tables
@@ -140,3 +141,22 @@ def lock_folder(path: Path) -> int:
     os.ftruncate(fd, 0)
     os.write(fd, f"{os.getpid()}\n".encode())
     return fd
+
+
+@contextmanager
+def private_draft(target: Path) -> Iterator[Path]:
+    """Provide a private file that becomes `target` on success, and is removed on failure."""
+    draft = target.with_name(f"{target.name}.draft")
+    try:
+        os.close(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600))
+        yield draft
+        for path in (draft, draft.parent):  # the folder too, or the new name may be lost in a power cut
+            descriptor = os.open(path, os.O_RDONLY)
+            os.fsync(descriptor)
+            os.close(descriptor)
+        os.replace(draft, target)
+    except OSError as error:
+        raise StoreError(f"{target}: {error.strerror}") from error
+    finally:
+        with suppress(FileNotFoundError):
+            draft.unlink()
