@@ -95,14 +95,20 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     slots = Slots(limits.slots)
     state.jobs = jobs = Jobs(
         store,
-        JobSettings(limits=limits, planned=metrics.planned, failed=metrics.failed, commands=state.settings.planners),
-        runner=state.runner,
-        slots=slots,
+        JobSettings(
+            limits=limits,
+            runner=state.runner,
+            planned=metrics.planned,
+            failed=metrics.failed,
+            commands=state.settings.planners,
+        ),
+        slots,
     )
     state.missions = missions = Missions(
         store,
         MissionSettings(
             limits=limits,
+            runner=state.runner,
             planned=metrics.planned,
             failed=metrics.failed,
             lag=metrics.lag,
@@ -110,8 +116,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
                 not state.settings.needs_keys or owner == LOCAL_OWNER or state.keys.has_valid_key(owner, time.time())
             ),
         ),
-        runner=state.runner,
-        slots=slots,
+        slots,
     )
     state.started = True
     try:

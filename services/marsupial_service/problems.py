@@ -112,7 +112,7 @@ def check_count(where: str, count: int, limit: int, noun: str) -> None:
 
 def problem_of(error: MarsupialError, document: object) -> HttpProblem:
     """Return the problem for a library error about the body `document`; raise one that is not the client's fault."""
-    kind = kind_of(error)
+    kind = next(ERROR_KINDS[cls] for cls in type(error).__mro__ if cls in ERROR_KINDS)
     if KINDS[kind].status >= 500:
         raise error
     if not isinstance(error, InputError):
@@ -144,11 +144,6 @@ def _place(error: ErrorDetails) -> tuple[str | int, ...]:
     if error["type"] == NO_VARIANT:
         return (*error["loc"], error["ctx"]["keys"].split()[0])
     return error["loc"]
-
-
-def kind_of(error: MarsupialError) -> str:
-    """Return the kind of an exception of the library."""
-    return next(ERROR_KINDS[cls] for cls in type(error).__mro__ if cls in ERROR_KINDS)
 
 
 _INDEX = re.compile(r"\[(\d+)\]")

@@ -141,7 +141,6 @@ class ServiceSettings:
 
     @property
     def needs_keys(self) -> bool:
-        """Whether requests need an API key."""
         return self.keys or self.host not in LOOPBACK
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from starlette.applications import Starlette
 
+from marsupial.processes.jobs import JobLimits
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.entries.slots import Slots
 from marsupial_service.intake.supervised import RequestProcesses, SupervisedProcesses
@@ -60,8 +61,7 @@ class State:
         return RequestProcesses(
             supervised=self.supervised,
             slots=Slots(count),
-            seconds=seconds,
-            memory_bytes=memory_bytes,
+            limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes),
             charge=lambda owner, used_s: self.jobs.charge(owner, used_s),
         )
 

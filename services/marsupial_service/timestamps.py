@@ -5,7 +5,6 @@ from datetime import UTC, datetime
 
 
 def wall_clock_ms() -> int:
-    """Return now."""
     return time.time_ns() // 1_000_000
 
 

@@ -23,6 +23,7 @@ from marsupial.mission.placement import place_team
 from marsupial.processes.channel import Channel
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.intake.missions import brief_of, report_of
+from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.service import Missions
@@ -64,13 +65,14 @@ def team(scenario: str = "lobby", seed: int = 1) -> SimulatedTeam:
 def open_missions(
     place: Path | str, runner: Runner = LOCAL, **settings: object
 ) -> AbstractAsyncContextManager[Missions]:
-    return opened(place, lambda store: Missions(store, settings_of(MissionSettings, **settings), runner=runner))  # type: ignore[arg-type]
+    return opened(place, lambda store: Missions(store, settings_of(MissionSettings, runner=runner, **settings)))  # type: ignore[arg-type]
 
 
 async def send(missions: Missions, record: MissionRecord, report: Mapping[str, Any]) -> MissionRecord:
     """Report, as the route does."""
     text = json.dumps(report, sort_keys=True).encode()
-    read = report_of(ReportBody.model_validate(report), await missions.brief(record))
+    brief = await missions.brief(record)
+    read = report_of(ReportBody.model_validate(report), brief, MissionFrame.of(brief.grid), 10**6)
     return await missions.reports(record, [(read, hashlib.sha256(text).digest())])
 
 

@@ -38,7 +38,7 @@ def broken(store: Store) -> None:
     sql = (
         "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE application_name = ? AND pid != pg_backend_pid()"
     )
-    store.write(lambda tx: tx.execute(sql, (f"marsupial {store.server[:8]}",)).fetchall()).result()
+    store.write(lambda tx: tx.execute(sql, (f"marsupial {store._engine.server[:8]}",)).fetchall()).result()
 
 
 def test_who_only_finds_connections_broken_connects_again_and_is_served(shared: str) -> None:
@@ -84,7 +84,7 @@ def test_nobody_is_dead_because_the_database_was(database: PostgresServer) -> No
     try:
         store.write(lambda tx: tx.execute("INSERT INTO servers VALUES ('unheard', 0)")).result()
         live = store.write(lambda tx: {row["id"] for row in tx.execute(tx.live)}).result()
-        assert live == {"unheard", store.server}
+        assert live == {"unheard", store._engine.server}
     finally:
         store.close()
 

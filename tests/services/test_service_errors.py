@@ -13,10 +13,7 @@ from marsupial_service.problems import ERROR_KINDS, KINDS
 from marsupial_service.settings import ServiceLimits
 
 JSON = {"content-type": "application/json"}
-
-
-def situation() -> dict[str, Any]:
-    return DEMOS["tiny"].load()
+situation = DEMOS["tiny"].load
 
 
 def test_every_exception_of_the_library_has_a_kind() -> None:

@@ -34,7 +34,7 @@ async def test_a_mission_goes_on_in_a_folder_that_was_restored_from_a_backup_mad
     assert (again / "keys.json").read_text() == (folder / "keys.json").read_text()
     assert [path.stat().st_mode & 0o77 for path in (file, again / FILE, again / "keys.json")] == [0, 0, 0]
     async with open_missions(again) as missions:
-        record = await missions.get(mission, "me")
+        record = await missions.of("me", mission)
         assert record.n == 5
         assert await driver.drive(missions, record)
 

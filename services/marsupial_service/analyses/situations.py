@@ -16,7 +16,6 @@ from marsupial_service.settings import ServiceLimits
 
 
 def field_error(path: str, text: str) -> InputError:
-    """Return the error for one field."""
     return InputError([Problem(path, text)])
 
 

@@ -8,7 +8,6 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from marsupial_service.store.transaction import StoreReader
 
@@ -51,13 +50,6 @@ class StoreCapacity:
             if self._sums[whose] >= limit * (1 + RESERVE if of_reports else 1):
                 taken = f"{what} and missions take {self._sums[whose]} bytes; the limit is {limit:.0f}"
                 raise StoreFull(f"{taken}; old ones are removed automatically")
-
-
-class Sizes(NamedTuple):
-    """The bytes that all entries take, and the bytes that the store takes on disk."""
-
-    stored: int
-    on_disk: int
 
 
 def stored_bytes(reader: StoreReader, owner: str | None = None) -> int:

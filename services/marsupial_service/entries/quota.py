@@ -37,14 +37,9 @@ class Quota:
     limits: ServiceLimits
 
     @property
-    def seconds(self) -> float:
-        """Return the seconds per hour."""
-        return self.limits.key_planning_s
-
-    @property
     def is_bounded(self) -> bool:
         """Return whether there is a quota at all."""
-        return self.seconds < UNBOUNDED_S
+        return self.limits.key_planning_s < UNBOUNDED_S
 
     def required_s(self, seconds: float | None) -> float:
         """Return how many seconds a budget (None: one in steps) can take."""
@@ -61,10 +56,9 @@ class Quota:
             raise TooMany(self.wait_reason(required_s, wait_s), math.ceil(wait_s))
 
     def wait_reason(self, required_s: float, wait_s: float) -> str:
-        """Return why an owner has to wait."""
         return (
-            f"your planning quota of {self.seconds:g} s per hour (key_planning_s) is used up or reserved by your jobs;"
-            f" {required_s:g} s may be available in {math.ceil(wait_s)} s"
+            f"your planning quota of {self.limits.key_planning_s:g} s per hour (key_planning_s) is used up or reserved"
+            f" by your jobs; {required_s:g} s may be available in {math.ceil(wait_s)} s"
         )
 
     def wait_s(self, reader: StoreReader, owner: str, required_s: float, now_ms: int) -> float:
@@ -72,8 +66,8 @@ class Quota:
         if not self.is_bounded:
             return 0.0
         # a request for more than the hourly quota would wait forever
-        missing_s = min(required_s, self.seconds) - self.left_s(reader, now_ms, owner)[owner]
-        return max(0.0, missing_s * HOUR_S / self.seconds)
+        missing_s = min(required_s, self.limits.key_planning_s) - self.left_s(reader, now_ms, owner)[owner]
+        return max(0.0, missing_s * HOUR_S / self.limits.key_planning_s)
 
     def left_s(self, reader: StoreReader, now_ms: int, owner: str | None = None) -> dict[str, float]:
         """Return the seconds left for each owner who has used some; negative after overuse."""
@@ -85,9 +79,11 @@ class Quota:
             moments = {owner: documents.text_of(reader, _DOCUMENT + owner) or "0"}
         left = {}
         for name, moment in moments.items():
-            left[name] = self.seconds - max(0, int(moment) - now_ms) / 1000 * self.seconds / HOUR_S
+            left[name] = (
+                self.limits.key_planning_s - max(0, int(moment) - now_ms) / 1000 * self.limits.key_planning_s / HOUR_S
+            )
         for row in reader.execute(_RESERVED, (self.reserved_s(None), owner)):
-            left[row["owner"]] = left.get(row["owner"], self.seconds) - float(row["seconds"])
+            left[row["owner"]] = left.get(row["owner"], self.limits.key_planning_s) - float(row["seconds"])
         return left
 
     def charge(self, tx: Transaction, owner: str, used_ms: int, now_ms: int) -> None:
@@ -97,4 +93,4 @@ class Quota:
         name = _DOCUMENT + owner
         tx.lock(name)
         free_ms = max(now_ms, int(documents.text_of(tx, name) or "0"))
-        documents.store_text(tx, name, str(free_ms + math.ceil(used_ms * HOUR_S / self.seconds)))
+        documents.store_text(tx, name, str(free_ms + math.ceil(used_ms * HOUR_S / self.limits.key_planning_s)))

@@ -2,12 +2,15 @@
 
 import hashlib
 import json
+import uuid
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Generic, NamedTuple, TypeVar
 
+from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.settings import ServiceLimits
+from marsupial_service.timestamps import wall_clock_ms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +32,7 @@ E = TypeVar("E", bound=StoredEntry)
 class NewEntry:
     """An entry to store; two requests with the same idempotency `key` must have the same `digest` of their bodies."""
 
-    id: str
+    id: str = field(default_factory=lambda: uuid.uuid4().hex)
     owner: str
     key: str | None
     digest: bytes
@@ -61,9 +64,14 @@ class EventBatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EntrySettings:
-    """The limits of entries, and callbacks: for each planning, and for each failed background task."""
+    """The limits of entries, the clock, what runs processes, and callbacks.
+
+    These get each planning, and each failed background task.
+    """
 
     limits: ServiceLimits = field(default_factory=ServiceLimits)
+    now_ms: Callable[[], int] = wall_clock_ms
+    runner: Runner = LOCAL
     planned: Callable[[str, float], None] = lambda owner, seconds: None
     failed: Callable[[str], None] = lambda task: None
 

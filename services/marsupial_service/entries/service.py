@@ -9,11 +9,10 @@ from functools import partial
 from typing import Generic, TypeVar
 
 from marsupial.processes.launcher import Preload
-from marsupial.processes.runner import Runner
 from marsupial_service.entries.background import BackgroundTasks, Work, pause
-from marsupial_service.entries.capacity import Sizes, StoreCapacity, stored_bytes
+from marsupial_service.entries.capacity import StoreCapacity
 from marsupial_service.entries.quota import PREPARATION_S, Quota
-from marsupial_service.entries.records import E, EntrySettings, EventRecord, UnknownEntry
+from marsupial_service.entries.records import E, EntrySettings, EventRecord
 from marsupial_service.entries.table import EntryTable
 from marsupial_service.store import Store, StoreError, Transaction
 from marsupial_service.store.engine import Connection
@@ -66,43 +65,28 @@ class Subscriptions:
 
 
 class Entries(Generic[E]):
-    """All entries of one kind in a store, which retains the `kept` newest that have ended; `now_ms` is the clock.
+    """All entries of one kind in a store, which retains the `kept` newest that have ended.
 
     The tasks in `background` run as long as the service or an entry does.
     """
 
-    def __init__(
-        self,
-        store: Store,
-        table: EntryTable[E],
-        settings: EntrySettings,
-        kept: int,
-        now_ms: Callable[[], int],
-        runner: Runner,
-    ) -> None:
+    def __init__(self, store: Store, table: EntryTable[E], settings: EntrySettings, kept: int) -> None:
         self._store = store
-        self._runner = runner
+        self._runner = settings.runner
         self._table = table
         self._planned = settings.planned
         self._limits = limits = settings.limits
         self._kept = kept
         self._capacity = StoreCapacity(limits.store_bytes, limits.key_bytes)
         self.quota = Quota(limits)
-        self.now_ms = now_ms
+        self.now_ms = settings.now_ms
         self.subscriptions = Subscriptions()
         self._stop = asyncio.Event()
         self.background = BackgroundTasks(self._stop, settings.failed)
 
-    async def get(self, entry: str, owner: str) -> E | None:
-        """Return an entry of an owner, None if the owner has no such entry."""
-        return await self.read(lambda reader: self._table.find(reader, entry, owner))
-
-    async def of(self, owner: str, entry: str) -> E:
-        """Return an entry of an owner; other owners can't learn that it exists. Raises UnknownEntry."""
-        record = await self.get(entry, owner)
-        if record is None:
-            raise UnknownEntry(self._table.noun)
-        return record
+    async def of(self, owner: str | None, entry: str) -> E:
+        """Return an entry of an owner (None: any); other owners can't learn that it exists. Raises UnknownEntry."""
+        return await self.read(lambda reader: self._table.existing(reader, entry, owner))
 
     async def list(
         self, owner: str, *, limit: int = 50, before: str | None = None, state: StrEnum | None = None
@@ -129,13 +113,8 @@ class Entries(Generic[E]):
         batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=1))
         return not batch.events and not batch.is_open
 
-    async def _existing(self, entry: str) -> E:
-        """Return an entry of any owner. Raises UnknownEntry."""
-        return await self.read(lambda reader: self._table.existing(reader, entry))
-
     @property
     def stopping(self) -> bool:
-        """Whether the service is shutting down."""
         return self._stop.is_set()
 
     async def _begin(self, preload: tuple[Preload, ...]) -> None:
@@ -215,9 +194,9 @@ class Entries(Generic[E]):
         """Return the seconds of planning left for each owner who has used some."""
         return await self.read(lambda reader: self.quota.left_s(reader, self.now_ms()))
 
-    async def sizes(self) -> Sizes:
-        """Return how large the store is."""
-        return Sizes(await self.read(stored_bytes), await asyncio.wrap_future(self._store.disk_bytes()))
+    def disk_bytes(self) -> Awaitable[int]:
+        """Return how many bytes the store takes on disk."""
+        return asyncio.wrap_future(self._store.disk_bytes())
 
     def write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
         """Run `write` in a transaction; return its result once that is on disk."""

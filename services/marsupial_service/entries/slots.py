@@ -35,7 +35,6 @@ class Slots:
 
     @property
     def in_use(self) -> int:
-        """The number of slots taken."""
         return len(self._taken)
 
     async def for_job(self) -> Slot:
@@ -60,7 +59,6 @@ class Slots:
             self._preempt()
 
     def free(self, slot: Slot) -> None:
-        """Release a slot."""
         self._taken.remove(slot)
         self._assign()
 

@@ -91,9 +91,9 @@ class EntryTable(Generic[E]):
         row = reader.execute(f"{self.select} {where}", (entry, owner)).fetchone()
         return None if row is None else self.record(row)
 
-    def existing(self, reader: StoreReader, entry: str) -> E:
-        """Return an entry. Raises UnknownEntry."""
-        record = self.find(reader, entry)
+    def existing(self, reader: StoreReader, entry: str, owner: str | None = None) -> E:
+        """Return an entry (of that owner). Raises UnknownEntry."""
+        record = self.find(reader, entry, owner)
         if record is None:
             raise UnknownEntry(self.noun)
         return record
@@ -128,7 +128,6 @@ class EntryTable(Generic[E]):
         return self._set(tx, {"number": (number,), "state": before}, state=state, **more)
 
     def change(self, tx: Transaction, number: int, **columns: object) -> None:
-        """Set columns of an entry."""
         self._set(tx, {"number": (number,)}, **columns)
 
     def take_over(self, tx: Transaction, number: int, **columns: object) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib.resources import files
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 BUDGET_S = 2.0
 
@@ -20,19 +20,16 @@ class Demo:
     load: Callable[[], dict[str, Any]]
 
     def request(self) -> dict[str, Any]:
-        """Return the body of a request."""
         return {"planner": "auto", "budget": {"seconds": BUDGET_S}, self.kind: self.load()}
 
 
 def _example(name: str) -> dict[str, Any]:
-    document: dict[str, Any] = json.loads((files("marsupial_service.examples") / f"{name}.json").read_bytes())
-    return document
+    return cast(dict[str, Any], json.loads((files("marsupial_service.examples") / f"{name}.json").read_bytes()))
 
 
 def _moment(name: str) -> dict[str, Any]:
     data = (files("marsupial.bench.suite") / "moments" / f"{name}.json.gz").read_bytes()
-    situation: dict[str, Any] = json.loads(gzip.decompress(data))
-    return situation
+    return cast(dict[str, Any], json.loads(gzip.decompress(data)))
 
 
 DEMOS: Mapping[str, Demo] = {

@@ -19,7 +19,6 @@ NOT_CACHED = {"Cache-Control": "no-store"}
 
 
 def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
-    """Return a response with a JSON body."""
     return text_answer(text_of(body).encode(), status, headers)
 
 
@@ -39,7 +38,6 @@ def job_text(job: JobRecord, best: str) -> bytes:
 
 
 def mission_answer(record: MissionRecord) -> MissionAnswer:
-    """Return a mission."""
     return MissionAnswer.of(record, links=_links(answers.MissionLinksAnswer, f"/v1/missions/{record.id}"))
 
 

@@ -44,7 +44,6 @@ class Connections:
         self._idle: dict[GuardedProtocol, None] = {}
 
     def __len__(self) -> int:
-        """Return the number of connections."""
         return len(self._addresses)
 
     def add(self, connection: GuardedProtocol, address: str) -> bool:
@@ -67,7 +66,6 @@ class Connections:
                 del self._counts[address]
 
     def set_busy(self, connection: GuardedProtocol, *, busy: bool) -> None:
-        """Note whether a connection has a request."""
         if busy:
             self._idle.pop(connection, None)
         elif connection in self._addresses:
@@ -187,7 +185,6 @@ class LoopErrorHandler:
         self._logged_s = -_LOG_PAUSE_S
 
     def __call__(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """Log a fault."""
         if "socket.accept()" not in context.get("message", ""):
             loop.default_exception_handler(context)
         # the loop tries again at once, and fails again, as long as all files are in use

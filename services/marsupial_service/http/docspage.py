@@ -37,7 +37,6 @@ _LEVELS = 4
 
 
 def page_of(document: Mapping[str, Any]) -> str:
-    """Return the page for an OpenAPI document."""
     info = document["info"]
     title = f"{escape(info['title'])} {escape(info['version'])}"
     schemas = document["components"]["schemas"]

@@ -5,8 +5,6 @@ name this machine are served: a page can have a name of its own resolve to it, b
 is changed for a page of another origin, which browsers name in every such request; programs name none.
 """
 
-from __future__ import annotations
-
 import logging
 import time
 import uuid
@@ -36,24 +34,33 @@ class Edge:
         self._state = state
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve one request."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        tracked = _TrackedAnswer(send)
+        request, status = uuid.uuid4().hex, None
+
+        async def send_tracked(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                headers = MutableHeaders(scope=message)
+                headers["X-Request-Id"] = request
+                headers["X-Content-Type-Options"] = "nosniff"
+            await send(message)
+
         started_s = time.perf_counter()
         try:
             problem = self._refusal(scope["method"], Headers(scope=scope))
             app = self._app if problem is None else answer(problem, scope["path"])
-            await app(scope, receive, tracked.send)
+            await app(scope, receive, send_tracked)
         except Exception:
-            log.exception("request failed", extra={"request": tracked.id, "path": scope["path"]})
+            log.exception("request failed", extra={"request": request, "path": scope["path"]})
             # once an answer has begun, nothing can be sent in its place
-            if tracked.status is None:
-                problem = HttpProblem("internal", f"see the server log for request {tracked.id}")
-                await answer(problem, scope["path"])(scope, receive, tracked.send)
+            if status is None:
+                problem = HttpProblem("internal", f"see the server log for request {request}")
+                await answer(problem, scope["path"])(scope, receive, send_tracked)
         finally:
-            self._log(scope, tracked, time.perf_counter() - started_s)
+            self._log(scope, request, status or _GONE, time.perf_counter() - started_s)
 
     def _refusal(self, method: str, headers: Headers) -> HttpProblem | None:
         """Return the problem if a request must not reach any route, else None."""
@@ -76,29 +83,11 @@ class Edge:
             return HttpProblem("cross-origin", text)
         return None
 
-    def _log(self, scope: Scope, tracked: _TrackedAnswer, seconds: float) -> None:
-        status = tracked.status or _GONE
+    def _log(self, scope: Scope, request: str, status: int, seconds: float) -> None:
         route = getattr(scope.get("route"), "path", "none")
         method = scope["method"] if scope["method"] in _METHODS else "other"
         self._state.metrics.request(method, route, status, seconds)
-        more: dict[str, Any] = {"request": tracked.id, "method": method, "route": route, "status": status}
+        more: dict[str, Any] = {"request": request, "method": method, "route": route, "status": status}
         about = scope.get("path_params") or {}
         more |= {"ms": round(1000 * seconds, 2)} | {key: about[key] for key in ("job", "mission") if key in about}
         log.info("request", extra=more)
-
-
-class _TrackedAnswer:
-    """An answer on its way: its status, and the id of its request."""
-
-    def __init__(self, send: Send) -> None:
-        self.id = uuid.uuid4().hex
-        self.status: int | None = None
-        self._send = send
-
-    async def send(self, message: Message) -> None:
-        if message["type"] == "http.response.start":
-            self.status = message["status"]
-            headers = MutableHeaders(scope=message)
-            headers["X-Request-Id"] = self.id
-            headers["X-Content-Type-Options"] = "nosniff"
-        await self._send(message)

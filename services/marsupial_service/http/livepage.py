@@ -51,7 +51,6 @@ def _file(text: str, kind: str) -> PageFile:
 
 @router.get("/")
 async def get_page(request: Request) -> Response:
-    """Return the page."""
     return _sent(request, page_files()[""])
 
 

@@ -47,7 +47,6 @@ def errors(*kinds: str, body: bool = False, key: bool = True) -> dict[int | str,
 
 
 def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
-    """Return the OpenAPI document of the service."""
     found = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
     schemas = found["components"]["schemas"]
     for name in ("HTTPValidationError", "ValidationError"):

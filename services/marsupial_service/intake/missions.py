@@ -122,17 +122,14 @@ def _check_runs(runs: Sequence[int], size: int, codes: Iterable[int], path: str,
         notes.wrong(path, fault)
 
 
-def report_of(
-    body: ReportBody, brief: MissionBrief, frame: MissionFrame | None = None, limits: ServiceLimits | None = None
-) -> MissionReport:
+def report_of(body: ReportBody, brief: MissionBrief, frame: MissionFrame, most_cells: int) -> MissionReport:
     """Return the report of a request, whatever happened before. Raises ScenarioError naming all that is wrong.
 
-    `frame` is that of the mission when the report comes; None for the one that it was created with.
+    `frame` is that of the mission when the report comes.
     """
-    notes, first = Notes(), MissionFrame.of(brief.grid)
-    own = frame or first
+    notes, own = Notes(), frame
     if body.frame is not None:
-        own = _frame(body.frame, brief.grid, notes, (limits or ServiceLimits()).cells) or own
+        own = _frame(body.frame, brief.grid, notes, most_cells) or own
         notes.check(ScenarioError)
     grid = own.grid(brief.grid, np.broadcast_to(np.uint8(UNKNOWN), (own.height, own.width)))
     _check_names(body, {robot.name for robot in brief.robots}, notes)
@@ -142,15 +139,8 @@ def report_of(
         here = notes.below(f"robots[{i}]")
         if note.cell is not None and note.pose_m is not None:
             here.wrong("pose_m", "give cell or pose_m, not both")
-        robots.append(
-            RobotUpdate(
-                name=note.name,
-                cell=cell_of(note, grid, here),
-                free_at_ms=note.free_at_ms,
-                distance_m=note.distance_m,
-                driving_ms=note.driving_ms,
-            )
-        )
+        given = note.model_dump(exclude={"pose_m", "cell"})
+        robots.append(RobotUpdate(**given, cell=cell_of(note, grid, here)))
     notes.check(ScenarioError)
     return MissionReport(
         n=body.n,
@@ -162,7 +152,7 @@ def report_of(
         failed=tuple((failed.id, failed.reason) for failed in body.failed),
         lost=tuple((lost.robot, lost.reason) for lost in body.lost),
         robot=body.robot,
-        frame=None if own == first else own,
+        frame=None if own == MissionFrame.of(brief.grid) else own,
     )
 
 
@@ -177,7 +167,7 @@ def reports_of(
     revealed = sum(sum(seen.runs[1::3]) for one in _bodies(body) for seen in one.revealed)  # lengths of runs
     check_count("/reports" if is_batch else "/revealed", revealed, max(limits.cells, frame.size), "cells")
     if isinstance(body.root, ReportBody):
-        return [(report_of(body.root, brief, frame, limits), sent.digest)], False
+        return [(report_of(body.root, brief, frame, limits.cells), sent.digest)], False
     # the maps of a batch may have no more cells in all than one map may have: few runs make many cells
     frames = [one.frame for one in body.root.reports if one.map is not None]
     cells = sum(frame.size if one is None else one.width * one.height for one in frames)
@@ -186,7 +176,7 @@ def reports_of(
     reports: list[MissionReport] = []
     for i, one in enumerate(body.root.reports):
         try:
-            reports.append(report_of(one, brief, frame, limits))
+            reports.append(report_of(one, brief, frame, limits.cells))
         except InputError as error:
             notes = Notes(f"reports[{i}]")
             notes.take(error)
@@ -262,5 +252,4 @@ def changes_in(cells: CellArray) -> int:
 
 
 def known_map_text(known: Grid) -> bytes:
-    """Return a map as JSON."""
     return text_of(KnownMapAnswer.of(known, runs=known_runs(known.cells))).encode()

@@ -9,7 +9,7 @@ import asyncio
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple, NoReturn, TypeVar, cast
+from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -76,7 +76,7 @@ async def read(
             return _converted(document, body, reader, limits, more)
         if reader.cells is None or reader.cells(body) <= INLINE_CELLS:
             return await asyncio.to_thread(_converted, document, body, reader, limits, more)
-    return cast(T, await readers.value_of(sent.owner, read_in_process, (sent.data, reader, limits, more)))
+    return await readers.value_of(sent.owner, read_in_process, (sent.data, reader, limits, more))
 
 
 def read_in_process(job: tuple[bytes, BodyReader[B, T], ServiceLimits, tuple[Any, ...]]) -> T:

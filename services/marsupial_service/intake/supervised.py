@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar, cast
 
 from marsupial.errors import InternalError
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message
@@ -28,6 +28,8 @@ _ROOM_S = 5.0
 # most processes at a time. They have their own threads, so that starting processes never blocks other work
 _MOST_PROCESSES = 16
 
+A = TypeVar("A")
+V = TypeVar("V")
 log = logging.getLogger("marsupial.service")
 
 
@@ -40,22 +42,14 @@ class SupervisedProcesses:
         self._runs: set[JobRun] = set()
         self._leaving = False
 
-    async def value_of(
-        self,
-        function: Callable[[Any], object],
-        argument: object,
-        *,
-        seconds: float,
-        memory_bytes: int,
-        runner: Runner = LOCAL,
-    ) -> object:
+    async def value_of(self, function: Callable[[A], V], argument: A, limits: JobLimits, runner: Runner = LOCAL) -> V:
         """Return the value of a top-level `function`, run by `runner`.
 
         Raises HttpProblem if the function does, or returns nothing within the limits.
         """
-        limits = JobLimits(wall_s=seconds, memory_bytes=memory_bytes)
         job = Job(function=_yield_value, argument=(function, argument), limits=limits)
-        return await asyncio.get_running_loop().run_in_executor(self._threads, self._value, job, runner)
+        value = await asyncio.get_running_loop().run_in_executor(self._threads, self._value, job, runner)
+        return cast(V, value)
 
     def begin_shutdown(self) -> None:
         """End all processes; return at once."""
@@ -86,7 +80,7 @@ class SupervisedProcesses:
                     self._runs.discard(run)
 
 
-def _yield_value(call: tuple[Callable[[Any], object], object]) -> Iterator[object]:
+def _yield_value(call: tuple[Callable[[A], V], A]) -> Iterator[V | HttpProblem]:
     """Yield the value of a function, or its HttpProblem; the function of a job."""
     function, argument = call
     try:
@@ -132,13 +126,10 @@ class RequestProcesses:
 
     supervised: SupervisedProcesses
     slots: Slots
-    seconds: float  # limits of each process: its time, and below its memory
-    memory_bytes: int
+    limits: JobLimits  # of each process
     charge: Callable[[str, float], None]  # gets the owner and the seconds that a process took
 
-    async def value_of(
-        self, owner: str, function: Callable[[Any], object], argument: object, wait_s: float | None = None
-    ) -> object:
+    async def value_of(self, owner: str, function: Callable[[A], V], argument: A, wait_s: float | None = None) -> V:
         """Return the value of `function`, run in a process as soon as it is the owner's turn.
 
         Raises TooMany if no slot was free within `wait_s`, or the owner already waits for as many slots as there are;
@@ -156,8 +147,6 @@ class RequestProcesses:
         with slots.holding(slot):
             begun_s = time.monotonic()
             try:
-                return await self.supervised.value_of(
-                    function, argument, seconds=self.seconds, memory_bytes=self.memory_bytes
-                )
+                return await self.supervised.value_of(function, argument, self.limits)
             finally:
                 self.charge(owner, time.monotonic() - begun_s)

@@ -48,19 +48,11 @@ class Attempt:
     `took_s` is how long its processes took from request to end; 0 until they end.
     """
 
-    def __init__(
-        self,
-        claim: table.Claim,
-        reservation: Reservation,
-        store: Store,
-        settings: JobSettings,
-        now_ms: Callable[[], int],
-    ) -> None:
+    def __init__(self, claim: table.Claim, reservation: Reservation, store: Store, settings: JobSettings) -> None:
         self.claim = claim
         self._reservation = reservation
         self._store = store
         self._settings = settings
-        self._now_ms = now_ms
         self._lock = threading.Lock()
         self._run: JobRun | None = None
         self._cancelled = threading.Event()
@@ -123,7 +115,7 @@ class Attempt:
         return Job(function=solve, argument=task, limits=limits)
 
     def _take(self, value: object) -> None:
-        claim, now_ms = self.claim, self._now_ms()
+        claim, now_ms = self.claim, self._settings.now_ms()
         match value:
             case Found() as found:
                 self._has_plan = True

@@ -83,17 +83,6 @@ class JobRecord(StoredEntry):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Metrics:
-    """Counts for operators: stored jobs by state and by outcome, waiting jobs by owner, and slots in use."""
-
-    states: Mapping[JobState, int]
-    outcomes: Mapping[JobOutcome, int]
-    waiting: Mapping[str, int]
-    slots: int
-    slots_in_use: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class JobSettings(EntrySettings):
     """Limits of jobs, and how to run them.
 

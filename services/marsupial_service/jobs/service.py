@@ -8,26 +8,23 @@ next and which is preempted; `attempt` runs one.
 
 import asyncio
 import logging
-import uuid
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing, suppress
 from functools import partial
-from typing import NamedTuple
+from typing import Any
 
 from marsupial.errors import InternalError
 from marsupial.planning import engines
-from marsupial.processes.runner import LOCAL, Reservation, Runner
+from marsupial.processes.runner import Reservation
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slot, Slots
 from marsupial_service.jobs import scheduling, table, work
 from marsupial_service.jobs.attempt import Attempt, AttemptLost
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.records import Closed, JobRecord, JobSettings, Metrics, PackedRequest
+from marsupial_service.jobs.records import Closed, JobRecord, JobSettings, PackedRequest
 from marsupial_service.schemas.enums import JobOutcome
 from marsupial_service.store import Store, StoreError
-from marsupial_service.timestamps import wall_clock_ms
 
 # modules that all workers need, loaded before the fork
 PRELOAD = (*engines.PRELOAD, work.load_planners)
@@ -42,27 +39,11 @@ _CHECK_S = 0.25
 log = logging.getLogger("marsupial.jobs")
 
 
-class _ClaimedJob(NamedTuple):
-    """A claimed job and where it will run; leaving `held` releases the slot and the reservation."""
-
-    claim: table.Claim
-    slot: Slot
-    reservation: Reservation
-    held: ExitStack
-
-
 class Jobs(Entries[JobRecord]):
     """All planning jobs of one store."""
 
-    def __init__(
-        self,
-        store: Store,
-        settings: JobSettings,
-        now_ms: Callable[[], int] = wall_clock_ms,
-        runner: Runner = LOCAL,
-        slots: Slots | None = None,
-    ) -> None:
-        super().__init__(store, JOBS, settings, settings.limits.kept_jobs, now_ms, runner)
+    def __init__(self, store: Store, settings: JobSettings, slots: Slots | None = None) -> None:
+        super().__init__(store, JOBS, settings, settings.limits.kept_jobs)
         self._settings = settings
         self._slots = slots or Slots(self._limits.slots)
         self._threads = ThreadPoolExecutor(self._limits.slots, "job")
@@ -105,9 +86,7 @@ class Jobs(Entries[JobRecord]):
             raise table.queue_full(_BUSY_RETRY_S)
         self._storing += 1
         try:
-            job = table.NewJob(
-                id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=request.digest, request=request
-            )
+            job = table.NewJob(owner=owner, key=idempotency_key, digest=request.digest, request=request)
             return await self.write(lambda tx: table.insert(tx, job, self._settings, self._capacity, self.now_ms()))
         finally:
             self._storing -= 1
@@ -121,16 +100,16 @@ class Jobs(Entries[JobRecord]):
         try:
             async with asyncio.timeout(seconds):
                 with self.subscriptions.subscribe(job) as news:
-                    while (record := await self._existing(job)).finished_at_ms is None and not self.stopping:
+                    while (record := await self.of(None, job)).finished_at_ms is None and not self.stopping:
                         await news.wait()
                         news.clear()
                     return record
         except TimeoutError:
-            return await self._existing(job)
+            return await self.of(None, job)
 
-    async def metrics(self) -> Metrics:
-        """Return counts for operators."""
-        return await self.read(lambda reader: table.counts(reader, self._slots))
+    async def metrics(self) -> dict[str, Any]:
+        """Return counts for operators by the names of their metrics."""
+        return {"slots": self._slots.count, "slots_in_use": self._slots.in_use, **await self.read(table.counts)}
 
     async def _recover(self) -> None:
         ours = None if self._is_claiming else frozenset(self._ours)
@@ -155,11 +134,15 @@ class Jobs(Entries[JobRecord]):
             async with self._claiming:  # one slot at a time: otherwise all would wait for the same job
                 claimed = await self._next_claimed()
             if claimed is not None:
-                with claimed.held:
-                    await self._run_claimed(claimed)
+                attempt, slot, held = claimed
+                with held:
+                    await self._run_claimed(attempt, slot)
 
-    async def _next_claimed(self) -> _ClaimedJob | None:
-        """Wait for a job, a slot and room; only then claim a job, as it might run elsewhere by then. None at `stop`."""
+    async def _next_claimed(self) -> tuple[Attempt, Slot, ExitStack] | None:
+        """Wait for a job, a slot and room; only then claim a job, as it might run elsewhere by then. None at `stop`.
+
+        Leaving the stack releases the slot and the reservation.
+        """
         while await self._wait_for_queue():
             with ExitStack() as held:
                 slot = held.enter_context(self._slots.holding(await self._slots.for_job()))
@@ -168,7 +151,7 @@ class Jobs(Entries[JobRecord]):
                     continue
                 claim = await self._claim()
                 if claim is not None:
-                    return _ClaimedJob(claim, slot, reservation, held.pop_all())
+                    return Attempt(claim, reservation, self._store, self._settings), slot, held.pop_all()
         return None
 
     async def _wait_for_queue(self) -> bool:
@@ -207,11 +190,10 @@ class Jobs(Entries[JobRecord]):
         slot.preempt = self._reservation = None
         return granted and not slot.is_preempted and not self.stopping
 
-    async def _run_claimed(self, claimed: _ClaimedJob) -> None:
+    async def _run_claimed(self, attempt: Attempt, slot: Slot) -> None:
         """Run an attempt at a job and store how it ended."""
-        claim = claimed.claim
-        attempt = Attempt(claim, claimed.reservation, self._store, self._settings, self.now_ms)
-        end = await self._attempt(attempt, claimed.slot)
+        claim = attempt.claim
+        end = await self._attempt(attempt, slot)
         self._settings.planned(claim.owner, attempt.took_s)
         try:
             await self._store_end(attempt, end)

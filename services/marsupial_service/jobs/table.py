@@ -6,8 +6,9 @@ attempt at it is running) changes nothing and reports that.
 
 import json
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
@@ -16,7 +17,6 @@ from marsupial_service.entries.capacity import StoreCapacity
 from marsupial_service.entries.documents import line, plan_of, text_of, text_with
 from marsupial_service.entries.quota import PREPARATION_S, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.slots import Slots
 from marsupial_service.entries.table import record_of
 from marsupial_service.jobs import scheduling
 from marsupial_service.jobs.lookup import JOBS
@@ -27,7 +27,6 @@ from marsupial_service.jobs.records import (
     Found,
     JobRecord,
     JobSettings,
-    Metrics,
     PackedRequest,
 )
 from marsupial_service.schemas.enums import JobEventType, JobOutcome, JobState
@@ -120,7 +119,6 @@ def queue_full(retry_after_s: int, *, own_share: bool = False) -> TooMany:
 
 
 def is_queued(reader: StoreReader) -> bool:
-    """Return whether a job is waiting."""
     sql = "SELECT 1 FROM jobs WHERE state = ? AND finished_ms IS NULL LIMIT 1"
     return reader.execute(sql, (JobState.QUEUED,)).fetchone() is not None
 
@@ -154,21 +152,19 @@ def claim(tx: Transaction, settings: JobSettings, now_ms: int) -> Claim | None:
     return record_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
 
 
-def counts(reader: StoreReader, slots: Slots) -> Metrics:
-    """Return counts for operators."""
+def counts(reader: StoreReader) -> dict[str, Mapping[Any, int]]:
+    """Return counts for operators by the names of their metrics."""
     sql = "SELECT owner, count(*) FROM jobs WHERE state = ? AND finished_ms IS NULL GROUP BY owner"
-    return Metrics(
-        states=JOBS.counts(reader, "state", JobState),
-        outcomes=JOBS.counts(reader, "outcome", JobOutcome),
-        waiting=dict(map(tuple, reader.execute(sql, (JobState.QUEUED,)).fetchall())),
-        slots=slots.count,
-        slots_in_use=slots.in_use,
-    )
+    return {
+        "jobs": JOBS.counts(reader, "state", JobState),
+        "job_outcomes": JOBS.counts(reader, "outcome", JobOutcome),
+        "jobs_waiting": dict(map(tuple, reader.execute(sql, (JobState.QUEUED,)).fetchall())),
+    }
 
 
 def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
     """Store the analysis of the map; return whether it was in time."""
-    if not _is_running(tx, claim):
+    if not is_running(tx, claim, tx.row_lock):
         return False
     sql = "UPDATE payloads SET situation = ?, places = ? WHERE job = ?"
     tx.execute(sql, (analysed.situation, analysed.places, claim.number))
@@ -180,7 +176,7 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
     """Store a plan as the next revision; return whether it was in time and better than the last."""
     best = _best(tx, claim.number)
     # an attempt presumed dead may still send plans
-    if not _is_running(tx, claim) or (best is not None and found.score >= best[0]):
+    if not is_running(tx, claim, tx.row_lock) or (best is not None and found.score >= best[0]):
         return False
     revision, started_ms = tx.execute(
         "UPDATE jobs SET plans = plans + 1, first_plan_ms = coalesce(first_plan_ms, ?) WHERE number = ?"
@@ -210,7 +206,7 @@ def finish(
     tx: Transaction, claim: Claim, closed: Closed, settings: JobSettings, now_ms: int, took_ms: int | None = None
 ) -> bool:
     """Put a running job into its final state; return whether it was in time. `took_ms`: see `_charge`."""
-    return _is_running(tx, claim) and _end(tx, claim.number, closed, settings, now_ms, took_ms)
+    return is_running(tx, claim, tx.row_lock) and _end(tx, claim.number, closed, settings, now_ms, took_ms)
 
 
 def cancel(tx: Transaction, job: str, settings: JobSettings, now_ms: int) -> JobRecord:
@@ -229,7 +225,7 @@ def requeue(
     With an empty `reason` this server ended the attempt: it does not count, but its time is charged (`took_ms`: see
     `_charge`).
     """
-    return _is_running(tx, claim) and _requeue(tx, claim.number, reason, settings, now_ms, took_ms)
+    return is_running(tx, claim, tx.row_lock) and _requeue(tx, claim.number, reason, settings, now_ms, took_ms)
 
 
 def preempt(tx: Transaction, settings: JobSettings, now_ms: int) -> str | None:
@@ -281,10 +277,6 @@ def is_running(reader: StoreReader, claim: Claim, lock: str = "") -> bool:
     """Return whether an attempt is running: it is neither over nor superseded by another one."""
     sql = f"SELECT 1 FROM jobs WHERE number = ? AND state = ? AND term = ?{lock}"
     return reader.execute(sql, (claim.number, JobState.RUNNING, claim.term)).fetchone() is not None
-
-
-def _is_running(tx: Transaction, claim: Claim) -> bool:
-    return is_running(tx, claim, tx.row_lock)
 
 
 def _requeue(

@@ -34,7 +34,6 @@ _OMITTED_IF_EMPTY = ("revealed", "finished", "failed", "lost", "robot")
 
 
 def encode_brief(brief: MissionBrief) -> bytes:
-    """Return the stored text of a brief."""
     area = None if brief.reachable is None else np.where(brief.reachable, np.uint8(1), np.uint8(UNKNOWN))
     simulation = brief.simulation and {
         "truth": known_runs(brief.simulation.truth),
@@ -55,7 +54,6 @@ def encode_brief(brief: MissionBrief) -> bytes:
 
 
 def decode_brief(text: bytes) -> MissionBrief:
-    """Return the brief in a stored text."""
     first, more_text = text.decode().split("\n")
     (started,) = LogDecoder().events(first)
     assert isinstance(started, MissionStarted)
@@ -88,7 +86,6 @@ def decode_brief(text: bytes) -> MissionBrief:
 
 
 def encode_input(data: Input) -> bytes:
-    """Return the stored text of an input."""
     if isinstance(data, Control):
         return to_json({"control": data})
     fields: dict[str, object] = {"n": data.n, "t_ms": data.t_ms}
@@ -103,7 +100,6 @@ def encode_input(data: Input) -> bytes:
 
 
 def decode_input(text: bytes) -> Input:
-    """Return the input in a stored text."""
     fields = from_json(text)
     if "control" in fields:
         return Control(fields["control"])

@@ -9,9 +9,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-import numpy as np
-import numpy.typing as npt
-
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 
@@ -35,7 +32,6 @@ class MissionFrame:
 
     @property
     def size(self) -> int:
-        """The number of cells."""
         return self.width * self.height
 
     def grown(self, other: MissionFrame) -> MissionFrame:
@@ -72,8 +68,3 @@ def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, 
 def embedded(cells: CellArray, before: MissionFrame, now: MissionFrame) -> CellArray:
     """Return the cells (height, width) of a frame within a larger one, unknown around them."""
     return cells if before == now else before.shift_to(now).laid_out(cells, UNKNOWN)
-
-
-def reindexed(indices: npt.NDArray[np.int64], of: MissionFrame, now: MissionFrame) -> npt.NDArray[np.int64]:
-    """Return the row-major indices of cells of one frame within a larger one."""
-    return indices if of == now else of.shift_to(now).indices(indices)

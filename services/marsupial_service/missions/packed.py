@@ -6,7 +6,7 @@ The events of a batch are lines of text: type, then data.
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from marsupial_service.missions.encoding import decode_input, encode_input
+from marsupial_service.missions.encoding import encode_input
 from marsupial_service.missions.values import Input, StoredEvent
 from marsupial_service.schemas.enums import EventType
 from marsupial_service.store import Transaction, packing
@@ -28,16 +28,10 @@ def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes
         tx.insert("mission_inputs", **head, part=part, digest=None if part else digest, data=piece)
 
 
-def inputs_from(reader: StoreReader, number: int, seq: int, most: int) -> tuple[bytes, ...]:
-    """Return the stored texts of at most `most` inputs of a mission, from number `seq` on."""
+def inputs_from(reader: StoreReader, number: int, seq: int, most: int) -> Iterator[tuple[bytes, bytes | None]]:
+    """Yield the stored texts of at most `most` inputs of a mission, from number `seq` on, with their digests."""
     rows = reader.execute(f"{_INPUTS} AND seq >= ? AND seq < ? {_IN_ORDER}", (number, seq, seq + most))
-    return tuple(data for _, data in packing.joined(rows))
-
-
-def inputs_after(reader: StoreReader, number: int, seq: int) -> Iterator[tuple[Input, bytes | None]]:
-    """Yield the inputs after number `seq`, with their digests."""
-    for row, data in packing.joined(reader.execute(f"{_INPUTS} AND seq > ? {_IN_ORDER}", (number, seq))):
-        yield decode_input(data), row["digest"]
+    return ((data, row["digest"]) for row, data in packing.joined(rows))
 
 
 def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[StoredEvent]], now_ms: int) -> None:
@@ -57,7 +51,6 @@ def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[Stor
 
 
 def events_of_batch(reader: StoreReader, number: int, batch: int) -> tuple[StoredEvent, ...]:
-    """Return the events of a batch."""
     rows = reader.execute(f"{_EVENTS} AND batch = ? {_IN_ORDER}", (number, batch))
     return tuple(event for _, event in _events(rows, 0))
 

@@ -46,15 +46,6 @@ class MissionRecord(StoredEntry):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MissionCounts:
-    """Counts for operators: stored missions by state, unanswered inputs, open missions by owner."""
-
-    states: Mapping[MissionPhase, int]
-    backlog: int
-    owners: Mapping[str, int]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSettings(EntrySettings):
     """The limits of missions, and callbacks: may an owner still have missions; how long an input waited."""
 

@@ -17,7 +17,7 @@ from marsupial.model.mission import ActionEnd
 from marsupial.model.plan import ActionName
 from marsupial.model.runs import cells_in
 from marsupial.model.team import Whereabouts
-from marsupial_service.missions.frames import MissionFrame, embedded, reindexed
+from marsupial_service.missions.frames import MissionFrame, embedded
 from marsupial_service.missions.values import MissionReport
 
 
@@ -55,7 +55,9 @@ class ReportedMap:
         changes = []
         for name, runs in report.revealed:
             indices, codes = cells_in(runs)
-            changes.append(self._set(name, reindexed(indices, of, self.frame), codes))
+            if of != self.frame:
+                indices = of.shift_to(self.frame).indices(indices)
+            changes.append(self._set(name, indices, codes))
         if report.map is not None:
             changes.append(self.redraw(embedded(report.map, of, self.frame)))
         return changes

@@ -2,7 +2,6 @@
 
 import asyncio
 import threading
-import uuid
 from collections.abc import Awaitable, Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -11,14 +10,13 @@ from typing import TypeVar
 
 from marsupial.errors import Problem
 from marsupial.model.grid import Grid
-from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
 from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import process, table
 from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.encoding import decode_brief, encode_brief
-from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings
+from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.state import MissionState, MissionStates, ReportConflict, brief
 from marsupial_service.missions.supervisor import MissionSupervisor
 from marsupial_service.missions.table import MISSIONS
@@ -26,7 +24,6 @@ from marsupial_service.missions.values import Control, MissionBrief, StoredRepor
 from marsupial_service.schemas.answers import LastReportsAnswer
 from marsupial_service.store import Store, StoreError, Transaction, packing
 from marsupial_service.store.engine import Connection
-from marsupial_service.timestamps import wall_clock_ms
 
 # missions per transaction, so that several servers share those of a dead one
 _AT_A_TIME = 4
@@ -37,15 +34,8 @@ T = TypeVar("T")
 class Missions(Entries[MissionRecord]):
     """All missions of one store."""
 
-    def __init__(
-        self,
-        store: Store,
-        settings: MissionSettings,
-        now_ms: Callable[[], int] = wall_clock_ms,
-        runner: Runner = LOCAL,
-        slots: Slots | None = None,
-    ) -> None:
-        super().__init__(store, MISSIONS, settings, settings.limits.kept_missions, now_ms, runner)
+    def __init__(self, store: Store, settings: MissionSettings, slots: Slots | None = None) -> None:
+        super().__init__(store, MISSIONS, settings, settings.limits.kept_missions)
         self._settings = settings
         self._slots = slots or Slots(self._limits.missions)
         self._threads = ThreadPoolExecutor(2 * self._limits.missions, "mission")  # one receives, one sends
@@ -78,13 +68,10 @@ class Missions(Entries[MissionRecord]):
         Raises TooMany, KeyReused, StoreError.
         """
         kept, packed = await asyncio.to_thread(_stored_form, brief)
-        new = table.NewMission(
-            id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=digest, brief=kept, packed=packed
-        )
+        new = table.NewMission(owner=owner, key=idempotency_key, digest=digest, brief=kept, packed=packed)
         return await asyncio.shield(asyncio.ensure_future(self._create(new)))
 
     async def brief(self, record: MissionRecord) -> MissionBrief:
-        """Return the brief of a mission."""
         known = self._states.brief(record.id)
         return await self.read(lambda reader: brief(reader, record)) if known is None else known
 
@@ -110,16 +97,14 @@ class Missions(Entries[MissionRecord]):
         return await asyncio.shield(self.write(lambda tx: table.add_control(tx, record.id, control, self.now_ms())))
 
     async def log(self, record: MissionRecord) -> str:
-        """Return the mission log so far."""
         return await self.read(lambda reader: table.log(reader, record))
 
     async def known(self, record: MissionRecord) -> Grid:
         """Return the map after the last report."""
-        frame, cells = await self._on_state(record, lambda state: (state.frame, state.cells.copy()))
+        frame, cells = await self._on_state(record, lambda state: (state.map.frame, state.map.cells.copy()))
         return frame.grid((await self.brief(record)).grid, cells)
 
     async def last_reports(self, record: MissionRecord) -> LastReportsAnswer:
-        """Return the numbers of the last reports."""
         return await self._on_state(record, lambda state: LastReportsAnswer.of(state, robots=state.counts))
 
     async def _on_state(self, record: MissionRecord, read: Callable[[MissionState], T]) -> T:
@@ -130,10 +115,6 @@ class Missions(Entries[MissionRecord]):
                 return read(self._shown.of(reader, MISSIONS.existing(reader, record.id)))
 
         return await self.read(found)
-
-    async def counts(self) -> MissionCounts:
-        """Return counts for operators."""
-        return await self.read(table.counts)
 
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
         self._creating.add(new.id)
@@ -168,9 +149,9 @@ class Missions(Entries[MissionRecord]):
             await self.write(partial(table.cancel_abandoned, mission=mission, reason=reason, now_ms=now_ms))
 
     def _open(self, record: MissionRecord, brief: MissionBrief) -> None:
-        supervisor = MissionSupervisor(record, brief, self, self._slots, self._threads, self._runner, self._settings)
-        if record.simulation is not None:
-            supervisor.driver = Driver(record.simulation.speed, partial(self._store_simulated, record))
+        simulation = record.simulation
+        driver = None if simulation is None else Driver(simulation.speed, partial(self._store_simulated, record))
+        supervisor = MissionSupervisor(record, brief, self, self._slots, self._threads, self._settings, driver)
         self._supervisors[record.id] = supervisor
         # not restarted: `_recover` picks up a mission without a supervisor
         self._start("supervisor", partial(self._supervise, supervisor), restart=False)

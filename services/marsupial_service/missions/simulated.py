@@ -24,14 +24,8 @@ class SimulatedTeam:
     While the mission is `paused`, time advances only as long as a robot is busy.
     """
 
-    def __init__(
-        self,
-        truth: Grid,
-        kinds: Mapping[str, RobotType],
-        robots: Sequence[PlacedRobot],
-        failures: Mapping[str, int] | None = None,
-    ) -> None:
-        self._world = SimulatedWorld(truth, kinds, robots, failures)
+    def __init__(self, truth: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot]) -> None:
+        self._world = SimulatedWorld(truth, kinds, robots)
         self._ids: dict[str, int] = {}
         self._n = 0
         self.paused = False

@@ -12,17 +12,17 @@ from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
+from typing import cast
 
 import numpy as np
 
 from marsupial.errors import Problem
 from marsupial.formats.fields import Notes
-from marsupial.model.grid import CellArray
 from marsupial.model.mission import ActionEnd
 from marsupial.model.runs import cells_in
 from marsupial.model.team import Whereabouts
 from marsupial_service.missions import packed
-from marsupial_service.missions.encoding import decode_brief
+from marsupial_service.missions.encoding import decode_brief, decode_input
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.reported import ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
@@ -59,16 +59,6 @@ class MissionState:
             }
         )
         self._digests: dict[str | None, list[bytes]] = {None: []}
-
-    @property
-    def frame(self) -> MissionFrame:
-        """The frame of the map."""
-        return self.map.frame
-
-    @property
-    def cells(self) -> CellArray:
-        """The known cells of the map, shape (height, width)."""
-        return self.map.cells
 
     @property
     def counts(self) -> dict[str, int]:
@@ -119,7 +109,6 @@ class MissionState:
             self._team.mark_lost(name)
 
     def apply_event(self, event: StoredEvent) -> None:
-        """Apply an event of the mission."""
         if event.type is EventType.COMMANDS:
             batch = json.loads(event.data)
             self.revision = batch["revision"]
@@ -222,13 +211,13 @@ class MissionStates:
                 cached.state.apply_event(event)
             cached.events = record.events
         if record.inputs > cached.inputs:
-            for report, digest in packed.inputs_after(reader, record.number, cached.inputs):
+            more = record.inputs - cached.inputs
+            for text, digest in packed.inputs_from(reader, record.number, cached.inputs + 1, more):
                 if digest is not None:
-                    assert isinstance(report, MissionReport)
-                    cached.state.apply(report, digest)
+                    cached.state.apply(cast(MissionReport, decode_input(text)), digest)
             cached.inputs = record.inputs
         # the latest one stays, however large it is
-        while len(self._cache) > 1 and sum(one.state.cells.size for one in self._cache.values()) > _MOST_CELLS:
+        while len(self._cache) > 1 and sum(one.state.map.cells.size for one in self._cache.values()) > _MOST_CELLS:
             self._cache.popitem(last=False)
         return cached.state
 
@@ -238,11 +227,9 @@ class MissionStates:
         cached.state, cached.inputs = state, record.inputs
 
     def drop(self, mission: str) -> None:
-        """Remove a state from the cache."""
         self._cache.pop(mission, None)
 
 
 def brief(reader: StoreReader, record: MissionRecord) -> MissionBrief:
-    """Return the brief of a mission."""
     row = reader.execute("SELECT brief FROM mission_briefs WHERE mission = ?", (record.number,)).fetchone()
     return decode_brief(packing.unpack(row["brief"]))

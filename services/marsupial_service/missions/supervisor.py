@@ -41,7 +41,6 @@ from dataclasses import dataclass, field
 from marsupial.errors import InternalError
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
-from marsupial.processes.runner import Runner
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import packed, table
@@ -92,9 +91,8 @@ class MissionSupervisor:
     missions: Entries[MissionRecord]
     slots: Slots
     threads: Executor
-    runner: Runner
     settings: MissionSettings
-    driver: Driver | None = None
+    driver: Driver | None
     _batches: int = field(init=False)  # stored so far
     _worked_s: float = field(default=0.0, init=False)  # not yet charged
 
@@ -180,7 +178,7 @@ class MissionSupervisor:
 
     async def _start_process(self, job: Job) -> JobRun:
         """Start a process where there is room; on cancellation, end it as soon as it has started."""
-        reservation = self.runner.reserve(_CPUS)
+        reservation = self.settings.runner.reserve(_CPUS)
         starting = self.threads.submit(lambda: reservation.run(job) if reservation.wait() else None)
         try:
             run = await asyncio.wrap_future(starting)
@@ -307,7 +305,8 @@ class MissionSupervisor:
         """Wait for input `number`; return the stored inputs from there on. Set `news` if there may be more."""
 
         def due_inputs(reader: Connection) -> tuple[bytes, ...]:
-            return packed.inputs_from(reader, self._current(reader).number, number, _AT_A_TIME)
+            inputs = packed.inputs_from(reader, self._current(reader).number, number, _AT_A_TIME)
+            return tuple(text for text, _ in inputs)
 
         found: tuple[bytes, ...] = ()
         while not found:

@@ -19,7 +19,7 @@ from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.table import EntryTable, record_of
 from marsupial_service.missions import packed
 from marsupial_service.missions.frames import MissionFrame
-from marsupial_service.missions.records import STATE_AFTER, TRANSITIONS, MissionCounts, MissionRecord
+from marsupial_service.missions.records import STATE_AFTER, TRANSITIONS, MissionRecord
 from marsupial_service.missions.state import MissionStates, ReportConflict, new_reports
 from marsupial_service.missions.values import (
     Control,
@@ -181,7 +181,7 @@ def add_reports(
     tx.on_rollback.append(lambda: states.drop(mission))
     if len(sent) == 1:
         tried.apply(*new[0])
-    frame = None if tried.frame == tried.map.first_frame else line(astuple(tried.frame))
+    frame = None if tried.map.frame == tried.map.first_frame else line(astuple(tried.map.frame))
     MISSIONS.change(tx, record.number, n=tried.n, t_ms=tried.t_ms, frame=frame)
     record = MISSIONS.existing(tx, mission)
     states.replace(record, tried)
@@ -226,12 +226,16 @@ def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> 
         _end(tx, record, Status.FAILED, reason, now_ms)
 
 
-def counts(reader: StoreReader) -> MissionCounts:
-    """Return counts for operators."""
+def counts(reader: StoreReader) -> dict[str, Any]:
+    """Return counts for operators by the names of their metrics."""
     open_ones = "FROM missions WHERE finished_ms IS NULL"
     (backlog,) = reader.execute(f"SELECT coalesce(sum(inputs + 1 - batches), 0) {open_ones}").fetchone()
     owners = dict(map(tuple, reader.execute(f"SELECT owner, count(*) {open_ones} GROUP BY owner").fetchall()))
-    return MissionCounts(states=MISSIONS.counts(reader, "state", MissionPhase), backlog=int(backlog), owners=owners)
+    return {
+        "missions": MISSIONS.counts(reader, "state", MissionPhase),
+        "backlog": int(backlog),
+        "missions_open": owners,
+    }
 
 
 def abandoned(reader: StoreReader, idle_s: float, now_ms: int) -> tuple[tuple[str, str, bool], ...]:
@@ -299,11 +303,9 @@ def inputs_of(mission: str) -> str:
 
 
 def log(reader: StoreReader, record: MissionRecord) -> str:
-    """Return the mission's log; if an earlier version restarted it, only the part since then."""
+    """Return the mission's log."""
     events = packed.events_after(reader, record.number)
-    lines = [event.data for _, event in events if event.type is EventType.LOG]
-    starts = [i for i, text in enumerate(lines) if text.startswith('{"event":"mission"')]
-    return "".join(f"{text}\n" for text in lines[starts[-1] :]) if starts else ""
+    return "".join(f"{event.data}\n" for _, event in events if event.type is EventType.LOG)
 
 
 def ended_problem(record: MissionRecord) -> Problem:

@@ -189,7 +189,6 @@ class RemoteWorld:
         self._process.order(order)
 
     def _apply_next(self, until_ms: int) -> None:
-        """Apply the next input."""
         match self._process.exchange(until_ms):
             case MissionReport() as report:
                 self._apply(report)

@@ -137,12 +137,11 @@ async def get_situation(state: Service, owner: Owner, job: PathJob) -> Response:
         return text_answer(f'{{"situation":{analysis.situation},"places":{analysis.places}}}'.encode())
     text = await state.jobs.read(lambda reader: lookup.source_text(reader, job.id)) or "{}"
     if len(text) <= INLINE_BYTES:
-        found: object = situation_text(text)
+        found = situation_text(text)
     else:
         found = await state.readers.value_of(owner, situation_text, text)
     if found is None:
         raise HttpProblem("not-found", "the map has not been analysed yet", headers={"Retry-After": "1"})
-    assert isinstance(found, bytes)
     return text_answer(found)
 
 
@@ -153,5 +152,4 @@ async def get_map(state: Service, owner: Owner, job: PathJob) -> Response:
     found = await state.readers.value_of(owner, job_map_text, (source, state.settings.limits))
     if found is None:
         raise HttpProblem("not-found", "the job was submitted with a situation, which has no map")
-    assert isinstance(found, bytes)
     return text_answer(found)

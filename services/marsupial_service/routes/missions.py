@@ -169,9 +169,7 @@ async def get_known_map(state: Service, owner: Owner, mission: PathMission) -> R
     known = await state.missions.known(mission)
     if await asyncio.to_thread(changes_in, known.cells) <= _INLINE_CHANGES:
         return text_answer(known_map_text(known))
-    found = await state.readers.value_of(owner, known_map_text, known)
-    assert isinstance(found, bytes)
-    return text_answer(found)
+    return text_answer(await state.readers.value_of(owner, known_map_text, known))
 
 
 def created(creation: Created[MissionRecord]) -> Response:

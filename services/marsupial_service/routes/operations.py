@@ -9,10 +9,13 @@ from importlib.metadata import version
 from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
+from marsupial.processes.jobs import JobLimits
+from marsupial_service.entries.capacity import stored_bytes
 from marsupial_service.http.answers import NOT_CACHED, json_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import AdminRoute, Route
 from marsupial_service.jobs.work import try_planning
+from marsupial_service.missions.table import counts
 from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Service
 from marsupial_service.schemas import answers
@@ -55,22 +58,24 @@ async def readyz(state: Service) -> Response:
 @admin.get("/metrics", response_class=PlainTextResponse, responses=errors())
 async def metrics(state: Service) -> Response:
     """Return the metrics in Prometheus' text format."""
-    jobs, missions = state.jobs, state.missions
-    streams = sum(state.streams.values())
-    counts = await jobs.metrics(), await missions.counts(), await jobs.left_s()
-    text = state.metrics.text(*counts, streams, await jobs.sizes())
-    return PlainTextResponse(text, headers=NOT_CACHED)
+    values = {
+        **await state.jobs.metrics(),
+        **await state.missions.read(counts),
+        "planning_seconds_left": await state.jobs.left_s(),
+        "store_bytes": await state.jobs.read(stored_bytes),
+        "store_disk_bytes": await state.jobs.disk_bytes(),
+        "event_streams": sum(state.streams.values()),
+    }
+    return PlainTextResponse(state.metrics.text(values), headers=NOT_CACHED)
 
 
 async def _check(state: State) -> answers.ReadyAnswer | str:
     started_s = time.monotonic()
-    limits = state.settings.limits
+    limits = JobLimits(wall_s=_READY_S, memory_bytes=state.settings.limits.memory_bytes)
     try:
         if (fault := state.runner.fault()) is not None:
             return f"planning is not available: {fault}"
-        planned = await state.supervised.value_of(
-            try_planning, None, seconds=_READY_S, memory_bytes=limits.memory_bytes, runner=state.runner
-        )
+        planned = await state.supervised.value_of(try_planning, None, limits, state.runner)
     except HttpProblem as error:
         return f"planning {'is not available' if error.kind == 'not-ready' else 'fails'}: {error}"
     except Exception:

@@ -58,7 +58,6 @@ class MaintenanceConnection:
             self.connection.execute("COMMIT")
 
     def write(self, write: Callable[[Transaction], T]) -> T:
-        """Run `write` in a transaction."""
         transaction = Transaction(self.engine, self.connection)
         with transaction.committed():
             return write(transaction)

@@ -37,11 +37,6 @@ class Store:
         self._outage = Outage("the store can't be read")
         engine.listen(self._notify)
 
-    @property
-    def server(self) -> str:
-        """The name of this server for other servers."""
-        return self._engine.server
-
     def write(self, write: Callable[[Transaction], T]) -> Future[T]:
         """Run `write` in the thread that writes; the future has its result or exception once that is on disk.
 

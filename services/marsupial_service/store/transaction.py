@@ -51,11 +51,9 @@ class Transaction:
             self.on_rollback.pop()()
 
     def execute(self, sql: str, values: Iterable[Any] = ()) -> StoreRows:
-        """Run one statement."""
         return self._connection.execute(sql, tuple(values))
 
     def insert(self, table: str, **columns: Any) -> None:
-        """Add a row to a table."""
         places = ", ".join("?" * len(columns))
         self.execute(f"INSERT INTO {table} ({', '.join(columns)}) VALUES ({places})", columns.values())
 

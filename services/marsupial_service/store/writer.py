@@ -142,7 +142,9 @@ class Writer:
                     request.run(transaction, self._engine)
         except BaseException as error:
             if transaction is not None and transaction.is_broken:
-                self._disconnect()
+                with suppress(*self._engine.errors):
+                    connection.close()
+                self._connection = None
                 if transaction.is_lost and not is_new:  # the database was unavailable, or has ended the session
                     return self._commit(group, last_try)
             if isinstance(error, self._engine.interferences) and not last_try:
@@ -165,12 +167,6 @@ class Writer:
             self._notify_again = False
         except Exception:
             log.exception("listeners could not be notified of a commit")
-
-    def _disconnect(self) -> None:
-        if self._connection is not None:
-            with suppress(*self._engine.errors):
-                self._connection.close()
-            self._connection = None
 
     def _fail(self, group: list[WriteRequest], error: BaseException) -> None:
         self._outage.begin(str(error))

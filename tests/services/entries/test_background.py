@@ -72,8 +72,8 @@ async def test_a_slot_that_meets_something_unforeseen_goes_on(tmp_path: Path) ->
     wanted = PackedRequest.of(
         planner="greedy", budget=Budget(steps=1), digest=b"", text=canonical_text(job_source(one_room()))
     )
-    settings = settings_of(JobSettings, slots=1, failed=failed.append)
-    async with opened(tmp_path, lambda store: Jobs(store, settings, runner=FailingRunner(2))) as jobs:  # type: ignore[arg-type]
+    settings = settings_of(JobSettings, slots=1, failed=failed.append, runner=FailingRunner(2))
+    async with opened(tmp_path, lambda store: Jobs(store, settings)) as jobs:  # type: ignore[arg-type]
         job = (await jobs.submit(wanted, owner="me")).record.id
         found = (await jobs.wait(job, HANG_S)).finished_at_ms is not None
     assert found

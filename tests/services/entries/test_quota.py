@@ -23,7 +23,6 @@ from marsupial_service.missions.service import Missions
 from marsupial_service.missions.values import Control
 from marsupial_service.schemas.enums import JobOutcome
 from marsupial_service.schemas.events import QuotaData
-from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Store, Transaction, open_store
 
 T = TypeVar("T")
@@ -33,7 +32,7 @@ QUOTA = Quota(SETTINGS.limits)
 """A second of it comes back in a minute."""
 
 RESTARTING = replace(SETTINGS, commands={"greedy": "cmd:greedy"})
-NO_QUOTA = Quota(ServiceLimits())
+NO_QUOTA = Quota(JobSettings().limits)
 DONE = Closed(outcome=JobOutcome.SATISFICING)
 MINUTE_MS = 60_000
 
@@ -59,7 +58,7 @@ class QuotaHouse:
         return claim
 
     def left_s(self, now_ms: int, owner: str = "me") -> float:
-        return self.store.read(lambda reader: QUOTA.left_s(reader, now_ms)).result(HANG_S).get(owner, QUOTA.seconds)
+        return self.store.read(lambda reader: QUOTA.left_s(reader, now_ms)).result(HANG_S).get(owner, 60.0)
 
 
 @pytest.fixture
@@ -155,10 +154,8 @@ async def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: s
     used_s: list[float] = []
 
     def jobs_of(store: Store) -> Jobs:
-        settings = settings_of(
-            JobSettings, slots=2, key_planning_s=60.0, planned=lambda owner, seconds: used_s.append(seconds)
-        )
-        return Jobs(store, settings, now_ms=lambda: 0)  # nothing comes back meanwhile
+        calls = {"now_ms": lambda: 0, "planned": lambda owner, seconds: used_s.append(seconds)}
+        return Jobs(store, settings_of(JobSettings, slots=2, key_planning_s=60.0, **calls))  # nothing comes back
 
     async with opened(place, jobs_of) as jobs:
         for job in [(await jobs.submit(wanted(0.001), owner="me")).record.id for _ in range(5)]:

@@ -30,8 +30,8 @@ do_strange_tasks()
 
 def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> AbstractAsyncContextManager[Jobs]:
     """Give the jobs of a folder, one at a time unless told otherwise."""
-    given = settings_of(JobSettings, **{"slots": 1, "steps_s": HANG_S, "queue": 100, "key_queue": 100, **settings})
-    return opened(place, lambda store: Jobs(store, given, runner=runner))
+    usual = {"slots": 1, "steps_s": HANG_S, "queue": 100, "key_queue": 100}
+    return opened(place, lambda store: Jobs(store, settings_of(JobSettings, runner=runner, **{**usual, **settings})))
 
 
 def request(

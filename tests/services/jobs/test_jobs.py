@@ -37,7 +37,7 @@ async def test_a_job_goes_from_queued_to_its_end_and_tells_every_step(place: str
         submitted = await jobs.submit(request(), owner="me")
         assert (submitted.record.state, submitted.replayed) == (JobState.QUEUED, False)
         events = await told(jobs, submitted.record.id)
-        job = await jobs.get(submitted.record.id, "me")
+        job = await jobs.of("me", submitted.record.id)
         assert (job.state, job.outcome) == (JobState.SUCCEEDED, JobOutcome.SATISFICING)
         assert (job.attempts, job.plans) == (1, 1)
         assert job.makespan_ms == 19_002
@@ -83,7 +83,7 @@ async def test_ten_times_the_queue_is_refused_and_takes_no_memory(place: str, tm
         for _ in range(36):
             with pytest.raises(TooMany):
                 await submit(jobs, wanted)
-        counts = (await jobs.metrics()).states
+        counts = (await jobs.metrics())["jobs"]
         assert (counts[JobState.RUNNING], counts[JobState.QUEUED]) == (1, 4)
         for answer in [first, *(answer for answer in answers if isinstance(answer, str))]:
             await jobs.cancel(answer)
@@ -97,8 +97,8 @@ async def test_jobs_run_in_the_order_they_came_and_no_more_than_there_are_slots(
         ids = [await submit(jobs, request(one_hall() if i % 2 else one_room())) for i in range(12)]
         most = 0
         async with asyncio.timeout(HANG_S):
-            while (metrics := await jobs.metrics()).states[JobState.SUCCEEDED] < 12:
-                most = max(most, metrics.states[JobState.RUNNING])
+            while (metrics := await jobs.metrics())["jobs"][JobState.SUCCEEDED] < 12:
+                most = max(most, metrics["jobs"][JobState.RUNNING])
         assert most <= 2
         done = [await ended(jobs, job) for job in ids]
         assert sorted(done, key=lambda job: (job.started_at_ms, job.created_at_ms)) == done
@@ -252,6 +252,7 @@ async def test_a_disk_that_is_full_for_a_moment_costs_an_attempt_at_most(
         events = await told(jobs, job)
         assert [event.seq for event in events] == list(range(1, len(events) + 1))
         assert [event.type for event in events].count(JobEventType.END) == 1
+    failpoints.arm("")
 
 
 async def test_a_full_store_takes_no_job_but_knows_those_it_has(place: str) -> None:

@@ -171,7 +171,7 @@ async def test_stopping_ends_streams_and_processes_soon_and_the_jobs_go_on_at_th
         await jobs.stop()
         await asyncio.gather(*streams)
         assert nothing_runs()
-        assert (await jobs.metrics()).states[JobState.QUEUED] == 3
+        assert (await jobs.metrics())["jobs"][JobState.QUEUED] == 3
         assert all(job.attempts == 0 for job in await jobs.list("me"))
         types = [event.type for event in streams[0].result()]
         assert types[:3] == ["state", "state", "plan"]

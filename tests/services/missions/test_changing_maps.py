@@ -70,7 +70,7 @@ class RoamingTeam:
         self.truth, self.corner = truth, corner
         self.slam = truth.copy()
         self.state = MissionState(brief)
-        self.last = self.state.cells.copy()
+        self.last = self.state.map.cells.copy()
         self.robots = {robot.name: Rover(robot.cell) for robot in brief.robots}
         self.kinds = {robot.name: next(k for k in brief.kinds if k.name == robot.type) for robot in brief.robots}
         self.handovers: dict[int, tuple[str, str, Cell | None]] = {}
@@ -89,11 +89,11 @@ class RoamingTeam:
             robot.stopped = True
         elif command["name"] == "drive":
             robot.drive, robot.stopped = command["id"], False
-            frame = self.state.frame
+            frame = self.state.map.frame
             robot.way = [Cell(x + frame.x, y + frame.y) for x, y in command["route"]]
             assert robot.way[0] == robot.at
         else:
-            frame, cell = self.state.frame, command.get("cell")
+            frame, cell = self.state.map.frame, command.get("cell")
             put = None if cell is None else Cell(cell[0] + frame.x, cell[1] + frame.y)
             self.handovers[command["id"]] = (command["robot"], command["carrier"], put)
 
@@ -104,18 +104,18 @@ class RoamingTeam:
                 yield name, robot
 
     def tell(self, report: MissionReport) -> None:
-        before = self.state.frame
+        before = self.state.map.frame
         self.state.apply(report, b"")
-        told = self.state.cells
-        self.last = np.where(told == UNKNOWN, embedded(self.last, before, self.state.frame), told)
+        told = self.state.map.cells
+        self.last = np.where(told == UNKNOWN, embedded(self.last, before, self.state.map.frame), told)
 
     def barred(self, name: str, *, lost: bool = True) -> bool:
         """Say whether a robot drives to where it can't stand, by what was reported, beyond its next cell.
 
         Both cells beside a diagonal step count; cells that are `lost` bar it, or else count as what they were.
         """
-        frame, way = self.state.frame, self.robots[name].way[1:]
-        grid = frame.grid(self.brief.grid, self.state.cells if lost else self.last)
+        frame, way = self.state.map.frame, self.robots[name].way[1:]
+        grid = frame.grid(self.brief.grid, self.state.map.cells if lost else self.last)
         corners = [(a.x, b.y) for a, b in pairwise(way)] + [(b.x, a.y) for a, b in pairwise(way)]
         ahead = [Cell(x, y) for x, y in {*way[1:], *corners} - set(way[:1])]
         return not fits(grid, self.kinds[name], *(Cell(x - frame.x, y - frame.y) for x, y in ahead))
@@ -263,4 +263,4 @@ def told_map(team: RoamingTeam, inputs: list[MissionReport | Control]) -> np.nda
         if isinstance(one, MissionReport):
             state.map.grow(one)
             state.map.draw(one)
-    return state.cells
+    return state.map.cells

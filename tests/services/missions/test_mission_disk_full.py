@@ -72,7 +72,7 @@ async def begun(service: Service) -> MissionRecord:
 
 
 async def found(service: Service, mission: str) -> MissionRecord:
-    record = await service.missions.get(mission, LOCAL_OWNER)
+    record = await service.missions.of(LOCAL_OWNER, mission)
     assert record is not None
     return record
 
@@ -139,5 +139,5 @@ async def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
         failpoints.arm("")
         events = [event async for event in followed(missions, mission)]
         assert events[-1].type == "end"
-        record = await missions.get(mission, "me")
+        record = await missions.of("me", mission)
         assert (record.status, "gave a different result" in record.reason) == ("failed", True)

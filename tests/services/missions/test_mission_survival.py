@@ -37,7 +37,7 @@ def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(p
 
     async def fly_on(mission: str | None) -> tuple[str, str | None]:
         async with open_missions(place) as missions:
-            record = await started(missions) if mission is None else await missions.get(mission, "me")
+            record = await started(missions) if mission is None else await missions.of("me", mission)
             assert record.n == len(driver.reports)
             over = await driver.drive(missions, record, len(driver.reports) + draw.randint(1, 25))
             return record.id, await missions.log(record) if over else None
@@ -86,7 +86,7 @@ async def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(p
     async with open_missions(place, memory_bytes=1 << 20) as missions:
         record = await started(missions)
         events = [event async for event in followed(missions, record.id)]
-        ended = await missions.get(record.id, "me")
+        ended = await missions.of("me", record.id)
         assert (ended.state, ended.status) == (MissionPhase.ENDED, "failed")
         assert "the limit of 1 MiB" in ended.reason
         assert events[-1].type == "end"

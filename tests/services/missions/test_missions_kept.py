@@ -98,7 +98,7 @@ async def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(p
         for record, owner in ((idle, "me"), (other, "you")):
             events = [event async for event in followed(missions, record.id)]
             assert events[-1].type == "end"
-            ended = await missions.get(record.id, owner)
+            ended = await missions.of(owner, record.id)
             found.append((ended.status, ended.reason))
         await awaited(lambda: not missions._supervisors)
     assert found == [("cancelled", "no report for 2 s"), ("cancelled", "the mission's key has expired or was revoked")]

@@ -138,11 +138,11 @@ class Fuzz:
             x, y, size = self.draw.randrange(width), self.draw.randrange(height), self.draw.randint(1, 20)
         part = slice(max(0, y), y + size), slice(max(0, x), x + size)
         cells = np.full_like(self.truth, UNKNOWN)
-        cells[part] = np.where(self.state.cells[part] == UNKNOWN, self.truth[part], self.state.cells[part])
+        cells[part] = np.where(self.state.map.cells[part] == UNKNOWN, self.truth[part], self.state.map.cells[part])
         return known_runs(cells)
 
     def map(self) -> Any:
-        cells = self.state.cells.copy()
+        cells = self.state.map.cells.copy()
         row, column, code = self.draw.randrange(40), self.draw.randrange(50), self.draw.choice([0, 1, 255])
         cells[row : row + 3, column : column + 5] = code
         return cells

@@ -56,7 +56,7 @@ async def test_a_server_that_was_taken_for_dead_changes_nothing_more_of_its_miss
         record = await started(first)
         driver = Driver(team())
         assert not await driver.drive(first, record, 4)
-        held = await first.get(record.id, "me")
+        held = await first.of("me", record.id)
 
         taken = await second.write(lambda tx: _take_over(tx, held))
         assert taken.term == held.term + 1
@@ -86,6 +86,6 @@ async def test_a_server_that_dies_without_a_word_is_followed_by_another(shared: 
         for task in first.background.running:  # the end of its process
             task.cancel()
         store._engine._ended.set()  # type: ignore[attr-defined]
-        await second.write(lambda tx: tx.execute("DELETE FROM servers WHERE id = ?", (store.server,)))
+        await second.write(lambda tx: tx.execute("DELETE FROM servers WHERE id = ?", (store._engine.server,)))
         assert await driver.drive(second, record)
         await asyncio.to_thread(store.close)

@@ -42,7 +42,7 @@ async def begun(missions: Missions, document: dict[str, Any], owner: str = "me")
 async def reported(missions: Missions, mission: str, n: int) -> MissionRecord:
     """Wait until a mission has had so many reports."""
     async for event in followed(missions, mission):
-        if event.type == EventType.COMMANDS and (record := await missions.get(mission, "me")) and record.n >= n:
+        if event.type == EventType.COMMANDS and (record := await missions.of("me", mission)) and record.n >= n:
             return record
     raise AssertionError("it ended before")
 
@@ -50,7 +50,7 @@ async def reported(missions: Missions, mission: str, n: int) -> MissionRecord:
 async def over(missions: Missions, mission: str) -> MissionRecord:
     async for _ in followed(missions, mission):
         pass
-    record = await missions.get(mission, "me")
+    record = await missions.of("me", mission)
     assert record.state is MissionPhase.ENDED
     return record
 
@@ -104,7 +104,7 @@ async def _resting(missions: Missions, mission: str) -> MissionRecord:
     """Wait until no report has come for half a second, twenty times what lies between two of them."""
     before = -1
     while True:
-        record = await missions.get(mission, "me")
+        record = await missions.of("me", mission)
         if record.n == before:
             return record
         before = record.n
@@ -119,7 +119,7 @@ async def test_a_mission_that_is_cancelled_is_reported_to_no_more(place: str) ->
         ended = await over(missions, record.id)
         assert ended.status == "cancelled"
         await asyncio.sleep(0.3)
-        assert await missions.get(record.id, "me") == ended
+        assert await missions.of("me", record.id) == ended
 
 
 async def test_others_can_not_report_for_simulated_robots(place: str) -> None:

@@ -76,8 +76,9 @@ async def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_j
 
 
 async def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_again_after(tmp_path: Path) -> None:
-    slots, runner, settings = Slots(1), FullRunner(), settings_of(JobSettings, slots=1)
-    async with opened(tmp_path, lambda store: Jobs(store, settings, runner=runner, slots=slots)) as jobs:
+    slots, runner = Slots(1), FullRunner()
+    settings = settings_of(JobSettings, slots=1, runner=runner)
+    async with opened(tmp_path, lambda store: Jobs(store, settings, slots)) as jobs:
         await jobs.submit(WANTED, owner="me")
         await awaited(lambda: slots.in_use)
         async with asyncio.timeout(HANG_S):

@@ -202,10 +202,9 @@ def test_a_commit_is_on_disk_before_it_is_acknowledged(store: Store) -> None:
 def test_killed_at_a_commit_the_file_holds_all_of_it_or_nothing(tmp_path: Path, armed: str, stored: list[str]) -> None:
     code = (
         "import sys; from pathlib import Path; sys.path[:] = eval(sys.argv[2])\n"
-        "from benchmarks.trial import failpoints; failpoints.arm(sys.argv[3])\n"
         "from marsupial_service.store import open_store\n"
-        "from test_store import adding\n"
-        "store = open_store(Path(sys.argv[1]))\n"
+        "from test_store import adding, failpoints\n"
+        "failpoints.arm(sys.argv[3]); store = open_store(Path(sys.argv[1]))\n"
         "for name in 'abc': store.write(adding(name)).result(); print(name, flush=True)\n"
     )
     done = subprocess.run(
