@@ -17,7 +17,6 @@ from marsupial.formats.mapfiles.masks import FilterMasks, painted
 from marsupial.formats.mapfiles.occupancy import Occupancy, terrain_codes
 from marsupial.maps.footprint import footprint_of
 from marsupial.mission.runs import runs_of
-from marsupial.model.bounds import BOUNDS
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Terrain
 from marsupial.model.robots import RobotType
 from marsupial.model.runs import cells_in
@@ -165,8 +164,6 @@ class MapTracker:
         height, width = occupancy.values.shape
         if width * height > MAX_CELLS:
             raise MapError(f"has {width * height} cells, more than the limit of {MAX_CELLS}")
-        if fault := next(filter(None, map(BOUNDS["coordinate_m"].fault, occupancy.origin_m)), None):
-            raise MapError(f"its origin {fault}")
         first = self._first
         if first is None or self._frame is None:
             return

@@ -71,7 +71,7 @@ class Ears:
         (changed(FITTING, origin=origin(yaw=0.5)), "rotated"),
         (changed(FITTING, origin=origin(x=math.nan)), "not finite"),
         (changed(FITTING, origin=origin(x=1e9)), "more than the limit"),
-        (changed(FITTING, origin=origin(x=-1e300)), "its origin must be"),
+        (changed(FITTING, origin=origin(x=-1e300)), "origin must be"),
         (changed({**FITTING, "data": []}, width=0, height=0), "non-empty"),
         ({**FITTING, "header": {"frame_id": "odom"}}, "must be in the frame 'map', got 'odom'"),
         ({**FITTING, "data": [0, 300]}, "out of bounds"),
