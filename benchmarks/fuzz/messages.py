@@ -47,13 +47,14 @@ def _given(path: str) -> tuple[BodyReader[Any, Any], tuple[Any, ...]]:
     if path.endswith("/reports"):
         brief = brief_of(MissionBody.model_validate(EXAMPLES["/v1/missions"]()), LIMITS, {})
         return REPORT_READER, (brief, MissionFrame.of(brief.grid))
-    return {
+    readers: dict[str, tuple[BodyReader[Any, Any], tuple[Any, ...]]] = {
         "/v1/jobs": (JOB_READER, ({},)),
         "/v1/analysis": (ANALYSIS_READER, ()),
         "/v1/validations": (VALIDATION_READER, ()),
         "/v1/missions": (MISSION_READER, ({},)),
         "/v1/simulations": (SIMULATION_READER, ({},)),
-    }[path]
+    }
+    return readers[path]
 
 
 def body(data: bytes, *, path: str) -> None:
@@ -190,7 +191,7 @@ def messages(*, packed: bool) -> list[bytes]:
         ("/tf", {"transforms": [{**link, "transform": {"translation": at, "rotation": turned}}]}),
         ("/clock", {"clock": {"sec": 12, "nanosec": 500}}),
     ]
-    sent = [{"op": "publish", "topic": topic, "msg": message} for topic, message in told]
+    sent: list[dict[str, Any]] = [{"op": "publish", "topic": topic, "msg": message} for topic, message in told]
     sent += [
         {"op": "action_result", "id": "g", "status": 4, "values": {"success": True}, "result": True},
         {"op": "status", "level": "error", "msg": "no such topic"},

@@ -29,7 +29,7 @@ ODD_WORDS = (
 )  # fmt: skip
 """Numbers, texts and brackets that tests of any format seldom use."""
 
-ODD_VALUES = (
+ODD_VALUES: tuple[object, ...] = (
     None, True, False, 0, -1, 1, 255, 256, 1.5, 1e308, -1e308, 10**19, 10**400, "", "a", "\ud800", "\0", "a" * 300,
     "x\u2028y", [], {}, [[]], [None], {"": None}, [0] * 40, float("inf"), float("nan"),
 )  # fmt: skip

@@ -100,7 +100,9 @@ def _faults(rng: random.Random, number: int, strategy: str) -> Faults | None:
 
 def _with_parameters(rng: random.Random, strategy: str) -> str:
     """Return a rule, sometimes with values for its parameters; return any other strategy unchanged."""
-    known = [each.name for each in fields(frontier_rule(strategy)) if each.init] if strategy in RULES else []
+    if strategy not in RULES:
+        return strategy
+    known = [each.name for each in fields(frontier_rule(strategy)) if each.init]  # type: ignore[arg-type]
     chosen = [f"{name}={rng.choice((0, 0.5, 1, 3))}" for name in known if rng.random() < 0.3]
     return "/".join((strategy, *chosen))
 

@@ -134,12 +134,12 @@ class TickingTeam(SimulatedTeam):
                     finished[name].append(number)  # reported by the last robot involved
             if news.t_ms >= t_ms and not (news.revealed or news.finished):
                 break
-        cells = self._world.grid.cells.ravel()
+        codes = self._world.grid.cells.ravel()
         return {
             robot.name: {
                 "t_ms": t_ms,
                 "revealed": [
-                    {"robot": robot.name, "runs": runs_of(np.sort(np.concatenate(found)), cells)}
+                    {"robot": robot.name, "runs": runs_of(np.sort(np.concatenate(found)), codes)}
                     for found in ([seen[robot.name]] if robot.name in seen else ())
                 ],
                 "robots": [update_document(self._update(robot))] if robot.cell is not None else [],
@@ -232,7 +232,7 @@ class ClientFleet:
     async def _follow(self) -> None:
         answered: Counter[str | None] = Counter()
         stream = await Line.to(self._load.port)
-        async with aclosing(stream.events(f"{self._path}/events")) as events:  # type: ignore[type-var]
+        async with aclosing(stream.events(f"{self._path}/events")) as events:
             async for kind, data in events:
                 self._outcome.plans += kind == b"decision"
                 self._over |= kind == b"end"

@@ -17,10 +17,12 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
+from servers import NotStarted
+
 from benchmarks.trial.crowd import Crowd
 from benchmarks.trial.explorers import SEEDS, ExplorerClient, Journeys, undisturbed_mission
 from benchmarks.trial.failpoints import AFTER_COMMIT, BEFORE_COMMIT, VARIABLE
-from benchmarks.trial.house import House, NotStarted, strays, unopened
+from benchmarks.trial.house import House, strays, unopened
 from benchmarks.trial.promises import Promises, audit
 from benchmarks.trial.rows import TrialRow, none_of
 from benchmarks.trial.toll import COMMITTING, DEPTHS, SERVER, SHARES, Toll, report
