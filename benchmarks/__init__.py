@@ -1,1 +1,1 @@
-"""Programs that try marsupial harder than its tests do: run ``python -m benchmarks NAME`` from the checkout."""
+"""Benchmarks, fuzzers and robustness tests: run ``python -m benchmarks NAME`` from the checkout."""

@@ -8,14 +8,20 @@ from importlib import import_module
 from marsupial.errors import MarsupialError
 
 PROGRAMS = {
-    "analysis": ("benchmarks.speed.analysis", "map work after 1 % of a map was revealed, beside the same from scratch"),
-    "figures": ("benchmarks.figures.blocks", "the figures of README and docs, from the kept results of missions"),
-    "first-use": ("benchmarks.speed.first_use", "a command with no compiled code kept, beside the times after it"),
+    "analysis": (
+        "benchmarks.speed.analysis",
+        "incremental map analysis after 1 % of a map was revealed, compared with analysis from scratch",
+    ),
+    "figures": ("benchmarks.figures.blocks", "rewrite the figures of README and docs from stored results"),
+    "first-use": (
+        "benchmarks.speed.first_use",
+        "first use of a command, without compiled code, compared with later uses",
+    ),
     "fuzz": ("benchmarks.fuzz.runs", "mutated inputs for every reader, guided by coverage"),
-    "paths": ("benchmarks.speed.paths", "path costs beside searches in plain C and scipy's csgraph"),
-    "sim": ("benchmarks.speed.sim", "missions beside the time they simulate, sensing beside plain C"),
+    "paths": ("benchmarks.speed.paths", "path costs compared with plain C and scipy's csgraph"),
+    "sim": ("benchmarks.speed.sim", "missions compared with real time, sensing with plain C"),
     "storm": ("benchmarks.storm.runs", "random missions of every strategy, judged by an independent oracle"),
-    "trial": ("benchmarks.trial.runs", "the HTTP service killed, given hostile planners, timed and fuzzed"),
+    "trial": ("benchmarks.trial.runs", "the HTTP service under kills, hostile planners, load and fuzzing"),
 }
 """The module of each program, which has a function `main(arguments) -> exit code`, and what it does."""
 

@@ -27,7 +27,7 @@ ODD_WORDS = (
     b"/dev/zero", b"..", b"*a", b"&a ", b"!!int ", b"!!timestamp ", b"2001-99-99", b"? ", b"<<: ", b"- ",
     b"(" * 3000, b"[" * 3000, b'{"a":' * 3000,
 )  # fmt: skip
-"""Numbers, texts and brackets that tests of any format seldom use."""
+"""Numbers, texts and brackets that are rare in tests."""
 
 ODD_VALUES: tuple[object, ...] = (
     None, True, False, 0, -1, 1, 255, 256, 1.5, 1e308, -1e308, 10**19, 10**400, "", "a", "\ud800", "\0", "a" * 300,

@@ -1,7 +1,7 @@
-"""The service on trial: real servers in their own processes, killed, flooded, timed and fuzzed from outside.
+"""Robustness and load tests of the service: real servers are killed, flooded, timed and fuzzed from outside.
 
 ``python -m benchmarks trial`` runs all `parts`. Each starts `marsupial serve` on its own folder and acts as a
-client or as somebody who may kill processes. It returns rows: requirement, finding, and whether that is enough.
+client or kills processes. It returns rows: requirement, finding, and whether the requirement is met.
 """
 
 import sys

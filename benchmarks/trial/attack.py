@@ -11,8 +11,8 @@ from contextlib import ExitStack
 from attacks import ATTACKS, MOST_MB, MOST_S, REPORTS, Cost, cost_of, mission
 from talk import HOST, ask
 
-from benchmarks.trial.house import opened
 from benchmarks.trial.rows import TrialRow, judged, times
+from benchmarks.trial.trial_server import running_server
 
 ATTACK = "attack"
 HEALTH_GOAL_S = 0.1
@@ -24,12 +24,12 @@ _FILES = 512
 def small_rows(say: Callable[[str], None]) -> Iterator[TrialRow]:
     """Send every known small request, and measure its cost to the server's process."""
     say(f"attack: {len(ATTACKS) + len(REPORTS)} small requests")
-    with opened() as house:
+    with running_server() as server:
         for name, attack in ATTACKS.items():
-            yield _small_row(name, cost_of(house, "POST", attack.path, attack.body()), attack.statuses)
-        links = ask(house.port, "POST", "/v1/missions", mission()).document["links"]
+            yield _small_row(name, cost_of(server, "POST", attack.path, attack.body()), attack.statuses)
+        links = ask(server.port, "POST", "/v1/missions", mission()).document["links"]
         for name, (body, status) in REPORTS.items():
-            yield _small_row(name, cost_of(house, "POST", links["reports"], body), (status,))
+            yield _small_row(name, cost_of(server, "POST", links["reports"], body), (status,))
 
 
 def _small_row(name: str, cost: Cost, statuses: tuple[int, ...]) -> TrialRow:
@@ -50,12 +50,12 @@ def half_open_rows(connections: int, say: Callable[[str], None]) -> Iterator[Tri
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, max(soft, connections + _FILES)), hard))
     seconds = []
-    with opened(OPTIONS) as house, ExitStack() as kept:
+    with running_server(OPTIONS) as server, ExitStack() as kept:
         for i in range(connections):
-            line = kept.enter_context(socket.create_connection((HOST, house.port), timeout=30))
-            line.sendall(b"GET /healthz HTTP/1.1\r\nHost: l" * (i % 2))
+            connection = kept.enter_context(socket.create_connection((HOST, server.port), timeout=30))
+            connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: l" * (i % 2))
         for _ in range(100):
             begun = time.monotonic()
-            ask(house.port, "GET", "/healthz")
+            ask(server.port, "GET", "/healthz")
             seconds.append(time.monotonic() - begun)
     yield times(ATTACK, f"/healthz among {connections} half-open connections", seconds, HEALTH_GOAL_S)

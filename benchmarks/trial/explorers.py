@@ -60,7 +60,7 @@ class Reporter(Client):
 
 
 @dataclass(slots=True)
-class Journeys:
+class MissionResults:
     """The results of missions.
 
     Attributes
@@ -70,7 +70,7 @@ class Journeys:
     differ
         Missions whose log, or the service's own log, differs from that of the undisturbed mission.
     odd
-        The ways in which missions broke off.
+        The ways in which missions failed.
     """
 
     missions: int = 0
@@ -95,13 +95,13 @@ class ExplorerClient:
     def __init__(
         self,
         ports: Sequence[int],
-        journeys: Journeys,
+        results: MissionResults,
         begun: Callable[[str], None],
         first: int = 0,
         key: str | None = None,
     ) -> None:
         self._ports = ports
-        self._journeys = journeys
+        self._results = results
         self._begun = begun
         self._first = first
         self._key = key
@@ -114,7 +114,7 @@ class ExplorerClient:
         self._over.set()
         self._thread.join(within_s)
         if self._thread.is_alive():
-            self._journeys.odd.append("it does not end")
+            self._results.odd.append("it does not end")
 
     def _go(self) -> None:
         number = self._first
@@ -124,12 +124,12 @@ class ExplorerClient:
                 self._explore(1 + number % SEEDS)
             except Exception as error:
                 if _UNREACHED not in str(error):
-                    self._journeys.odd.append(f"{error}")
+                    self._results.odd.append(f"{error}")
 
     def _explore(self, seed: int) -> None:
-        expected, seen = undisturbed_mission(seed), LogLines()
+        expected, seen = reference_log(seed), LogLines()
         client = Reporter(self._ports, self._begun, self._key)
-        self._journeys.missions += 1
+        self._results.missions += 1
         try:
             simulate_mission(
                 client,
@@ -143,15 +143,15 @@ class ExplorerClient:
             )
         except UsageError as error:
             if _UNREACHED in str(error):
-                self._journeys.missions -= 1
+                self._results.missions -= 1
             raise
         with Client(_URL, key=self._key, patience_s=_PATIENCE_S, http=client_of(self._ports)) as afterwards:
             for mission in client.missions:
-                self._journeys.reports += mission.n
-                self._journeys.lost += max(0, mission.n - afterwards.mission(mission.id).n)
-        self._journeys.differ += seen.text != expected
+                self._results.reports += mission.n
+                self._results.lost += max(0, mission.n - afterwards.mission(mission.id).n)
+        self._results.differ += seen.text != expected
 
 
-def undisturbed_mission(seed: int) -> str:
+def reference_log(seed: int) -> str:
     """Return the log of the mission when run in this process."""
     return undisturbed(SCENARIO, PLANNER, STRATEGY, seed)

@@ -9,9 +9,9 @@ from contextlib import closing
 
 from talk import Talk
 
-from benchmarks.trial.house import House, unopened
 from benchmarks.trial.rows import TrialRow, none_of, percentile, times
 from benchmarks.trial.tasks import LARGEST, body, small_floor, suite_body
+from benchmarks.trial.trial_server import TrialServer, new_server
 from marsupial_service.keys import KeyFile
 
 FAIR = "fair between keys"
@@ -31,24 +31,24 @@ def rows(jobs: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
     """Flood with short jobs, then with long ones, and time `jobs` jobs of another key."""
     for flood_s in _FLOODS_S:
         say(f"fair between keys: {jobs} jobs beside a flood of {flood_s:g} s each")
-        with unopened(_OPTIONS) as house:
-            keys = KeyFile(house.data)
+        with new_server(_OPTIONS) as server:
+            keys = KeyFile(server.data)
             secrets = [keys.add(name, ["plan"], 1, now_s=time.time()) for name in ("flooding", "calm")]
-            house.launch()
-            house.wait_ready()
-            yield from _beside(house, jobs, flood_s, *({"Authorization": f"Bearer {one}"} for one in secrets))
+            server.launch()
+            server.wait_ready()
+            yield from _beside(server, jobs, flood_s, *({"Authorization": f"Bearer {one}"} for one in secrets))
 
 
 def _beside(
-    house: House, jobs: int, flood_s: float, flooding: dict[str, str], calm: dict[str, str]
+    server: TrialServer, jobs: int, flood_s: float, flooding: dict[str, str], calm: dict[str, str]
 ) -> Iterator[TrialRow]:
     over, full = threading.Event(), threading.Event()
     posts: list[int] = []
-    flood = threading.Thread(target=_flood, args=(house.port, flooding, flood_s, over, full, posts))
+    flood = threading.Thread(target=_flood, args=(server.port, flooding, flood_s, over, full, posts))
     flood.start()
     try:
         full.wait(_LONGEST_S)
-        found = [_done(house.port, calm, seed) for seed in range(jobs)]
+        found = [_done(server.port, calm, seed) for seed in range(jobs)]
     finally:
         over.set()
         flood.join()

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.trial.lines import Line
+from benchmarks.trial.async_connection import AsyncConnection
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
@@ -112,7 +112,7 @@ class FleetOutcome:
     odd: dict[str, int]
 
 
-class TickingTeam(SimulatedTeam):
+class RealTimeTeam(SimulatedTeam):
     """A simulated team whose time passes by the clock, independent of commands."""
 
     def obey(self, batch: dict[str, Any]) -> int:
@@ -166,7 +166,7 @@ class ClientFleet:
         area = reachable_area(world, placed)
         how: dict[str, Any] = {"strategy": "temporal", "planner": load.planner, "budget": steps, "seed": number}
         self.brief = json.dumps(mission_document(world, placed, area, **how)).encode()
-        self.team = TickingTeam(world.grid, {kind.name: kind for kind in world.robot_types}, placed)
+        self.team = RealTimeTeam(world.grid, {kind.name: kind for kind in world.robot_types}, placed)
         self._load = load
         self._outcome = outcome
         self._path = ""
@@ -177,25 +177,25 @@ class ClientFleet:
     async def run(self, begins_s: float, ends_s: float) -> None:
         """Start a mission at a time of the loop's clock, and report until `ends_s`."""
         await asyncio.sleep(begins_s - asyncio.get_running_loop().time())
-        first = await Line.to(self._load.port)
+        first = await AsyncConnection.to(self._load.port)
         made = await first.post("/v1/missions", self.brief)
         assert made.status == 201, made.body
         self._path = json.loads(made.body)["links"]["self"]
         following = asyncio.create_task(self._follow())
         others = self._load.robots - 1 if self._load.speaker is Speaker.ROBOTS else 0
-        lines = [first, *[await Line.to(self._load.port) for _ in range(others)]]
-        await self._report(lines, ends_s)
+        connections = [first, *[await AsyncConnection.to(self._load.port) for _ in range(others)]]
+        await self._report(connections, ends_s)
         with suppress(TimeoutError):
             async with asyncio.timeout(_LAST_S):
                 while self._unanswered and not following.done():
                     await asyncio.sleep(_AGAIN_S)
         following.cancel()
         await asyncio.wait((following,))
-        await lines[0].post(f"{self._path}/cancel", b"")
-        for line in lines:
-            line.writer.close()
+        await connections[0].post(f"{self._path}/cancel", b"")
+        for connection in connections:
+            connection.writer.close()
 
-    async def _report(self, lines: list[Line], ends_s: float) -> None:
+    async def _report(self, connections: list[AsyncConnection], ends_s: float) -> None:
         loop, period_s = asyncio.get_running_loop(), 1 / self._load.hz
         begins_s = due_s = loop.time()
         while due_s < ends_s and not self._over:
@@ -203,12 +203,12 @@ class ClientFleet:
             self._count += 1
             self._outcome.due += 1 if self._load.speaker is Speaker.TEAM else self._load.robots
             if loop.time() < due_s + period_s:  # else this report is skipped
-                await self._send(lines, self.team.at(round(1000 * (loop.time() - begins_s))))
+                await self._send(connections, self.team.at(round(1000 * (loop.time() - begins_s))))
             else:
                 self._count -= 1
             due_s += period_s
 
-    async def _send(self, lines: list[Line], said: dict[str, dict[str, Any]]) -> None:
+    async def _send(self, connections: list[AsyncConnection], said: dict[str, dict[str, Any]]) -> None:
         if self._load.speaker is Speaker.TEAM:
             names: list[str | None] = [None]
             sent = [{"n": self._count, **together(said)}]
@@ -222,8 +222,10 @@ class ClientFleet:
             bodies = [json.dumps({"reports": sent}).encode()]
         else:
             bodies = [json.dumps(one).encode() for one in sent]
-        post = partial(Line.post, path=f"{self._path}/reports")
-        answers = await asyncio.gather(*(post(line, body=body) for line, body in zip(lines, bodies, strict=False)))
+        post = partial(AsyncConnection.post, path=f"{self._path}/reports")
+        answers = await asyncio.gather(
+            *(post(connection, body=body) for connection, body in zip(connections, bodies, strict=False))
+        )
         for answer in answers:
             if answer.status != 200:
                 word = f"{answer.status} {answer.body[:200].decode()}"
@@ -231,7 +233,7 @@ class ClientFleet:
 
     async def _follow(self) -> None:
         answered: Counter[str | None] = Counter()
-        stream = await Line.to(self._load.port)
+        stream = await AsyncConnection.to(self._load.port)
         async with aclosing(stream.events(f"{self._path}/events")) as events:
             async for kind, data in events:
                 self._outcome.plans += kind == b"decision"

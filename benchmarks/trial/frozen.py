@@ -31,10 +31,10 @@ from databases import PostgresServer
 from talk import ACCEPTED, BROKEN, Talk
 
 from benchmarks.trial import rare_writes
-from benchmarks.trial.explorers import ExplorerClient, Journeys, undisturbed_mission
+from benchmarks.trial.explorers import ExplorerClient, MissionResults, reference_log
 from benchmarks.trial.freezing import FrozenRow, Proxy
-from benchmarks.trial.house import House, end_strays
 from benchmarks.trial.tasks import short_jobs
+from benchmarks.trial.trial_server import TrialServer, kill_orphans
 from marsupial_service.keys import KeyRow, open_keys
 from marsupial_service.operations.upkeep import retain
 from marsupial_service.store import StoreError, open_store
@@ -61,7 +61,7 @@ class Users:
     Attributes
     ----------
     failures
-        Answers that should not have come.
+        Unexpected answers.
     """
 
     def __init__(self, port: int, place: str, secrets: tuple[str, str]) -> None:
@@ -79,7 +79,7 @@ class Users:
             thread.start()
 
     def close(self) -> None:
-        """End."""
+        """Stop all threads."""
         self._over.set()
         for thread in self._threads:
             thread.join()
@@ -166,17 +166,17 @@ class Users:
         self._timed("_retain", lambda: retain(self._place, days=None, kept=kept, now_ms=round(1000 * time.time())))
 
 
-class Lives(threading.Thread):
+class ServerRestarts(threading.Thread):
     """Terminates or kills a server now and then, and restarts it."""
 
-    def __init__(self, house: House) -> None:
+    def __init__(self, server: TrialServer) -> None:
         super().__init__()
-        self._house = house
+        self._server = server
         self._over = threading.Event()
         self.start()
 
     def close(self) -> None:
-        """Stop, and leave the server as it is."""
+        """Stop the thread; leave the server as it is."""
         self._over.set()
         self.join()
 
@@ -184,14 +184,14 @@ class Lives(threading.Thread):
         """Terminate or kill the server again and again."""
         until_s = time.monotonic() + _LIVES_S
         while not self._over.wait(0.5):
-            if self._house.runs and time.monotonic() > until_s:
+            if self._server.runs and time.monotonic() > until_s:
                 until_s = time.monotonic() + _LIVES_S
                 if random.random() < 0.7:
-                    self._house.terminate()
-                if self._house.runs:
-                    self._house.kill()
-            if not self._house.runs:
-                self._house.launch()
+                    self._server.terminate()
+                if self._server.runs:
+                    self._server.kill()
+            if not self._server.runs:
+                self._server.launch()
 
 
 def freezes(database: PostgresServer, proxy: Proxy, folder: Path, seconds: float) -> Iterator[FrozenRow]:
@@ -200,15 +200,15 @@ def freezes(database: PostgresServer, proxy: Proxy, folder: Path, seconds: float
     with open_keys(url) as keys:
         one, other = (keys.add(name, ["plan", "mission"], 1, time.time()) for name in ("one", "other"))
     places = (proxy.through(url), url)
-    houses = [House(folder / f"server{i}", *_OPTIONS, "--store", place) for i, place in enumerate(places)]
-    busy: list[Users | Lives] = []
+    servers = [TrialServer(folder / f"server{i}", *_OPTIONS, "--store", place) for i, place in enumerate(places)]
+    busy: list[Users | ServerRestarts] = []
     try:
-        for house in houses:
-            house.launch()
-            house.wait_ready()
-        users = [Users(house.port, place, (one, other)) for house, place in zip(houses, places, strict=True)]
-        ExplorerClient([houses[0].port], Journeys(), lambda _: None, key=one)
-        busy += [*users, Lives(houses[0])]
+        for server in servers:
+            server.launch()
+            server.wait_ready()
+        users = [Users(server.port, place, (one, other)) for server, place in zip(servers, places, strict=True)]
+        ExplorerClient([servers[0].port], MissionResults(), lambda _: None, key=one)
+        busy += [*users, ServerRestarts(servers[0])]
         until_s = time.monotonic() + seconds
         while time.monotonic() < until_s:
             proxy.arm()
@@ -218,8 +218,8 @@ def freezes(database: PostgresServer, proxy: Proxy, folder: Path, seconds: float
         proxy.free()
         for these in busy:
             these.close()
-        for house in houses:
-            house.close((database.pid,))
+        for server in servers:
+            server.close((database.pid,))
 
 
 def _freeze(proxy: Proxy, healthy: Users) -> FrozenRow:
@@ -247,7 +247,7 @@ def cut_off() -> Iterator[tuple[PostgresServer, Proxy, Path]]:
             yield database, Proxy(folder / "proxy", folder / "database"), folder
         finally:
             database.crash()
-            end_strays()
+            kill_orphans()
 
 
 def main() -> int:
@@ -258,7 +258,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, help="draws what is done (default %(default)s)")
     wanted = parser.parse_args()
     random.seed(wanted.seed)
-    undisturbed_mission(1)
+    reference_log(1)
     rows: list[FrozenRow] = []
     if wanted.json and wanted.json.exists():
         rows = [FrozenRow(**{**row, "point": tuple(row["point"])}) for row in json.loads(wanted.json.read_text())]

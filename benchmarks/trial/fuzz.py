@@ -17,8 +17,8 @@ from tempfile import TemporaryDirectory
 
 import talk
 
-from benchmarks.trial.house import opened
 from benchmarks.trial.rows import Judgement, TrialRow, none_of
+from benchmarks.trial.trial_server import running_server
 
 PART = "fuzzing"
 INSTALL = "pip install 'marsupial[fuzz]'"
@@ -41,9 +41,9 @@ def rows(minutes: float, seed: int, say: Callable[[str], None]) -> list[TrialRow
         said = f"Schemathesis is not installed: {INSTALL}"
         return [TrialRow(part=PART, requirement=requirement, figure=said, goal="0", judgement=Judgement.NOT_RUN)]
     say(f"fuzzing: {minutes:g} minutes")
-    with opened(_OPTIONS) as house, TemporaryDirectory() as folder:
-        code, printed = _run(program, Path(folder), house.port, minutes, seed)
-        alive = house.runs
+    with running_server(_OPTIONS) as server, TemporaryDirectory() as folder:
+        code, printed = _run(program, Path(folder), server.port, minutes, seed)
+        alive = server.runs
     failures, cases, titles = read(printed, code)
     of = f" of {cases} cases in {minutes:g} min" + "".join(f"; {title}" for title in titles)
     if cases == 0:

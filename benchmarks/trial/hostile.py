@@ -1,4 +1,4 @@
-"""Jobs for planners that misbehave: is their wall limit enforced, is the outcome right, do processes remain?"""
+"""Jobs for planners that misbehave: the time limit is enforced, the outcome is right, no process remains."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from typing import Any
 import psutil
 from talk import Talk, ask
 
-from benchmarks.trial import villain
-from benchmarks.trial.house import House, opened, strays
-from benchmarks.trial.promises import FINAL
+from benchmarks.trial import hostile_planner
+from benchmarks.trial.client_records import FINAL
 from benchmarks.trial.rows import TrialRow, none_of, times
 from benchmarks.trial.tasks import body, tiny
+from benchmarks.trial.trial_server import TrialServer, orphans, running_server
 
 PART = "hostile planners"
 LIMIT_S = 1.0
@@ -32,7 +32,7 @@ _PATIENCE_S = 60.0
 _GONE_S = 5.0
 
 OUTCOMES: Mapping[str, frozenset[str]] = {
-    **dict.fromkeys(villain.KINDS, frozenset({"timeout"})),
+    **dict.fromkeys(hostile_planner.KINDS, frozenset({"timeout"})),
     "allocate": frozenset({"out_of_memory", "timeout"}),
     "leave-behind": frozenset({"no_plan"}),
     "leave": frozenset({"no_plan"}),
@@ -44,23 +44,23 @@ OUTCOMES: Mapping[str, frozenset[str]] = {
 
 def options() -> list[str]:
     """Return the options of a server with these planners."""
-    command = shlex.join([sys.executable, "-S", "-E", str(Path(villain.__file__))])
-    planners = [f"--planner={kind}={command} {kind} {{domain}} {{problem}}" for kind in villain.KINDS]
+    command = shlex.join([sys.executable, "-S", "-E", str(Path(hostile_planner.__file__))])
+    planners = [f"--planner={kind}={command} {kind} {{domain}} {{problem}}" for kind in hostile_planner.KINDS]
     return [*planners, f"--limit=memory_bytes={_MEMORY_BYTES}", "--limit=queue=10000"]
 
 
 def rows(runs: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Run `runs` of them, two or more at a time as the service does, and watch their processes."""
-    with opened(options()) as house:
-        before = house.resident_bytes()
-        watch = ServerWatch(house)
+    with running_server(options()) as server:
+        before = server.resident_bytes()
+        watch = ServerWatch(server)
         kinds = [kind for _, kind in zip(range(runs), _round_and_round(), strict=False)]
-        done = _results(house, kinds, say)
-        left_below = _below_after(house)
+        done = _results(server, kinds, say)
+        left_below = _below_after(server)
         watch.stop()
-        grown = house.resident_bytes() - before
-        house.terminate()
-        left = strays(_GONE_S)
+        grown = server.resident_bytes() - before
+        server.terminate()
+        left = orphans(_GONE_S)
     wrong = Counter(
         f"{kind}: {job['outcome']}"
         for kind, job in zip(kinds, done, strict=True)
@@ -88,8 +88,8 @@ def rows(runs: int, say: Callable[[str], None]) -> list[TrialRow]:
 class ServerWatch:
     """Polls the processes of hostile planners, and records when each group was last seen."""
 
-    def __init__(self, house: House) -> None:
-        self._house = house
+    def __init__(self, server: TrialServer) -> None:
+        self._server = server
         self._seen: dict[str, tuple[float, float]] = {}
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._look_on, daemon=True)
@@ -106,13 +106,13 @@ class ServerWatch:
 
     def _look_on(self) -> None:
         while not self._over.wait(_WATCH_S):
-            for pid in self._house.below():
+            for pid in self._server.below():
                 with suppress(psutil.Error):
                     self._note(psutil.Process(pid))
 
     def _note(self, process: psutil.Process) -> None:
         words = process.cmdline()
-        if len(words) >= 2 and "villain.py" in " ".join(words):
+        if len(words) >= 2 and "hostile_planner.py" in " ".join(words):
             folder = words[-1]
             first, _ = self._seen.get(folder, (process.create_time(), 0.0))
             self._seen[folder] = (min(first, process.create_time()), time.time())
@@ -120,12 +120,12 @@ class ServerWatch:
 
 def _round_and_round() -> Any:
     while True:
-        yield from villain.KINDS
+        yield from hostile_planner.KINDS
 
 
-def _results(house: House, kinds: list[str], say: Callable[[str], None]) -> list[Any]:
+def _results(server: TrialServer, kinds: list[str], say: Callable[[str], None]) -> list[Any]:
     """Submit all jobs at once; return their documents when all have ended or time is up."""
-    talk = Talk(house.port)
+    talk = Talk(server.port)
     paths = [talk.ask("POST", "/v1/jobs", _body(kind)).document["links"]["self"] for kind in kinds]
     found: list[Any] = []
     for path in paths:
@@ -143,14 +143,14 @@ def _body(kind: str) -> bytes:
     return json.dumps({**json.loads(body(tiny(), "auto", LIMIT_S)), "planner": kind}).encode()
 
 
-def _below_after(house: House) -> list[int]:
+def _below_after(server: TrialServer) -> list[int]:
     """Return the processes left below the launcher after one more, harmless job."""
     job = json.loads(body(tiny(), "greedy", LIMIT_S))
-    path = ask(house.port, "POST", "/v1/jobs", json.dumps(job).encode()).document["links"]["self"]
+    path = ask(server.port, "POST", "/v1/jobs", json.dumps(job).encode()).document["links"]["self"]
     until = time.monotonic() + _PATIENCE_S
-    while ask(house.port, "GET", path).document["state"] not in FINAL and time.monotonic() < until:
+    while ask(server.port, "GET", path).document["state"] not in FINAL and time.monotonic() < until:
         time.sleep(_WATCH_S)
-    return [pid for depth in (2, 3, 4, 5) for pid in house.below(depth)]
+    return [pid for depth in (2, 3, 4, 5) for pid in server.below(depth)]
 
 
 def _ran_s(job: Any) -> float:

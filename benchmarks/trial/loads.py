@@ -20,9 +20,9 @@ import psutil
 from talk import Talk
 
 from benchmarks.trial.fleets import Load, Speaker
-from benchmarks.trial.house import House, opened
-from benchmarks.trial.pressing import ROBOTS, Press
+from benchmarks.trial.report_flood import ROBOTS, ReportFlood
 from benchmarks.trial.rows import TrialRow, judged, none_of, times
+from benchmarks.trial.trial_server import TrialServer, running_server
 
 PRESS, ONE, MANY = "reports", "one mission", "missions at once"
 RATE_GOAL_HZ, LAG_GOAL_S = 1000.0, 0.3
@@ -58,24 +58,24 @@ class Used:
         return f"{a_report}; {busy:.2f} of {os.cpu_count()} processors busy, {with_sending}; load {load:.1f}"
 
 
-def used(house: House) -> Used:
+def used(server: TrialServer) -> Used:
     """Return a server's CPU seconds so far, including its processes that have ended."""
-    server = psutil.Process(house.process.pid)
-    below = sum(sum(one.cpu_times()[:4]) for one in server.children(recursive=True))
-    return Used(sum(server.cpu_times()[:2]), below)
+    process = psutil.Process(server.process.pid)
+    below = sum(sum(one.cpu_times()[:4]) for one in process.children(recursive=True))
+    return Used(sum(process.cpu_times()[:2]), below)
 
 
-def press_rows(seconds: float, say: Callable[[str], None]) -> Iterator[TrialRow]:
+def report_rows(seconds: float, say: Callable[[str], None]) -> Iterator[TrialRow]:
     """Send reports as fast as they are accepted: of a whole team each, then of a robot each."""
     for of_team, batch in ((True, 25), (False, 96)):
         whose = f"of {ROBOTS} robots" if of_team else "of a robot"
         say(f"reports {whose} each, as fast as they are taken: {seconds:g} s")
-        with opened(OPTIONS) as house:
-            press = Press(port=house.port, missions=_MISSIONS, seconds=seconds, batch=batch, of_team=of_team)
-            before, begun_s = used(house), time.monotonic()
-            found = _run("pressing", press.text, seconds)
-            _wait_for_answers(house)
-            took_s, cost = time.monotonic() - begun_s, used(house).since(before)
+        with running_server(OPTIONS) as server:
+            flood = ReportFlood(port=server.port, missions=_MISSIONS, seconds=seconds, batch=batch, of_team=of_team)
+            before, begun_s = used(server), time.monotonic()
+            found = _run("report_flood", flood.text, seconds)
+            _wait_for_answers(server)
+            took_s, cost = time.monotonic() - begun_s, used(server).since(before)
         rate = found["taken"] / took_s
         yield TrialRow(
             part=PRESS,
@@ -102,11 +102,11 @@ def missions_rows(seconds: float, say: Callable[[str], None]) -> Iterator[TrialR
 
 
 def _fleet_rows(part: str, seconds: float, speaker: Speaker, goal_s: float, how: dict[str, Any]) -> Iterator[TrialRow]:
-    with opened(OPTIONS) as house:
-        load = Load(port=house.port, seconds=seconds, speaker=speaker, **how)
-        before, begun_s = used(house), time.monotonic()
+    with running_server(OPTIONS) as server:
+        load = Load(port=server.port, seconds=seconds, speaker=speaker, **how)
+        before, begun_s = used(server), time.monotonic()
         found = _run("fleets", load.text, seconds)
-        took_s, cost = time.monotonic() - begun_s, used(house).since(before)
+        took_s, cost = time.monotonic() - begun_s, used(server).since(before)
     sent, lags_s = found["sent"], found["lags_s"]
     hz = load.fleets * load.hz * (1 if speaker is Speaker.TEAM else load.robots)
     fleets = "" if load.fleets == 1 else f"{load.fleets} x "
@@ -128,8 +128,8 @@ def _run(module: str, text: str, seconds: float) -> Any:
     return json.loads(done.stdout)
 
 
-def _wait_for_answers(house: House) -> None:
-    talk = Talk(house.port)
+def _wait_for_answers(server: TrialServer) -> None:
+    talk = Talk(server.port)
     until_s = time.monotonic() + _LATE_S
     while time.monotonic() < until_s:
         lines = talk.ask("GET", "/metrics").document.splitlines()

@@ -14,9 +14,9 @@ from browser import Browser, chromium, missing, tab
 from talk import ask, frames
 
 from benchmarks.speed.drawn import generated
-from benchmarks.trial.house import House, opened
 from benchmarks.trial.rows import Judgement, TrialRow, judged, times
 from benchmarks.trial.tasks import LARGEST, suite_body
+from benchmarks.trial.trial_server import TrialServer, running_server
 from marsupial.generators.builtin import bare_map_scenario
 from marsupial.library.missions import simulate
 from marsupial.library.recording import Recorder
@@ -82,12 +82,12 @@ def rows(plans: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
     grid = generated("rooms", _CELLS, _CELL_M, 1)
     yield from _frame_rows(_page(bare_map_scenario("rooms", grid, _CARRIERS, _ROVERS), 300))
     say(f"pages: {plans} plans of jobs, {plans} of missions")
-    with opened(("--limit=slots=1",)) as house, chromium() as driver:
+    with running_server(("--limit=slots=1",)) as server, chromium() as driver:
         for what, timed in (("a job", _of_job), ("a mission", _of_mission)):
             seconds: list[float] = []
             while len(seconds) < plans:
                 with tab(driver) as browser:
-                    seconds += timed(house, browser)
+                    seconds += timed(server, browser)
             yield times(PAGE, f"a plan of {what}, from its storing to the page", seconds[:plans], SHOWN_GOAL_S)
 
 
@@ -129,48 +129,48 @@ def _frame_rows(page: str) -> Iterator[TrialRow]:
             )
 
 
-def _of_job(house: House, browser: Browser) -> list[float]:
+def _of_job(server: TrialServer, browser: Browser) -> list[float]:
     """Follow a job from before its start, while another one has the slot; return each plan's delay to the page."""
-    first = _asked(house, "/v1/jobs", json.loads(suite_body(LARGEST[1], "anytime", 2.0)))
-    job = _asked(house, "/v1/jobs", json.loads(suite_body(LARGEST[0], "anytime", _SEARCH_S)))
-    browser.open(f"{house.url}/#/jobs/{job}")
+    first = _asked(server, "/v1/jobs", json.loads(suite_body(LARGEST[1], "anytime", 2.0)))
+    job = _asked(server, "/v1/jobs", json.loads(suite_body(LARGEST[0], "anytime", _SEARCH_S)))
+    browser.open(f"{server.url}/#/jobs/{job}")
     browser.find(".figure-line")
     browser.run(_SEEN, ".figure-line")
-    _ended(house, f"/v1/jobs/{first}", "state", ("queued", "running"))
-    _ended(house, f"/v1/jobs/{job}", "state", ("queued", "running"))
-    with open_for_maintenance(house.data) as store:
+    _ended(server, f"/v1/jobs/{first}", "state", ("queued", "running"))
+    _ended(server, f"/v1/jobs/{job}", "state", ("queued", "running"))
+    with open_for_maintenance(server.data) as store:
         sql = "SELECT revision, at_ms FROM plans JOIN jobs ON job = number WHERE id = ?"
         stored = store.read(lambda c: {row["revision"]: row["at_ms"] for row in c.execute(sql, (job,)).fetchall()})
     return _between(browser, stored)
 
 
-def _of_mission(house: House, browser: Browser) -> list[float]:
+def _of_mission(server: TrialServer, browser: Browser) -> list[float]:
     """Follow a simulated mission; return each plan's delay to the page, for plans after it was open."""
     asked = {"scenario": "office", "planner": "greedy", "budget": {"steps": 20}, "speed": 20}
-    mission = _asked(house, "/v1/simulations", asked)
-    browser.open(f"{house.url}/#/missions/{mission}")
+    mission = _asked(server, "/v1/simulations", asked)
+    browser.open(f"{server.url}/#/missions/{mission}")
     browser.find("ol.plans")
     browser.run(_SEEN, "ol.plans")
     opened_ms = 1000 * time.time()
-    _ended(house, f"/v1/missions/{mission}", "state", ("running", "paused"))
-    sent = list(frames(house.port, f"/v1/missions/{mission}/events"))
+    _ended(server, f"/v1/missions/{mission}", "state", ("running", "paused"))
+    sent = list(frames(server.port, f"/v1/missions/{mission}/events"))
     plans = [one.id for one in sent if one.type == "log" and json.loads(one.data)["event"] == "plan"]
-    with open_for_maintenance(house.data) as store:
+    with open_for_maintenance(server.data) as store:
         sql = "SELECT seq, at_ms FROM mission_events JOIN missions ON mission = number WHERE id = ? ORDER BY seq"
         turns = store.read(lambda c: [(row["seq"], row["at_ms"]) for row in c.execute(sql, (mission,)).fetchall()])
     stored = {i: next(at_ms for last, at_ms in turns if last >= seq) for i, seq in enumerate(plans, 1)}
     return _between(browser, {i: at_ms for i, at_ms in stored.items() if at_ms > opened_ms})
 
 
-def _asked(house: House, path: str, body: Mapping[str, Any]) -> str:
-    reply = ask(house.port, "POST", path, body)
+def _asked(server: TrialServer, path: str, body: Mapping[str, Any]) -> str:
+    reply = ask(server.port, "POST", path, body)
     assert reply.status in (201, 202), reply
     return str(reply.document["id"])
 
 
-def _ended(house: House, path: str, field: str, going_on: tuple[str, ...]) -> None:
+def _ended(server: TrialServer, path: str, field: str, going_on: tuple[str, ...]) -> None:
     until = time.monotonic() + _MOST_S
-    while ask(house.port, "GET", path).document[field] in going_on and time.monotonic() < until:
+    while ask(server.port, "GET", path).document[field] in going_on and time.monotonic() < until:
         time.sleep(0.1)
 
 

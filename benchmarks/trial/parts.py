@@ -76,11 +76,11 @@ def trial(extent: TrialExtent, say: Callable[[str], None]) -> Iterator[TrialRow]
     if extent.plans:
         yield from speed.first_plan_rows(extent.plans, say)
     if extent.clients:
-        yield from speed.crowd_rows(extent.clients, say)
+        yield from speed.concurrent_rows(extent.clients, say)
         yield from speed.end_rows(extent.clients, say)
         yield from speed.flood_rows(say)
     if extent.load_seconds:
-        yield from loads.press_rows(extent.load_seconds, say)
+        yield from loads.report_rows(extent.load_seconds, say)
         yield from loads.mission_rows(extent.load_seconds, say)
         yield from loads.missions_rows(extent.load_seconds, say)
     if extent.fair_jobs:

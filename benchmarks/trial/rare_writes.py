@@ -1,7 +1,7 @@
 """Rare writes of servers: one server is frozen after each of its statements while another does the same write.
 
-So both want the same rows and locks. Each attempt has new entries; the frozen server retries when it wakes, and finds
-that the other one was first.
+So both compete for the same rows and locks. Each attempt has new entries; the frozen server retries when it wakes,
+after the other one has finished.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def recovered(store: Store) -> Write:
 
 
 def makes_way(store: Store) -> Write:
-    """Have a job make way for another owner's job."""
+    """Preempt a job for another owner's job."""
     for _ in range(2):
         _claim(store, "ann")
     _job(store, "bob")

@@ -1,4 +1,4 @@
-"""Requirements, findings, and whether these are enough."""
+"""Requirements, findings and verdicts."""
 
 from __future__ import annotations
 

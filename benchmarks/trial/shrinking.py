@@ -11,11 +11,11 @@ from pathlib import Path
 
 from talk import ask
 
-from benchmarks.trial.house import House, opened
-from benchmarks.trial.lines import Line
-from benchmarks.trial.pressing import begun, reports
+from benchmarks.trial.async_connection import AsyncConnection
+from benchmarks.trial.report_flood import begun, reports
 from benchmarks.trial.rows import TrialRow, judged
 from benchmarks.trial.tasks import short_jobs
+from benchmarks.trial.trial_server import TrialServer, running_server
 from marsupial_service.store.sqlite import FILE
 
 STORE = "store"
@@ -31,11 +31,11 @@ _POLL_S = 0.5
 def rows(count: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
     """Send `count` reports to missions, of which one in ten continues; end the others, and wait for their removal."""
     say(f"store: {count} reports, of which one in ten stays")
-    with opened((f"--limit=retention_s={RETENTION_S:g}",)) as house:
-        asyncio.run(_fill(house.port, count))
-        most = on_disk(house)
-        left = _left(house)
-        size, live = on_disk(house), _live(house)
+    with running_server((f"--limit=retention_s={RETENTION_S:g}",)) as server:
+        asyncio.run(_fill(server.port, count))
+        most = on_disk(server)
+        left = _left(server)
+        size, live = on_disk(server), _live(server)
     yield TrialRow(
         part=STORE,
         requirement=f"on the disk after retention, beside what is left of {count} reports and {len(short_jobs())} jobs",
@@ -47,39 +47,39 @@ def rows(count: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
 
 
 async def _fill(port: int, count: int) -> None:
-    line = await Line.to(port)
+    connection = await AsyncConnection.to(port)
     for body in short_jobs():
-        await line.post("/v1/jobs", body)
+        await connection.post("/v1/jobs", body)
     for share, stays in ((1 - _STAYS, False), (_STAYS, True)):
-        path = await begun(line)
+        path = await begun(connection)
         told = reports(of_team=True)
         for _ in range(round(share * count / _BATCH)):
-            await line.report(path, [next(told) for _ in range(_BATCH)])
+            await connection.report(path, [next(told) for _ in range(_BATCH)])
         if not stays:
-            await line.post(f"{path}/cancel", b"")
-            await line.report(path, [next(told)])
+            await connection.post(f"{path}/cancel", b"")
+            await connection.report(path, [next(told)])
 
 
-def _left(house: House) -> int:
+def _left(server: TrialServer) -> int:
     """Wait until ended entries are removed and disk space is freed; return the number of entries left."""
     until_s, before = time.monotonic() + _WITHIN_S, -1
     while True:
-        found = sum(len(ask(house.port, "GET", f"/v1/{kind}").document[kind]) for kind in ("jobs", "missions"))
-        size = on_disk(house)
+        found = sum(len(ask(server.port, "GET", f"/v1/{kind}").document[kind]) for kind in ("jobs", "missions"))
+        size = on_disk(server)
         if (found == 1 and size == before) or time.monotonic() > until_s:
             return found
         before = size
         time.sleep(_POLL_S if found > 1 else 5.0)
 
 
-def on_disk(house: House) -> int:
+def on_disk(server: TrialServer) -> int:
     """Return the size of the store's files."""
-    return sum(file.stat().st_size for file in Path(house.data).glob(f"{FILE}*"))
+    return sum(file.stat().st_size for file in Path(server.data).glob(f"{FILE}*"))
 
 
-def _live(house: House) -> int:
+def _live(server: TrialServer) -> int:
     """Return the size of a new store with the same content."""
-    copy = Path(house.data) / "live"
-    with closing(sqlite3.connect(house.data / FILE)) as connection:
+    copy = Path(server.data) / "live"
+    with closing(sqlite3.connect(server.data / FILE)) as connection:
         connection.execute("VACUUM INTO ?", (str(copy),))
     return copy.stat().st_size

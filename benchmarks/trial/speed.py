@@ -16,20 +16,20 @@ from typing import Any
 
 from talk import ACCEPTED, BROKEN, Talk, ask, frames
 
-from benchmarks.trial.house import House, opened, strays
-from benchmarks.trial.promises import improving
+from benchmarks.trial.client_records import improving
 from benchmarks.trial.rows import TrialRow, judged, none_of, percentile, times
 from benchmarks.trial.tasks import LARGEST, body, read_situation, scored, small_floor, suite_body
+from benchmarks.trial.trial_server import TrialServer, orphans, running_server
 from marsupial.model.situation import Situation
 
-ANSWER, FIRST, CROWD, END, FLOOD = "answer", "first plan", "clients at once", "end", "full queue"
+ANSWER, FIRST, CONCURRENT, END, FLOOD = "answer", "first plan", "clients at once", "end", "full queue"
 ANSWER_GOAL_S, FIRST_GOAL_S, END_GOAL_S = 0.05, 0.15, 3.0
 GROWTH_GOAL_BYTES = 64 << 20
 OPTIONS = ("--limit=queue=100000", "--limit=streams=1000")
 
 _WAITING = 100
 _LONG_S = 30.0
-_CROWD_S = 0.2
+_CONCURRENT_S = 0.2
 _QUEUE = 100
 _GONE_S = 5.0
 _SPREAD_S = 0.01
@@ -38,14 +38,14 @@ _SPREAD_S = 0.01
 def answer_rows(posts: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Post jobs while a hundred wait and the slots are taken; between them, send no-op requests, and write to disk."""
     say(f"answer: {posts} jobs while {_WAITING} wait")
-    with opened(OPTIONS) as house:
-        talk = Talk(house.port)
+    with running_server(OPTIONS) as server:
+        talk = Talk(server.port)
         long = suite_body(LARGEST[0], "anytime", _LONG_S)
         for _ in range(_WAITING + _slots(talk)):
             talk.ask("POST", "/v1/jobs", long)
         taken, bare, synced = [], [], []
         small = [body(small_floor(seed), "anytime", _LONG_S) for seed in range(10)]
-        with TemporaryFile(dir=house.data) as file:
+        with TemporaryFile(dir=server.data) as file:
             for number in range(posts):
                 taken.append(_timed(partial(talk.ask, "POST", "/v1/jobs", small[number % len(small)])))
                 bare.append(_timed(partial(talk.ask, "GET", "/healthz")))
@@ -64,8 +64,8 @@ def answer_rows(posts: int, say: Callable[[str], None]) -> list[TrialRow]:
 def first_plan_rows(runs: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Post situations of the largest team, one at a time, and follow each until its first plan."""
     say(f"first plan: {runs} jobs")
-    with opened(OPTIONS) as house:
-        took = [_first_plan(house, LARGEST[n % len(LARGEST)]) for n in range(-len(LARGEST), runs)][len(LARGEST) :]
+    with running_server(OPTIONS) as server:
+        took = [_first_plan(server, LARGEST[n % len(LARGEST)]) for n in range(-len(LARGEST), runs)][len(LARGEST) :]
     found = [arrival.seconds for arrival in took if arrival.valid]
     return [
         times(FIRST, "of a 6x3 team with 20 targets, posted to received", found, FIRST_GOAL_S),
@@ -74,38 +74,38 @@ def first_plan_rows(runs: int, say: Callable[[str], None]) -> list[TrialRow]:
     ]
 
 
-def crowd_rows(clients: int, say: Callable[[str], None]) -> list[TrialRow]:
+def concurrent_rows(clients: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Have many clients post different jobs at once, follow their jobs and check every plan."""
     say(f"clients at once: {clients}")
-    with opened(OPTIONS) as house:
-        slots = _slots(Talk(house.port))
+    with running_server(OPTIONS) as server:
+        slots = _slots(Talk(server.port))
         together = threading.Barrier(clients)
         with ThreadPoolExecutor(clients) as pool:
-            visits = list(pool.map(lambda seed: _visit(house.port, seed, together), range(clients)))
+            visits = list(pool.map(lambda seed: _visit(server.port, seed, together), range(clients)))
     first_s = [visit.first_s for visit in visits if visit.first_s is not None]
-    more = f", {_CROWD_S:g} s of search each, {slots} at a time"
+    more = f", {_CONCURRENT_S:g} s of search each, {slots} at a time"
     return [
-        none_of(CROWD, "clients without a valid plan", clients - len(first_s), f" of {clients}"),
-        none_of(CROWD, "plans that are refused or not better", sum(visit.bad for visit in visits)),
-        times(CROWD, "first plan, posted to received", first_s, more=more),
+        none_of(CONCURRENT, "clients without a valid plan", clients - len(first_s), f" of {clients}"),
+        none_of(CONCURRENT, "plans that are refused or not better", sum(visit.bad for visit in visits)),
+        times(CONCURRENT, "first plan, posted to received", first_s, more=more),
     ]
 
 
 def end_rows(streams: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Terminate a server with `streams` open streams, on running and on waiting jobs."""
     say(f"end: {streams} streams")
-    with opened(OPTIONS) as house:
-        talk = Talk(house.port)
+    with running_server(OPTIONS) as server:
+        talk = Talk(server.port)
         long = suite_body(LARGEST[0], "anytime", _LONG_S)
         jobs = [talk.ask("POST", "/v1/jobs", long).document["id"] for _ in range(max(2, streams // 10))]
         talk.close()
         began = threading.Barrier(streams + 1)
         with ThreadPoolExecutor(streams) as pool:
-            ends = [pool.submit(_hold, house.port, jobs[n % len(jobs)], began) for n in range(streams)]
+            ends = [pool.submit(_hold, server.port, jobs[n % len(jobs)], began) for n in range(streams)]
             began.wait(60)
-            seconds = house.terminate()
+            seconds = server.terminate()
             clean = sum(one.result() for one in ends)
-        left = strays(_GONE_S)
+        left = orphans(_GONE_S)
     figure = f"{1000 * seconds:.0f} ms until nothing runs, {clean} of {streams} streams ended in order"
     held = seconds <= END_GOAL_S and clean == streams
     return [
@@ -124,14 +124,14 @@ def end_rows(streams: int, say: Callable[[str], None]) -> list[TrialRow]:
 def flood_rows(say: Callable[[str], None]) -> list[TrialRow]:
     """Post ten times as many jobs as may wait: the rest must be refused, and the server must not grow."""
     say(f"full queue: {10 * _QUEUE} jobs where {_QUEUE} may wait")
-    with opened((f"--limit=queue={_QUEUE}",)) as house:
-        talk = Talk(house.port)
+    with running_server((f"--limit=queue={_QUEUE}",)) as server:
+        talk = Talk(server.port)
         large = suite_body(LARGEST[0], "anytime", _LONG_S)
         for _ in range(_QUEUE + _slots(talk)):
             talk.ask("POST", "/v1/jobs", large)
-        before = house.resident_bytes()
+        before = server.resident_bytes()
         refused = [talk.ask("POST", "/v1/jobs", large).status for _ in range(9 * _QUEUE)]
-        grown = house.resident_bytes() - before
+        grown = server.resident_bytes() - before
         talk.close()
     taken = sum(status in ACCEPTED for status in refused)
     odd = len(refused) - taken - refused.count(429)
@@ -161,16 +161,16 @@ class _Visit:
     bad: int
 
 
-def _first_plan(house: House, name: str) -> _Arrival:
+def _first_plan(server: TrialServer, name: str) -> _Arrival:
     sent = suite_body(name, "auto", 5.0)
     situation = _situation(sent)
     begun = time.monotonic()
-    path = ask(house.port, "POST", "/v1/jobs", sent).document["links"]["self"]
+    path = ask(server.port, "POST", "/v1/jobs", sent).document["links"]["self"]
     acknowledged_s = time.monotonic() - begun
-    data = next((frame.data for frame in frames(house.port, f"{path}/events") if frame.type == "plan"), None)
+    data = next((frame.data for frame in frames(server.port, f"{path}/events") if frame.type == "plan"), None)
     seconds = time.monotonic() - begun
-    ask(house.port, "POST", f"{path}/cancel")
-    while house.below(2):
+    ask(server.port, "POST", f"{path}/cancel")
+    while server.below(2):
         time.sleep(_SPREAD_S)
     valid = data is not None and scored(situation, json.loads(data)["actions"]) is not None
     return _Arrival(acknowledged_s, seconds, valid)
@@ -182,7 +182,7 @@ def _situation(sent: bytes) -> Situation:
 
 def _visit(port: int, seed: int, together: threading.Barrier) -> _Visit:
     situation = small_floor(100 + seed)
-    sent = body(situation, "anytime", _CROWD_S)
+    sent = body(situation, "anytime", _CONCURRENT_S)
     together.wait(60)
     begun = time.monotonic()
     first_s, scores = None, []

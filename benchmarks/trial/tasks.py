@@ -1,4 +1,4 @@
-"""The requests to servers on trial, and the check of their plans by the client."""
+"""Requests to the tested servers, and the client's check of their plans."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The toll of a trial by killing, and its final report."""
+"""Counts of what was killed in a trial, and its final report."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-from benchmarks.trial.house import end_strays, strays
-from benchmarks.trial.promises import Findings, Promises
+from benchmarks.trial.client_records import ClientRecords, Findings
 from benchmarks.trial.rows import Judgement, TrialRow, none_of, times
+from benchmarks.trial.trial_server import kill_orphans, orphans
 
 DEPTHS = {1: "launcher", 2: "supervisor", 3: "worker"}
 """The kind of process at each depth below a server; a worker runs a job or a mission."""
@@ -21,14 +21,14 @@ _GONE_S = 5.0
 
 
 @dataclass(slots=True)
-class Toll:
+class KillTally:
     """Kills by victim, processes left behind, and how long the last one stayed after its server, in s.
 
     Attributes
     ----------
     failed, refused
         Servers that ended by themselves, and those that did so at their start for lack of a database.
-    rivals, rivals_let_in
+    second_servers, second_servers_admitted
         Servers that tried to open another one's folder, and those that succeeded.
     errors, tracebacks
         Numbers of such lines in the servers' logs.
@@ -37,9 +37,9 @@ class Toll:
     victims: Counter[str] = field(default_factory=Counter)
     failed: int = 0
     refused: int = 0
-    rivals: int = 0
-    rivals_let_in: int = 0
-    strays: int = 0
+    second_servers: int = 0
+    second_servers_admitted: int = 0
+    orphans: int = 0
     gone_s: list[float] = field(default_factory=list)
     errors: int = 0
     tracebacks: Counter[str] = field(default_factory=Counter)
@@ -49,14 +49,14 @@ class Toll:
         """Number of servers killed."""
         return self.victims[SERVER] + self.victims[COMMITTING]
 
-    def look_for_strays(self, keep: Collection[int] = ()) -> None:
+    def measure_orphans(self, keep: Collection[int] = ()) -> None:
         """Measure how long processes of a killed server stay; those in `keep` may stay."""
         begun = time.monotonic()
-        left = strays(_GONE_S, keep)
+        left = orphans(_GONE_S, keep)
         self.gone_s.append(time.monotonic() - begun)
-        self.strays += len(left)
+        self.orphans += len(left)
         if left:
-            end_strays(keep)
+            kill_orphans(keep)
 
     def read_log(self, text: str) -> None:
         """Count errors in the servers' log."""
@@ -73,32 +73,32 @@ class Toll:
                 self.tracebacks["bare"] += 1
 
 
-def report(part: str, toll: Toll, promises: Promises, found: Findings) -> list[TrialRow]:
+def report(part: str, tally: KillTally, records: ClientRecords, found: Findings) -> list[TrialRow]:
     """Return rows of failures that must not have happened, and of events that did."""
-    of = f" of {len(promises.jobs)}"
+    of = f" of {len(records.jobs)}"
     plans = f" of {found.plans} plans"
-    streams = f" of {len(promises.streams)}, resumed {promises.resumed['in all']} times"
-    if toll.victims[DATABASE]:
-        streams += f", {promises.resumed['elsewhere']} of that on another server"
-    kinds = ", ".join(f"{count} x {victim}" for victim, count in toll.victims.most_common())
+    streams = f" of {len(records.streams)}, resumed {records.resumed['in all']} times"
+    if tally.victims[DATABASE]:
+        streams += f", {records.resumed['elsewhere']} of that on another server"
+    kinds = ", ".join(f"{count} x {victim}" for victim, count in tally.victims.most_common())
     outcomes = ", ".join(f"{word} {count}" for word, count in found.outcomes.most_common())
-    figure = f"{toll.victims.total()}: {kinds}"
+    figure = f"{tally.victims.total()}: {kinds}"
     return [
-        TrialRow(part=part, requirement="killed at random moments", figure=figure, values=dict(toll.victims)),
+        TrialRow(part=part, requirement="killed at random moments", figure=figure, values=dict(tally.victims)),
         none_of(part, "acknowledged jobs lost", found.lost, of),
         none_of(part, "acknowledged jobs that never end", found.unfinished, of),
         none_of(part, "jobs that ended more than once", found.ended_again, of),
         none_of(part, "requests with one key that made two jobs", found.made_twice, of),
         none_of(part, "jobs whose events are not in order", found.bad_events, of),
-        none_of(part, "improvements that clients were told of, lost", found.plans_lost, f" of {len(promises.plans)}"),
+        none_of(part, "improvements that clients were told of, lost", found.plans_lost, f" of {len(records.plans)}"),
         none_of(part, "revisions the checker refuses", found.bad_plans, plans),
         none_of(part, "jobs with a revision that is not better", found.not_better, of),
         none_of(part, "resumed streams unlike an uninterrupted one", found.streams_differ, streams),
-        none_of(part, "requests answered as they should not be", promises.odd.total(), _words(promises.odd)),
-        none_of(part, "servers that ended by themselves", toll.failed, f" of {toll.servers}"),
-        none_of(part, "processes left 5 s after their server", toll.strays),
-        none_of(part, "errors in servers that nobody had foreseen", toll.tracebacks.total(), _words(toll.tracebacks)),
-        times(part, "last process gone after its server", toll.gone_s),
+        none_of(part, "requests answered as they should not be", records.odd.total(), _words(records.odd)),
+        none_of(part, "servers that ended by themselves", tally.failed, f" of {tally.servers}"),
+        none_of(part, "processes left 5 s after their server", tally.orphans),
+        none_of(part, "errors in servers that nobody had foreseen", tally.tracebacks.total(), _words(tally.tracebacks)),
+        times(part, "last process gone after its server", tally.gone_s),
         TrialRow(
             part=part, requirement="how jobs ended", figure=outcomes, judgement=Judgement.NOTED, values=found.outcomes
         ),

@@ -1,6 +1,6 @@
-"""A planner that misbehaves, run by path as an external planner: ``villain.py KIND DOMAIN PROBLEM``. It needs nothing.
+"""A planner that misbehaves, run by path as an external planner: ``hostile_planner.py KIND DOMAIN PROBLEM``.
 
-Its processes have its paths on their command lines, which show to which job they belong.
+It needs only the standard library. The paths on the command lines of its processes show to which job they belong.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def fork() -> None:
 
 
 def setsid() -> None:
-    """Start a grandchild in a session of its own that lets go of everything, and sleep."""
+    """Start a grandchild in its own session, without open files, and sleep."""
     _escape()
     sleep()
 

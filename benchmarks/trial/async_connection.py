@@ -1,4 +1,4 @@
-"""Connections for heavy senders and followers, cheap because they trust that answers are well-formed."""
+"""Cheap asynchronous HTTP connections: they assume well-formed answers."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _AGAIN_S = 0.02
 _LONGEST_LINE = 1 << 24
 
 
-class LineAnswer(NamedTuple):
+class AsyncReply(NamedTuple):
     """Status and body."""
 
     status: int
     body: bytes
 
 
-class Line:
+class AsyncConnection:
     """A connection that stays open."""
 
     def __init__(self, port: int, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -29,11 +29,11 @@ class Line:
         self.writer = writer
 
     @classmethod
-    async def to(cls, port: int) -> Line:
+    async def to(cls, port: int) -> AsyncConnection:
         """Connect."""
         return cls(port, *await asyncio.open_connection(HOST, port, limit=_LONGEST_LINE))
 
-    async def post(self, path: str, body: bytes) -> LineAnswer:
+    async def post(self, path: str, body: bytes) -> AsyncReply:
         """Send JSON, and return the answer; retry if the server has closed the connection because it was idle."""
         try:
             return await self._post(path, body)
@@ -41,12 +41,12 @@ class Line:
             self._reader, self.writer = await asyncio.open_connection(HOST, self._port, limit=_LONGEST_LINE)
             return await self._post(path, body)
 
-    async def _post(self, path: str, body: bytes) -> LineAnswer:
+    async def _post(self, path: str, body: bytes) -> AsyncReply:
         head = f"POST {path} HTTP/1.1\r\nHost: {HOST}\r\nContent-Type: application/json\r\nContent-Length: {len(body)}"
         self.writer.write(head.encode() + b"\r\n\r\n" + body)
         told = (await self._reader.readuntil(b"\r\n\r\n")).lower()
         length = int(told.split(b"content-length:")[1].split(b"\r\n")[0])
-        return LineAnswer(int(told[9:12]), await self._reader.readexactly(length))
+        return AsyncReply(int(told[9:12]), await self._reader.readexactly(length))
 
     async def report(self, mission: str, reports: list[dict[str, Any]]) -> None:
         """Send reports to the mission at that path; retry while too many wait."""

@@ -1,6 +1,6 @@
-"""Reports as fast as they are accepted: ``python -m benchmarks.trial.pressing PRESS``, in its own process.
+"""Reports as fast as they are accepted: ``python -m benchmarks.trial.report_flood FLOOD``, in its own process.
 
-Robots ignore commands and rest, so nothing is replanned: this measures the cost of reports alone.
+Robots ignore commands and stand still, so nothing is replanned: this measures the cost of reports alone.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from benchmarks.trial.lines import Line
+from benchmarks.trial.async_connection import AsyncConnection
 
 _SIDE = 200
 _PLACES = [[12 * (i % 12) + 10, 20 + 60 * (i // 12)] for i in range(24)]
@@ -22,7 +22,7 @@ ROBOTS = len(_NAMES)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Press:
+class ReportFlood:
     """The reports to send.
 
     Parameters
@@ -76,32 +76,32 @@ def reports(of_team: bool) -> Iterator[dict[str, Any]]:
             yield {"n": n - 1, "robot": note["name"], "t_ms": 100 * n, "robots": [note]}
 
 
-async def begun(line: Line) -> str:
+async def begun(connection: AsyncConnection) -> str:
     """Begin a mission and return its path."""
-    made = await line.post("/v1/missions", brief())
+    made = await connection.post("/v1/missions", brief())
     assert made.status == 201, made.body
     path: str = json.loads(made.body)["links"]["self"]
     return path
 
 
-async def _press(press: Press, until_s: float) -> int:
+async def _send_reports(flood: ReportFlood, until_s: float) -> int:
     """Send the reports of one mission, and return the number accepted."""
-    line = await Line.to(press.port)
-    path, told, taken = await begun(line), reports(press.of_team), 0
+    connection = await AsyncConnection.to(flood.port)
+    path, told, taken = await begun(connection), reports(flood.of_team), 0
     while time.monotonic() < until_s:
-        await line.report(path, [next(told) for _ in range(press.batch)])
-        taken += press.batch
+        await connection.report(path, [next(told) for _ in range(flood.batch)])
+        taken += flood.batch
     return taken
 
 
-async def _all(press: Press) -> int:
-    until_s = time.monotonic() + press.seconds
-    return sum(await asyncio.gather(*(_press(press, until_s) for _ in range(press.missions))))
+async def _all(flood: ReportFlood) -> int:
+    until_s = time.monotonic() + flood.seconds
+    return sum(await asyncio.gather(*(_send_reports(flood, until_s) for _ in range(flood.missions))))
 
 
 def main(text: str) -> None:
     """Send the reports described in JSON; print the number accepted, and this process's CPU seconds."""
-    taken = asyncio.run(_all(Press(**json.loads(text))))
+    taken = asyncio.run(_all(ReportFlood(**json.loads(text))))
     print(json.dumps({"taken": taken, "cpu_s": time.process_time()}))
 
 

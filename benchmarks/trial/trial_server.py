@@ -1,6 +1,6 @@
 """A server on a data folder that can be killed at any moment and restarted at the same address.
 
-The process that owns a house adopts orphans: all processes that a server starts, in any session, stay below it, and
+The process that owns a server adopts orphans: all processes that a server starts, in any session, stay below it, and
 are found if the server leaves them behind.
 """
 
@@ -26,7 +26,7 @@ _START_S = 120.0
 _POLL_S = 0.01
 
 
-class House(Server):
+class TrialServer(Server):
     """A server with all processes below it, and operators' limits."""
 
     environment: Mapping[str, str] = {}
@@ -81,30 +81,30 @@ class House(Server):
             self.terminate()
         if self.runs:
             self.kill()
-        end_strays(keep)
+        kill_orphans(keep)
 
 
 @contextmanager
-def opened(options: Sequence[str] = ()) -> Iterator[House]:
-    """Yield a house in its own folder, started and ready; remove all of it afterwards."""
-    with unopened(options) as house:
-        house.launch()
-        house.wait_ready()
-        yield house
+def running_server(options: Sequence[str] = ()) -> Iterator[TrialServer]:
+    """Yield a server in its own folder, started and ready; remove all of it afterwards."""
+    with new_server(options) as server:
+        server.launch()
+        server.wait_ready()
+        yield server
 
 
 @contextmanager
-def unopened(options: Sequence[str] = ()) -> Iterator[House]:
-    """Yield a house whose server has not been started."""
+def new_server(options: Sequence[str] = ()) -> Iterator[TrialServer]:
+    """Yield a server that has not been started; remove all of it afterwards."""
     with TemporaryDirectory(prefix="marsupial-trial-", ignore_cleanup_errors=True) as folder:
-        house = House(Path(folder), *options)
+        server = TrialServer(Path(folder), *options)
         try:
-            yield house
+            yield server
         finally:
-            house.close()
+            server.close()
 
 
-def strays(within_s: float = 0.0, keep: Collection[int] = ()) -> list[int]:
+def orphans(within_s: float = 0.0, keep: Collection[int] = ()) -> list[int]:
     """Return processes that still run below this one without a server, after `within_s` seconds to end.
 
     The processes in `keep`, children of this one, may run, with all processes below them.
@@ -126,9 +126,9 @@ def _others(keep: Collection[int]) -> list[int]:
     return others
 
 
-def end_strays(keep: Collection[int] = ()) -> None:
+def kill_orphans(keep: Collection[int] = ()) -> None:
     """Kill the processes left behind, and reap those that have ended."""
-    for pid in strays(keep=keep):
+    for pid in orphans(keep=keep):
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
     _others(keep)

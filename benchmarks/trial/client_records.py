@@ -1,4 +1,4 @@
-"""What a service has acknowledged, and whether it kept its promises, checked at the end."""
+"""What a service has acknowledged to its clients, and a final check that nothing of it was lost."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ _POLL_S = 0.1
 
 
 @dataclass(slots=True)
-class Promises:
-    """What clients were told, recorded by several threads.
+class ClientRecords:
+    """What clients received, recorded by several threads.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Promises:
     made_twice, ended_again
         Keys that got a second job, and jobs that ended a second time.
     odd
-        Answers that should not have come.
+        Unexpected answers.
     """
 
     jobs: dict[str, str] = field(default_factory=dict)
@@ -79,7 +79,7 @@ class Promises:
         return answer.status in ACCEPTED
 
     def see(self, document: Any) -> None:
-        """Record a job document: its best plan must never be lost, and a finished job must not change."""
+        """Record a job document: its best plan must not get lost, and a finished job must not change."""
         best = document.get("best")
         if best is not None:
             self.see_plan(document["id"], best)
@@ -94,7 +94,7 @@ class Promises:
             self.plans[job, plan["revision"]] = plan["makespan_ms"]
 
     def note_odd(self, what: str) -> None:
-        """Count an answer that should not have come."""
+        """Count an unexpected answer."""
         with self.lock:
             self.odd[what] += 1
 
@@ -129,21 +129,21 @@ class Findings:
     outcomes: Counter[str] = field(default_factory=Counter)
 
 
-def audit(ports: Sequence[int], promises: Promises, within_s: float) -> Findings:
+def audit(ports: Sequence[int], records: ClientRecords, within_s: float) -> Findings:
     """Wait at most `within_s` until every acknowledged job has ended, and check all of them through any server."""
-    found = Findings(ended_again=promises.ended_again, made_twice=promises.made_twice)
+    found = Findings(ended_again=records.ended_again, made_twice=records.made_twice)
     until = time.monotonic() + within_s
-    known = set(promises.jobs.values())
+    known = set(records.jobs.values())
     for job, port in zip(known, cycle(ports), strict=False):
-        _audit_job(port, job, promises, until, found)
-    for path, told in promises.streams.items():
+        _audit_job(port, job, records, until, found)
+    for path, told in records.streams.items():
         found.streams_differ += any(told != list(islice(frames(port, path), len(told))) for port in ports)
     for port in ports:
         found.made_twice += len(set(_all_ids(port)) - known)
     return found
 
 
-def _audit_job(port: int, job: str, promises: Promises, until: float, found: Findings) -> None:
+def _audit_job(port: int, job: str, records: ClientRecords, until: float, found: Findings) -> None:
     document = _final(port, job, until)
     if document is None:
         found.lost += 1
@@ -151,11 +151,11 @@ def _audit_job(port: int, job: str, promises: Promises, until: float, found: Fin
     if document["state"] not in FINAL:
         found.unfinished += 1
         return
-    found.ended_again += promises.ends.get(job, _end(document)) != _end(document)
+    found.ended_again += records.ends.get(job, _end(document)) != _end(document)
     found.outcomes[_how(document)] += 1
     events = list(frames(port, f"/v1/jobs/{job}/events"))
     found.bad_events += not in_order(events, document)
-    found.plans_lost += _lost_plans(job, events, promises)
+    found.plans_lost += _lost_plans(job, events, records)
     if document["plans"]:
         situation = read_situation(ask(port, "GET", f"/v1/jobs/{job}/situation").document["situation"])
         scores = list(_scores(situation, events))
@@ -164,10 +164,10 @@ def _audit_job(port: int, job: str, promises: Promises, until: float, found: Fin
         found.not_better += not improving(scores)
 
 
-def _lost_plans(job: str, events: Sequence[Frame], promises: Promises) -> int:
+def _lost_plans(job: str, events: Sequence[Frame], records: ClientRecords) -> int:
     """Return the number of improvements received by any client that are now missing or different."""
     kept = {plan["revision"]: plan["makespan_ms"] for plan in map(_read, events) if "revision" in plan}
-    told = {revision: makespan for (of, revision), makespan in promises.plans.items() if of == job}
+    told = {revision: makespan for (of, revision), makespan in records.plans.items() if of == job}
     return sum(kept.get(revision) != makespan for revision, makespan in told.items())
 
 
@@ -180,7 +180,7 @@ def _end(document: Any) -> tuple[str, str, str]:
 
 
 def _how(document: Any) -> str:
-    """Return how a job ended; a job whose processes were killed at every attempt is told apart."""
+    """Return how a job ended; `GIVEN_UP` if its processes were killed at every attempt."""
     return "given up" if document["detail"].startswith(GIVEN_UP) else document["outcome"]
 
 

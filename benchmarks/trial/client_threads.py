@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 
 from talk import ACCEPTED, BROKEN, BUSY, Frame, Refusal, Reply, Talk, frames
 
-from benchmarks.trial.promises import Promises
+from benchmarks.trial.client_records import ClientRecords
 from benchmarks.trial.tasks import short_jobs
 
 SENDERS, FOLLOWERS = 2, 6
@@ -26,11 +26,11 @@ _CANCELLED = 0.1
 _END_S = 600.0
 
 
-class Crowd:
+class ClientThreads:
     """Client threads that run until `stop`; `ports` are those of the servers."""
 
-    def __init__(self, ports: Sequence[int], promises: Promises, draw: random.Random) -> None:
-        self.promises = promises
+    def __init__(self, ports: Sequence[int], records: ClientRecords, draw: random.Random) -> None:
+        self.records = records
         self._ports = ports
         self._draw = draw
         self._over = threading.Event()
@@ -50,7 +50,7 @@ class Crowd:
             try:
                 act()
             except Exception as error:
-                self.promises.note_odd(f"client failed: {error!r}")
+                self.records.note_odd(f"client failed: {error!r}")
 
     def _ask(self, method: str, path: str, body: object = None, key: str | None = None) -> Reply | None:
         """Send a request to any server once; return None if it does not answer."""
@@ -63,7 +63,7 @@ class Crowd:
         finally:
             talk.close()
         if answer.status in BUSY and talk.retry_after is None:
-            self.promises.note_odd(f"status {answer.status} without Retry-After")
+            self.records.note_odd(f"status {answer.status} without Retry-After")
         return answer
 
     def _send(self) -> None:
@@ -74,39 +74,39 @@ class Crowd:
             answer = self._ask("POST", "/v1/jobs", body, key)
             if answer is None:
                 continue
-            self.promises.acknowledge(key, answer)
+            self.records.acknowledge(key, answer)
             if answer.status in ACCEPTED and self._draw.random() < _CANCELLED:
                 cancelled = self._ask("POST", f"/v1/jobs/{answer.document['id']}/cancel")
                 if cancelled is not None:
-                    self.promises.look(cancelled, "a cancellation")
+                    self.records.look(cancelled, "a cancellation")
             if answer.status not in BUSY:
                 break
 
     def _look(self) -> None:
         """Query some job."""
-        job = self.promises.any_job(self._draw)
+        job = self.records.any_job(self._draw)
         if job is None:
             time.sleep(_PAUSE_S)
             return
         answer = self._ask("GET", f"/v1/jobs/{job}")
         if answer is not None:
-            self.promises.look(answer, "a look at a job")
+            self.records.look(answer, "a look at a job")
 
     def _follow(self) -> None:
         """Follow some job or mission to its end, reconnecting after breaks."""
-        path = self.promises.any_stream(self._draw)
-        if path is None or path in self.promises.streams:
+        path = self.records.any_stream(self._draw)
+        if path is None or path in self.records.streams:
             time.sleep(_PAUSE_S)
             return
-        told = self.promises.streams.setdefault(path, [])
+        told = self.records.streams.setdefault(path, [])
         last = None
         while not self._over.is_set() and not (told and told[-1].type == "end"):
             port = self._draw.choice(self._ports)
             before = len(told)
             self._listen(port, path, told)
             if len(told) > before and before:
-                self.promises.resumed["in all"] += 1
-                self.promises.resumed["elsewhere"] += last not in (None, port)
+                self.records.resumed["in all"] += 1
+                self.records.resumed["elsewhere"] += last not in (None, port)
             last = port if len(told) > before else last
             time.sleep(_PAUSE_S)
 
@@ -117,11 +117,11 @@ class Crowd:
             for frame in frames(port, path, after=len(told)):
                 told.append(frame)
                 if kind == "jobs" and frame.type == "plan":
-                    self.promises.see_plan(entry, json.loads(frame.data))
+                    self.records.see_plan(entry, json.loads(frame.data))
                 if self._over.is_set():
                     return
         except Refusal as refusal:
             if refusal.status not in (*BUSY, 204):
-                self.promises.note_odd(f"status {refusal.status} for a stream")
+                self.records.note_odd(f"status {refusal.status} for a stream")
         except BROKEN:
             pass
