@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import psutil
 from PIL import Image
+from plain_client import PlainClient, Reply
 from servers import Server
-from talk import Reply, Talk
 
 MOST_MB, MOST_S = 200, 1.0
 
@@ -165,8 +165,8 @@ def cost_of(server: Server, method: str, path: str, body: Any = None) -> Cost:
     pid = server.process.pid
     Path(f"/proc/{pid}/clear_refs").write_text("5")  # the most memory is counted from here
     memory_mb, cpu_s = _most_mb(pid), _cpu_s(pid)
-    with closing(Talk(server.port, 60)) as talk:
-        reply = talk.ask(method, path, body)
+    with closing(PlainClient(server.port, 60)) as client:
+        reply = client.ask(method, path, body)
     return Cost(reply, _cpu_s(pid) - cpu_s, _most_mb(pid) - memory_mb)
 
 

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from patience import HANG_S, Hung, until
+from waiting import HANG_S, WaitTimeout, wait_until
 
 if TYPE_CHECKING:
     from selenium.webdriver.chrome.webdriver import WebDriver
@@ -73,15 +73,15 @@ class Browser:
         return self.run(f"return ({expression})")
 
     def wait(self, expression: str) -> Any:
-        """Wait until an expression is true in the page, and return its value. Raises Hung."""
+        """Wait until an expression is true in the page, and return its value. Raises WaitTimeout."""
         try:
-            return until(lambda: self.value(expression), expression)
-        except Hung as error:
+            return wait_until(lambda: self.value(expression), expression)
+        except WaitTimeout as error:
             error.add_note("\n".join(["on the console:", *self.errors()]))
             raise
 
     def find(self, selector: str) -> WebElement:
-        """Return the element that is shown for a selector, as soon as it is. Raises Hung."""
+        """Return the element that is shown for a selector, as soon as it is. Raises WaitTimeout."""
         self.wait(f"document.querySelector({selector!r})?.checkVisibility()")
         return self.driver.find_element("css selector", selector)
 

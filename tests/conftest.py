@@ -13,8 +13,8 @@ import pytest
 import typer
 from browser import Browser, chromium, missing, tab
 from hypothesis import HealthCheck, settings
-from launcher_tree import nothing_runs
-from patience import HANG_S
+from process_tree import no_job_runs
+from waiting import HANG_S
 
 if TYPE_CHECKING:
     from selenium.webdriver.chrome.webdriver import WebDriver
@@ -67,7 +67,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def nothing_left() -> Iterator[None]:
     """Check after a test that no process of a job runs on."""
     yield
-    assert nothing_runs()
+    assert no_job_runs()
 
 
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:

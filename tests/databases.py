@@ -13,7 +13,7 @@ from typing import Any
 import psutil
 import psycopg
 import pytest
-from patience import HANG_S, until
+from waiting import HANG_S, wait_until
 
 DATABASES = ("sqlite", "postgres")
 _NUMBERS = count(1)
@@ -48,7 +48,7 @@ class PostgresServer:
         """Start it, with the settings of the last time if none are given, and wait until it answers."""
         self._settings = settings or self._settings
         self._launch()
-        until(self._answers, self.folder / "log")
+        wait_until(self._answers, self.folder / "log")
 
     def _answers(self) -> bool:
         try:

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import psutil
 import pytest
-from patience import HANG_S, until
 from servers import free_port
+from waiting import HANG_S, wait_until
 
 needs_ray = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: pip install 'marsupial[ray]'")
 
@@ -97,7 +97,7 @@ class Head:
                 start_new_session=True,
             )
         )
-        until(self._answers, "the head")
+        wait_until(self._answers, "the head")
 
     def _answers(self) -> bool:
         try:

@@ -11,8 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Self
 
-from patience import HANG_S, until
-from talk import HOST, Reply, ask
+from plain_client import HOST, Reply, ask
+from waiting import HANG_S, wait_until
 
 START = [sys.executable, "-m", "marsupial.cli.main", "serve"]
 PATIENT = {
@@ -81,7 +81,7 @@ class Server:
     def start(self) -> None:
         """Start a process and wait until it answers requests. Raises NotStarted."""
         self.launch()
-        until(lambda: self._answers() or not self.runs, "the server")
+        wait_until(lambda: self._answers() or not self.runs, "the server")
         if not self._answers():
             raise NotStarted(self.log[-2000:])
 

@@ -1,7 +1,7 @@
 """What every strategy and every built-in scenario has to hold; a new one is tested as soon as it is listed."""
 
 import pytest
-from undisturbed import LogLines
+from reference_missions import LogLines
 
 from marsupial.errors import ScenarioError
 from marsupial.generators.builtin import DEFAULT_CARRIERS, DEFAULT_ROVERS, SCENARIOS, builtin_scenario

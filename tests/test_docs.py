@@ -8,7 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import yaml
-from patience import HANG_S
+from waiting import HANG_S
 
 import marsupial
 

@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from patience import HANG_S
 from servers import Server
+from waiting import HANG_S
 
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")

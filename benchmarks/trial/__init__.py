@@ -7,4 +7,4 @@ client or kills processes. It returns rows: requirement, finding, and whether th
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))  # `servers`, `talk` and others that tests share
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))  # helpers of the tests

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 
 from attacks import ATTACKS, MOST_MB, MOST_S, REPORTS, Cost, cost_of, mission
-from talk import HOST, ask
+from plain_client import HOST, ask
 
 from benchmarks.trial.rows import TrialRow, judged, times
 from benchmarks.trial.trial_server import running_server

@@ -12,7 +12,7 @@ import time
 import uuid
 from collections.abc import Callable, Sequence
 
-from talk import ACCEPTED, BROKEN, BUSY, Frame, Refusal, Reply, Talk, frames
+from plain_client import ACCEPTED, BROKEN, BUSY, Frame, PlainClient, Refusal, Reply, frames
 
 from benchmarks.trial.client_records import ClientRecords
 from benchmarks.trial.tasks import short_jobs
@@ -55,14 +55,14 @@ class ClientThreads:
     def _ask(self, method: str, path: str, body: object = None, key: str | None = None) -> Reply | None:
         """Send a request to any server once; return None if it does not answer."""
         time.sleep(_PAUSE_S)
-        talk = Talk(self._draw.choice(self._ports))
+        client = PlainClient(self._draw.choice(self._ports))
         try:
-            answer = talk.ask(method, path, body, {} if key is None else {"Idempotency-Key": key})
+            answer = client.ask(method, path, body, {} if key is None else {"Idempotency-Key": key})
         except BROKEN:
             return None
         finally:
-            talk.close()
-        if answer.status in BUSY and talk.retry_after is None:
+            client.close()
+        if answer.status in BUSY and client.retry_after is None:
             self.records.note_odd(f"status {answer.status} without Retry-After")
         return answer
 

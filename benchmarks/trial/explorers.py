@@ -9,8 +9,9 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field
 
 import httpx2
-import talk
-from undisturbed import STEPS, LogLines, undisturbed
+import plain_client
+import reference_missions
+from reference_missions import STEPS, LogLines
 
 from benchmarks.trial.rows import TrialRow, none_of
 from marsupial.errors import UsageError
@@ -23,7 +24,7 @@ SCENARIO, STRATEGY, PLANNER = "lobby", "temporal", "greedy"
 SEEDS = 5
 _UNREACHED = "can't be reached"
 _PATIENCE_S = 60.0
-_URL = f"http://{talk.HOST}"
+_URL = f"http://{plain_client.HOST}"
 
 
 class AnyServer(httpx2.HTTPTransport):
@@ -68,7 +69,7 @@ class MissionResults:
     reports, lost
         Numbers of acknowledged reports, and of those that the service has lost.
     differ
-        Missions whose log, or the service's own log, differs from that of the undisturbed mission.
+        Missions whose log, or the service's own log, differs from that of the reference_log mission.
     odd
         The ways in which missions failed.
     """
@@ -84,7 +85,7 @@ class MissionResults:
         said = "".join(f"; {reason}" for reason in sorted(set(self.odd)))
         return [
             none_of(part, "acknowledged reports of missions lost", self.lost, f" of {self.reports}"),
-            none_of(part, "missions unlike the undisturbed one", self.differ, f" of {self.missions}"),
+            none_of(part, "missions unlike the reference_log one", self.differ, f" of {self.missions}"),
             none_of(part, "missions that broke off", len(self.odd), f" of {self.missions}{said}"),
         ]
 
@@ -154,4 +155,4 @@ class ExplorerClient:
 
 def reference_log(seed: int) -> str:
     """Return the log of the mission when run in this process."""
-    return undisturbed(SCENARIO, PLANNER, STRATEGY, seed)
+    return reference_missions.reference_log(SCENARIO, PLANNER, STRATEGY, seed)

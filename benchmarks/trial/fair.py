@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 
-from talk import Talk
+from plain_client import PlainClient
 
 from benchmarks.trial.rows import TrialRow, none_of, percentile, times
 from benchmarks.trial.tasks import LARGEST, body, small_floor, suite_body
@@ -65,9 +65,9 @@ def _flood(
 ) -> None:
     """Post jobs until the key's queue is full, and then keep trying."""
     large = suite_body(LARGEST[0], "anytime", flood_s)
-    with closing(Talk(port)) as talk:
+    with closing(PlainClient(port)) as client:
         while not over.is_set():
-            posts.append(talk.ask("POST", "/v1/jobs", large, key).status)
+            posts.append(client.ask("POST", "/v1/jobs", large, key).status)
             if posts[-1] == 429:
                 full.set()
                 over.wait(_SPREAD_S)
@@ -76,13 +76,13 @@ def _flood(
 def _done(port: int, key: dict[str, str], seed: int) -> float | None:
     """Post a short job and return the time until it is done; None if it does not finish."""
     begun = time.monotonic()
-    with closing(Talk(port, _WAIT_S + 10.0)) as talk:
+    with closing(PlainClient(port, _WAIT_S + 10.0)) as client:
         short = body(small_floor(seed % 10), "anytime", _SHORT_S)
-        answer = talk.ask("POST", "/v1/jobs", short, {**key, "Prefer": f"wait={_WAIT_S}"})
+        answer = client.ask("POST", "/v1/jobs", short, {**key, "Prefer": f"wait={_WAIT_S}"})
         if answer.status not in (200, 202):
             return None
         path = answer.document["links"]["self"]
         while answer.document["state"] in ("queued", "running") and time.monotonic() < begun + _LONGEST_S:
-            answer = talk.ask("GET", path, headers=key)
+            answer = client.ask("GET", path, headers=key)
             time.sleep(_SPREAD_S)
     return time.monotonic() - begun if answer.document["state"] == "succeeded" else None

@@ -28,7 +28,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from databases import PostgresServer
-from talk import ACCEPTED, BROKEN, Talk
+from plain_client import ACCEPTED, BROKEN, PlainClient
 
 from benchmarks.trial import rare_writes
 from benchmarks.trial.explorers import ExplorerClient, MissionResults, reference_log
@@ -115,12 +115,12 @@ class Users:
 
     def _ask(self, name: str, method: str, path: str, body: object = None, secret: str = "", **headers: str) -> Any:
         """Send a request, and return the document of a successful answer, else an empty one."""
-        talk = Talk(self._port)
+        client = PlainClient(self._port)
         headers = {"Authorization": f"Bearer {secret or self._secrets[0]}", **headers}
         try:
-            reply = self._timed(name, lambda: talk.ask(method, path, body, headers))
+            reply = self._timed(name, lambda: client.ask(method, path, body, headers))
         finally:
-            talk.close()
+            client.close()
         if reply.status not in (*_GRANTED, 429, 404, 409):
             self.failures.append(f"{name}: {reply.status}")
         return reply.document if reply.status in _GRANTED else {}

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import talk
+import plain_client
 
 from benchmarks.trial.rows import Judgement, TrialRow, none_of
 from benchmarks.trial.trial_server import running_server
@@ -65,7 +65,7 @@ def _run(program: str, folder: Path, port: int, minutes: float, seed: int) -> tu
     configuration = folder / "schemathesis.toml"
     configuration.write_text(_CONFIGURATION, encoding="utf-8")
     seconds = round(60 * minutes)
-    words = [program, f"--config-file={configuration}", "run", f"http://{talk.HOST}:{port}/openapi.json"]
+    words = [program, f"--config-file={configuration}", "run", f"http://{plain_client.HOST}:{port}/openapi.json"]
     words += ["--checks=all", f"--max-time={seconds}", f"--seed={seed}", "--no-color", "--request-timeout=30"]
     done = subprocess.run(
         words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=seconds + _SLACK_S, check=False

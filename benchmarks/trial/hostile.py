@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import psutil
-from talk import Talk, ask
+from plain_client import PlainClient, ask
 
 from benchmarks.trial import hostile_planner
 from benchmarks.trial.client_records import FINAL
@@ -125,17 +125,17 @@ def _round_and_round() -> Any:
 
 def _results(server: TrialServer, kinds: list[str], say: Callable[[str], None]) -> list[Any]:
     """Submit all jobs at once; return their documents when all have ended or time is up."""
-    talk = Talk(server.port)
-    paths = [talk.ask("POST", "/v1/jobs", _body(kind)).document["links"]["self"] for kind in kinds]
+    client = PlainClient(server.port)
+    paths = [client.ask("POST", "/v1/jobs", _body(kind)).document["links"]["self"] for kind in kinds]
     found: list[Any] = []
     for path in paths:
         until = time.monotonic() + _PATIENCE_S
-        while (job := talk.ask("GET", path).document)["state"] not in FINAL and time.monotonic() < until:
+        while (job := client.ask("GET", path).document)["state"] not in FINAL and time.monotonic() < until:
             time.sleep(_WATCH_S)
         found.append(job)
         if len(found) % 20 == 0:
             say(f"hostile planners: {len(found)}/{len(kinds)}")
-    talk.close()
+    client.close()
     return found
 
 

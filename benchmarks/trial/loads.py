@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import psutil
-from talk import Talk
+from plain_client import PlainClient
 
 from benchmarks.trial.fleets import Load, Speaker
 from benchmarks.trial.report_flood import ROBOTS, ReportFlood
@@ -129,11 +129,11 @@ def _run(module: str, text: str, seconds: float) -> Any:
 
 
 def _wait_for_answers(server: TrialServer) -> None:
-    talk = Talk(server.port)
+    client = PlainClient(server.port)
     until_s = time.monotonic() + _LATE_S
     while time.monotonic() < until_s:
-        lines = talk.ask("GET", "/metrics").document.splitlines()
+        lines = client.ask("GET", "/metrics").document.splitlines()
         if next(float(line.split()[1]) for line in lines if line.startswith("marsupial_backlog ")) <= 0:
             break
         time.sleep(_POLL_S)
-    talk.close()
+    client.close()

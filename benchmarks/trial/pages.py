@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from browser import Browser, chromium, missing, tab
-from talk import ask, frames
+from plain_client import ask, frames
 
 from benchmarks.speed.drawn import generated
 from benchmarks.trial.rows import Judgement, TrialRow, judged, times

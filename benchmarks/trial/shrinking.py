@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
-from talk import ask
+from plain_client import ask
 
 from benchmarks.trial.async_connection import AsyncConnection
 from benchmarks.trial.report_flood import begun, reports

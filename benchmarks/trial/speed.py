@@ -14,7 +14,7 @@ from functools import partial
 from tempfile import TemporaryFile
 from typing import Any
 
-from talk import ACCEPTED, BROKEN, Talk, ask, frames
+from plain_client import ACCEPTED, BROKEN, PlainClient, ask, frames
 
 from benchmarks.trial.client_records import improving
 from benchmarks.trial.rows import TrialRow, judged, none_of, percentile, times
@@ -39,19 +39,19 @@ def answer_rows(posts: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Post jobs while a hundred wait and the slots are taken; between them, send no-op requests, and write to disk."""
     say(f"answer: {posts} jobs while {_WAITING} wait")
     with running_server(OPTIONS) as server:
-        talk = Talk(server.port)
+        client = PlainClient(server.port)
         long = suite_body(LARGEST[0], "anytime", _LONG_S)
-        for _ in range(_WAITING + _slots(talk)):
-            talk.ask("POST", "/v1/jobs", long)
+        for _ in range(_WAITING + _slots(client)):
+            client.ask("POST", "/v1/jobs", long)
         taken, bare, synced = [], [], []
         small = [body(small_floor(seed), "anytime", _LONG_S) for seed in range(10)]
         with TemporaryFile(dir=server.data) as file:
             for number in range(posts):
-                taken.append(_timed(partial(talk.ask, "POST", "/v1/jobs", small[number % len(small)])))
-                bare.append(_timed(partial(talk.ask, "GET", "/healthz")))
+                taken.append(_timed(partial(client.ask, "POST", "/v1/jobs", small[number % len(small)])))
+                bare.append(_timed(partial(client.ask, "GET", "/healthz")))
                 synced.append(_timed(partial(_sync, file)))
                 time.sleep(_SPREAD_S)
-        talk.close()
+        client.close()
     ratio = percentile(taken, 0.5) / percentile(bare, 0.5)
     more = f", {ratio:.1f} x a bare request at p50"
     return [
@@ -78,7 +78,7 @@ def concurrent_rows(clients: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Have many clients post different jobs at once, follow their jobs and check every plan."""
     say(f"clients at once: {clients}")
     with running_server(OPTIONS) as server:
-        slots = _slots(Talk(server.port))
+        slots = _slots(PlainClient(server.port))
         together = threading.Barrier(clients)
         with ThreadPoolExecutor(clients) as pool:
             visits = list(pool.map(lambda seed: _visit(server.port, seed, together), range(clients)))
@@ -95,10 +95,10 @@ def end_rows(streams: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Terminate a server with `streams` open streams, on running and on waiting jobs."""
     say(f"end: {streams} streams")
     with running_server(OPTIONS) as server:
-        talk = Talk(server.port)
+        client = PlainClient(server.port)
         long = suite_body(LARGEST[0], "anytime", _LONG_S)
-        jobs = [talk.ask("POST", "/v1/jobs", long).document["id"] for _ in range(max(2, streams // 10))]
-        talk.close()
+        jobs = [client.ask("POST", "/v1/jobs", long).document["id"] for _ in range(max(2, streams // 10))]
+        client.close()
         began = threading.Barrier(streams + 1)
         with ThreadPoolExecutor(streams) as pool:
             ends = [pool.submit(_hold, server.port, jobs[n % len(jobs)], began) for n in range(streams)]
@@ -125,14 +125,14 @@ def flood_rows(say: Callable[[str], None]) -> list[TrialRow]:
     """Post ten times as many jobs as may wait: the rest must be refused, and the server must not grow."""
     say(f"full queue: {10 * _QUEUE} jobs where {_QUEUE} may wait")
     with running_server((f"--limit=queue={_QUEUE}",)) as server:
-        talk = Talk(server.port)
+        client = PlainClient(server.port)
         large = suite_body(LARGEST[0], "anytime", _LONG_S)
-        for _ in range(_QUEUE + _slots(talk)):
-            talk.ask("POST", "/v1/jobs", large)
+        for _ in range(_QUEUE + _slots(client)):
+            client.ask("POST", "/v1/jobs", large)
         before = server.resident_bytes()
-        refused = [talk.ask("POST", "/v1/jobs", large).status for _ in range(9 * _QUEUE)]
+        refused = [client.ask("POST", "/v1/jobs", large).status for _ in range(9 * _QUEUE)]
         grown = server.resident_bytes() - before
-        talk.close()
+        client.close()
     taken = sum(status in ACCEPTED for status in refused)
     odd = len(refused) - taken - refused.count(429)
     return [
@@ -215,8 +215,8 @@ def _lines(port: int, job: str) -> Iterator[str]:
         yield frame.data
 
 
-def _slots(talk: Talk) -> int:
-    slots: int = talk.ask("GET", "/v1/limits").document["limits"]["slots"]["value"]
+def _slots(client: PlainClient) -> int:
+    slots: int = client.ask("GET", "/v1/limits").document["limits"]["slots"]["value"]
     return slots
 
 

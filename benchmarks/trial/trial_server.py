@@ -16,8 +16,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import talk
-from launcher_tree import is_alive
+import plain_client
+from process_tree import is_alive
 from servers import NotStarted, Server
 
 from marsupial.processes import reaper
@@ -45,7 +45,7 @@ class TrialServer(Server):
         """Wait until it can plan. Raises NotStarted."""
         until = time.monotonic() + within_s
         while time.monotonic() < until and self.runs:
-            with suppress(*talk.BROKEN):
+            with suppress(*plain_client.BROKEN):
                 if self.ask("GET", "/readyz").status == 200:
                     return
             time.sleep(_POLL_S)

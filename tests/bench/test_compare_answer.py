@@ -2,9 +2,9 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+from colour_vision import contrast, nearest
 from compare_outcomes import CASE, outcome_of, with_times
 from compare_workers import GREEDY, HEURISTIC, invented, lobby
-from eyes import contrast, nearest
 
 from marsupial.bench.compare.answer import quality_sentence, sentences
 from marsupial.bench.compare.cells import QUALITY

@@ -6,8 +6,8 @@ from pathlib import Path
 import psutil
 import pytest
 from compare_workers import GREEDY, dies_of_seed_2, dies_once, lobby, never_begins, never_ends
-from launcher_tree import below_launcher
-from patience import until
+from process_tree import below_launcher
+from waiting import wait_until
 
 from marsupial.bench.compare.conduct import LocalPool
 from marsupial.bench.compare.plan import Case, Comparison
@@ -61,7 +61,7 @@ def test_closing_early_leaves_no_worker_behind() -> None:
         started = [process for process in below_launcher() if process not in before]
         return [process for process in started if not process.children()] if len(started) == 4 else []
 
-    workers = until(both, "two workers, each with a supervisor")
+    workers = wait_until(both, "two workers, each with a supervisor")
     assert len(workers) == 2
     results.close()
     assert not any(worker.is_running() for worker in workers)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from compare_workers import invented, lobby
-from patience import HANG_S
+from waiting import HANG_S
 
 from benchmarks.figures import kept
 from benchmarks.figures.blocks import PAGES, rebuilt

@@ -1,7 +1,7 @@
 from threading import Event
 
 import pytest
-from patience import HANG_S
+from waiting import HANG_S
 
 from marsupial.cli.display.messages import Alive
 

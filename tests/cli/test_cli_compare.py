@@ -7,7 +7,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from patience import HANG_S, until
+from waiting import HANG_S, wait_until
 
 from marsupial.bench.compare.folder import read_rows
 from marsupial.cli.display.messages import Volume, set_volume
@@ -165,7 +165,7 @@ def start(out: Path, *more: str) -> subprocess.Popen[bytes]:
         assert process.poll() is None, process.communicate()[1].decode()
         return (out / "rows.csv").exists() and (out / "rows.csv").read_bytes().count(b"\n") > 1
 
-    until(has_row)
+    wait_until(has_row)
     return process
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import psutil
 import pytest
-from patience import HANG_S
+from waiting import HANG_S
 
 from benchmarks.scenario_files import write_scenario
 from marsupial.cli.main import main

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from patience import awaited
+from waiting import wait_until_async
 
 from marsupial.cluster.placements import Placement, PlacementPool
 
@@ -55,7 +55,7 @@ async def test_a_place_that_nobody_takes_goes_back_soon_and_one_elsewhere_at_onc
     assert await places.find(0.5, {"node"}, lambda: True) == Placement(0.5, "node", 2)
     assert await places.find(1.0, {"node"}, lambda: True) == Placement(1.0, "node", "kept")
     places.release(Placement(1.0, "node", "unwanted"))
-    await awaited(lambda: "unwanted" in ray.given_back)
+    await wait_until_async(lambda: "unwanted" in ray.given_back)
     assert ray.given_back == ["old", "unwanted"]
 
 

@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
-from patience import awaited
+from waiting import wait_until_async
 
 from marsupial.cluster.relay import Relay
 from marsupial.processes.channel import MAX_BYTES, MESSAGE, Channel
@@ -34,7 +34,7 @@ async def test_frames_larger_than_what_goes_at_once_arrive_whole_both_ways() -> 
         frames = [await asyncio.to_thread(other.receive_frame) for _ in range(2)]
         assert frames == [(MESSAGE, large), (MESSAGE, b"last")]
         await asyncio.to_thread(other.send_frame, MESSAGE, large)
-        await awaited(lambda: taken)
+        await wait_until_async(lambda: taken)
         assert taken == [(MESSAGE, large)]
 
 
@@ -76,4 +76,4 @@ async def test_one_that_is_not_listened_to_waits() -> None:
         await asyncio.sleep(0.05)
         assert taken == []
         relay.listen(on=True)
-        await awaited(lambda: taken)
+        await wait_until_async(lambda: taken)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from at_once import flood
 from drawn_maps import draw, on_map, picture, random_cells, rover, where
+from from_scratch import flood
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,8 +1,8 @@
 from dataclasses import replace
 
 import numpy as np
-from at_once import reach_at_once
 from drawn_maps import aboard, carrier, draw, picture, random_cells, rover, standing
+from from_scratch import reach_from_scratch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -81,7 +81,7 @@ def test_reach_and_frontiers_that_grew_are_those_found_anew(truth: CellArray, se
     for new in np.array_split(order, data.draw(st.integers(1, 5))):
         known.ravel()[new] = truth.ravel()[new]
         territory.reveal(new)
-        reach = reach_at_once(territory, robots)
+        reach = reach_from_scratch(territory, robots)
         grown = growing.reach(robots)
         assert_same(grown, reach)
         anew = TargetFinder(territory).frontiers(reach)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from at_once import flood
 from drawn_maps import aboard, carrier, draw, on_map, picture, random_cells, rover, standing, where
+from from_scratch import flood
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from at_once import origins
 from drawn_maps import aboard, carrier, draw, mask_of, picture, random_cells, rover, standing, where
+from from_scratch import nearest_sources
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -134,7 +134,7 @@ def test_a_territory_that_grew_equals_one_made_at_once(truth: CellArray, data: s
         assert np.array_equal(reach.by_type[name], reach_of(again, robots).by_type[name])
         assert not (reach.by_type[name] & ~grown.footprints[name].standable).any()
     docking = reach.docking["carrier", "rover"]
-    nearest = origins(grown.see_through, reach.by_type["carrier"], dock_range_cells(CARRIER, ROVER, 1.0))
+    nearest = nearest_sources(grown.see_through, reach.by_type["carrier"], dock_range_cells(CARRIER, ROVER, 1.0))
     cells = (nearest >= 0) & grown.footprints["rover"].standable
     assert np.array_equal(docking.cells, cells)
     assert np.array_equal(docking.carrier_at(np.flatnonzero(cells)), nearest[cells])

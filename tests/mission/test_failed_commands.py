@@ -1,7 +1,7 @@
 from collections.abc import Callable
 
 import pytest
-from clumsy_world import ClumsyWorld
+from failing_world import FailingWorld
 from mission_fakes import Timed
 from small_missions import (
     ANNEX,
@@ -40,7 +40,7 @@ def fly(
     both = Observers([watcher, watch])
     both.event(begun_on(grid, tuple(kinds.values()), team))
     order = MissionOrder(goal=Goal(), limits=MissionLimits(time_ms=600_000), planning_time=planning_time)
-    world = ClumsyWorld(grid, kinds, team, fails)
+    world = FailingWorld(grid, kinds, team, fails)
     ended = MissionLoop(world, kinds, strategy or greedy_strategy(), order, both).run()
     return ended, watcher, watch
 

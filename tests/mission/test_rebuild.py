@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clumsy_world import ClumsyWorld
+from failing_world import FailingWorld
 from small_missions import Recorder, begun_on, drawn_grid
 
 from marsupial.errors import UsageError
@@ -56,7 +56,7 @@ def fly(
     recorder.event(begun_on(scenario.grid, scenario.robot_types, robots, goal=scenario.goal))
     world = SimulatedWorld(scenario.grid, kinds, robots, failures)
     if fails is not None:
-        world = ClumsyWorld(scenario.grid, kinds, robots, fails)
+        world = FailingWorld(scenario.grid, kinds, robots, fails)
     order = MissionOrder(goal=scenario.goal, limits=scenario.limits)
     MissionLoop(world, kinds, strategy, order, recorder).run()
     return recorder.events, strategy.asked

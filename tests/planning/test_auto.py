@@ -1,8 +1,8 @@
 from collections.abc import Iterable, Iterator
 
 import pytest
-from patience import HANG_S, longer_and_longer
 from situations import many_rooms, one_room, two_rooms
+from waiting import HANG_S, doubling_budgets
 
 from marsupial.bench.suite.catalogue import INSTANCES
 from marsupial.model import MAKESPAN, Budget, Finished, Improved, Objective, Outcome, Plan, Situation
@@ -46,7 +46,7 @@ def test_with_few_targets_it_is_asked_for_teams_of_more_than_a_dozen_too() -> No
     assert len(asked) == 1
 
 
-@pytest.mark.parametrize("budgets", [(Budget(seconds=s) for s in longer_and_longer(0.1)), [Budget(steps=2)]])
+@pytest.mark.parametrize("budgets", [(Budget(seconds=s) for s in doubling_budgets(0.1)), [Budget(steps=2)]])
 def test_with_many_targets_it_is_not_asked(budgets: Iterable[Budget]) -> None:
     asked: list[Plan | None] = []
     for budget in budgets:

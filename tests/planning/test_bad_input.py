@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from patience import longer_and_longer
 from situations import (
     Spot,
     bring_them_home,
@@ -22,6 +21,7 @@ from situations import (
     situation_of,
     two_rooms,
 )
+from waiting import doubling_budgets
 
 from marsupial.model import UNREACHABLE, Budget, Engine, Finished, Improved, Outcome, Plan, Situation, SituationGoal
 from marsupial.planning.checker import check
@@ -144,7 +144,7 @@ PROMPT = [name for name in ENGINES if ENGINES[name]().info.deterministic_steps]
 
 
 def solves(name: str, situation: Situation) -> None:
-    for seconds in longer_and_longer(1.0):
+    for seconds in doubling_budgets(1.0):
         plans, finished = ask(engine(name), situation, seconds)
         if plans or finished.outcome is not Outcome.TIMEOUT:
             break

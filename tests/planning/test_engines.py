@@ -1,11 +1,11 @@
 from contextlib import suppress
 
+import misbehaving_planners
 import psutil
 import pytest
-import unruly_planners
-from launcher_tree import below_launcher
-from patience import HANG_S, longer_and_longer, until
+from process_tree import below_launcher
 from situations import SOLVABLE, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
+from waiting import HANG_S, doubling_budgets, wait_until
 
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName, PricedArrival
@@ -47,7 +47,7 @@ def improvements(
     solver: Engine, situation: Situation, seconds: float, objective: Objective = MAKESPAN
 ) -> tuple[list[Plan], Finished]:
     """Return the plans that are found within a short budget, or within the first longer one that is enough for some."""
-    for budget in longer_and_longer(seconds):
+    for budget in doubling_budgets(seconds):
         *improved, last = solver.solve(situation, Budget(seconds=budget), objective=objective)
         assert isinstance(last, Finished)
         plans = [event.plan for event in improved if isinstance(event, Improved)]
@@ -168,7 +168,7 @@ def planner_processes() -> list[psutil.Process]:
 def test_a_planner_killed_from_outside_is_told_apart(name: str) -> None:
     situation = many_rooms(3, 2, 8, 4)
     events = available(name).solve(situation, AMPLE)
-    for process in until(planner_processes):
+    for process in wait_until(planner_processes):
         with suppress(psutil.NoSuchProcess):
             process.kill()
     *_, end = events
@@ -177,7 +177,7 @@ def test_a_planner_killed_from_outside_is_told_apart(name: str) -> None:
 
 def test_an_aries_server_killed_from_outside_is_told_apart() -> None:
     events = available("aries").solve(many_rooms(3, 2, 8, 4), AMPLE)
-    server, *_ = until(lambda: [process for process in planner_processes() if "serve" in process.cmdline()])
+    server, *_ = wait_until(lambda: [process for process in planner_processes() if "serve" in process.cmdline()])
     server.kill()
     *_, end = events
     assert end.outcome is Outcome.KILLED
@@ -186,7 +186,7 @@ def test_an_aries_server_killed_from_outside_is_told_apart() -> None:
 
 def test_closing_early_ends_the_planner_at_once() -> None:
     events = available("aries").solve(many_rooms(3, 2, 8, 4), AMPLE)
-    planner = until(planner_processes)
+    planner = wait_until(planner_processes)
     events.close()  # type: ignore[attr-defined]
     assert not any(process.is_running() for process in planner)
 
@@ -204,13 +204,13 @@ def test_closing_early_ends_the_planner_at_once() -> None:
 )
 def test_how_a_planner_ends_is_told_apart(search: str, outcome: Outcome) -> None:
     memory = {"memory_bytes": GIB // 2} if outcome is Outcome.MEMORY else {}
-    solver = ProcessEngine(INFO, getattr(unruly_planners, search), (), **memory)
+    solver = ProcessEngine(INFO, getattr(misbehaving_planners, search), (), **memory)
     (end,) = solver.solve(one_room(), Budget(seconds=0.5) if outcome is Outcome.TIMEOUT else AMPLE)
     assert end.outcome is outcome
 
 
 def test_a_crash_after_a_plan_is_still_a_crash() -> None:
-    solver = ProcessEngine(INFO, unruly_planners.crash_after_a_plan, ())
+    solver = ProcessEngine(INFO, misbehaving_planners.crash_after_a_plan, ())
     improved, end = solver.solve(one_hall(), AMPLE)
     assert isinstance(improved, Improved)
     assert end.outcome is Outcome.CRASHED

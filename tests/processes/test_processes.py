@@ -9,10 +9,10 @@ import types
 from collections.abc import Iterator
 from pathlib import Path
 
+import misbehaving_jobs
 import psutil
 import pytest
-import unruly_jobs
-from patience import HANG_S, until
+from waiting import HANG_S, wait_until
 
 from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
@@ -24,7 +24,7 @@ MIB = 1 << 20
 
 def job(name: str, argument: object = None, *, talks: bool = False, **limits: float) -> Job:
     settings = {"wall_s": HANG_S, **limits}
-    return Job(function=getattr(unruly_jobs, name), argument=argument, limits=JobLimits(**settings), talks=talks)
+    return Job(function=getattr(misbehaving_jobs, name), argument=argument, limits=JobLimits(**settings), talks=talks)
 
 
 def result(name: str, argument: object = None, **limits: float) -> tuple[list[object], Ended]:
@@ -48,7 +48,7 @@ def left_running() -> list[psutil.Process]:
 
 
 def gone(pid: int) -> bool:
-    return until(lambda: not alive(pid), f"the end of {pid}")
+    return wait_until(lambda: not alive(pid), f"the end of {pid}")
 
 
 def alive(pid: int) -> bool:
@@ -220,8 +220,8 @@ def test_a_message_above_the_bound_is_not_sent() -> None:
 def test_functions_and_modules_are_loaded_once_for_all_jobs_whenever_that_is_asked_for() -> None:
     processes.shutdown()
     result("count", 1)
-    processes.warm_up(preload=(decimal, unruly_jobs.fail_to_load, unruly_jobs.load))
-    processes.warm_up(preload=(unruly_jobs.load,))
+    processes.warm_up(preload=(decimal, misbehaving_jobs.fail_to_load, misbehaving_jobs.load))
+    processes.warm_up(preload=(misbehaving_jobs.load,))
     assert result("tell_loaded")[0] == result("tell_loaded")[0] == [[launcher().pid]]
     processes.shutdown()
     assert result("tell_loaded")[0] == [[launcher().pid]]  # the next one too
@@ -301,7 +301,7 @@ def test_a_launcher_killed_over_and_over_is_said_not_to_start() -> None:
 
 
 def test_a_launcher_that_ends_by_itself_was_not_killed() -> None:
-    found = processes.Launcher(unruly_jobs.__name__)
+    found = processes.Launcher(misbehaving_jobs.__name__)
     with pytest.raises(InternalError, match="it ended with exit code 0"):
         found.answer(found.ask(b"", None))
     assert not found.was_killed()
@@ -323,7 +323,7 @@ def test_when_the_asker_is_killed_everything_below_it_ends() -> None:
     code = (
         "from marsupial.processes import launcher as processes\n"
         "from marsupial.processes.jobs import Job, JobLimits\n"
-        "from unruly_jobs import escape_and_sleep\n"
+        "from misbehaving_jobs import escape_and_sleep\n"
         "run = processes.run(Job(function=escape_and_sleep, argument=None, limits=JobLimits(wall_s=60)))\n"
         "print(next(run).value, processes._current().pid, flush=True)\n"
         "input()\n"

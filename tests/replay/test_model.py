@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 from growing_mission import growing_mission
-from patience import HANG_S
 from synthetic_mission import synthetic_mission
+from waiting import HANG_S
 
 from marsupial.formats.loglines import log_lines
 from marsupial.mission.playback import Playback

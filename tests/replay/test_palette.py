@@ -1,5 +1,5 @@
 import pytest
-from eyes import contrast, nearest, seen
+from colour_vision import contrast, nearest, seen
 from skimage.color import deltaE_ciede2000
 from small_missions import begun_on, drawn_grid
 

@@ -9,9 +9,9 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
-from eyes import contrast
-from patience import HANG_S
+from colour_vision import contrast
 from synthetic_mission import mission_started, synthetic_mission
+from waiting import HANG_S
 
 from marsupial.formats.loglines import read_triggers
 from marsupial.formats.missionlog import parse_log

@@ -6,10 +6,10 @@ from pathlib import Path
 import httpx
 import pytest
 from databases import DATABASES, PostgresServer, postgres_server
-from mission_house import body
+from mission_setup import body
 from ray_nodes import Nodes
 from servers import Server
-from service_house import client
+from service_requests import client
 
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.cluster.runner import ClusterRunner

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import httpx
-from patience import awaited
-from service_house import problem
+from service_requests import problem
 from test_service_maps import map_state
+from waiting import wait_until_async
 
 from marsupial_service.app import create_app
 from marsupial_service.intake.supervised import SupervisedProcesses
@@ -60,11 +60,11 @@ async def serving(folder: Path, **limits: float) -> AsyncIterator[Asker]:
 async def test_a_key_that_floods_the_analyses_waits_behind_one_that_has_none(tmp_path: Path) -> None:
     async with serving(tmp_path, wait_s=600.0) as asker:
         flood = [asyncio.create_task(asker.analysis("ann")) for _ in range(16)]
-        await awaited(lambda: sum(task.done() for task in flood) == 12 and asker.held.begun == 2)
+        await wait_until_async(lambda: sum(task.done() for task in flood) == 12 and asker.held.begun == 2)
         other = asyncio.create_task(asker.analysis("bob"))
-        await awaited(lambda: asker.state.analyses.slots.waiting("bob") == 1)
+        await wait_until_async(lambda: asker.state.analyses.slots.waiting("bob") == 1)
         asker.held.go_on.release()  # one of ann's ends, and two of hers wait
-        await awaited(lambda: asker.held.begun == 3)
+        await wait_until_async(lambda: asker.held.begun == 3)
         assert (asker.state.analyses.slots.waiting("bob"), asker.state.analyses.slots.waiting("ann")) == (0, 2)
         for _ in range(4):
             asker.held.go_on.release()
@@ -75,7 +75,7 @@ async def test_a_key_that_floods_the_analyses_waits_behind_one_that_has_none(tmp
 async def test_who_waits_too_long_for_a_turn_is_refused(tmp_path: Path) -> None:
     async with serving(tmp_path, wait_s=0.0) as asker:
         running = [asyncio.create_task(asker.analysis("ann")) for _ in range(2)]
-        await awaited(lambda: asker.held.begun == 2)
+        await wait_until_async(lambda: asker.held.begun == 2)
         answer = await asker.analysis("bob")
         for _ in running:
             asker.held.go_on.release()
@@ -93,13 +93,13 @@ async def test_analyses_count_against_the_quota(tmp_path: Path) -> None:
         async def charged() -> bool:
             return "ann" in await jobs.left_s()
 
-        await awaited(charged)
+        await wait_until_async(charged)
         jobs.charge("ann", 7200.0)
 
         async def used_up() -> bool:
             return (await jobs.left_s())["ann"] < 0
 
-        await awaited(used_up)
+        await wait_until_async(used_up)
         status, left_s, refused, begun = (
             first.status_code,
             (await jobs.left_s())["ann"],

@@ -8,10 +8,10 @@ from typing import cast
 
 import pytest
 from databases import PostgresServer, postgres_server
-from mission_house import run
-from patience import awaited, until
+from mission_setup import run
 from servers import Server
-from service_house import client, problem
+from service_requests import client, problem
+from waiting import wait_until, wait_until_async
 
 from marsupial_service.entries.records import EventRecord
 from marsupial_service.http.events import NO_STORE, _frames
@@ -70,7 +70,7 @@ def test_a_server_hears_of_keys_and_says_that_it_lives_though_a_read_fails_meanw
         secret = theirs.add("fleet", ["plan"], 1.0, 1000.0)
 
         async def heard() -> None:
-            await awaited(lambda: keys.find(secret, 1001.0))
+            await wait_until_async(lambda: keys.find(secret, 1001.0))
 
         run(heard())
         assert not failures
@@ -107,7 +107,7 @@ def test_while_the_database_is_away_requests_are_put_off_and_streams_end_and_the
     with Server(tmp_path / "data", "--store", database.database()) as server, client(server) as http:
         job = {**http.get("/v1/demo-data/yard").json(), "planner": "anytime", "budget": {"seconds": 2}}
         made = http.post("/v1/jobs", json=job).json()["links"]
-        until(lambda: http.get(made["self"]).json()["best"])
+        wait_until(lambda: http.get(made["self"]).json()["best"])
         with http.stream("GET", made["events"]) as stream:
             lines = stream.iter_lines()
             next(lines)

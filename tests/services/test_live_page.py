@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 from browser import DESK, PHONE, Browser
-from patience import until
 from PIL import Image
+from reference_missions import STEPS, reference_log
 from servers import Server
-from undisturbed import STEPS, undisturbed
+from waiting import wait_until
 
 from marsupial_service.keys import KeyFile
 
@@ -227,7 +227,7 @@ def test_a_page_whose_server_is_killed_says_so_and_goes_on_when_it_is_back(brows
     at = shown_ms(browser)
     browser.wait(f"Number(document.querySelector('.transport input[type=range]').value) > {at + 1000}")
     browser.wait("document.querySelector('.followed .badge').textContent === 'complete'")
-    assert house.ask("GET", f"/v1/missions/{mission}/log").document == undisturbed("lobby")
+    assert house.ask("GET", f"/v1/missions/{mission}/log").document == reference_log("lobby")
     assert browser.errors(network=False) == []
 
 
@@ -257,7 +257,7 @@ def test_a_job_is_shown_with_its_map_its_best_plan_and_its_falling_makespan(brow
     pictures = [".job-map canvas", ".plot canvas", ".job-lanes canvas"]
     for picture in pictures:
         browser.wait(f"document.querySelector('{picture}').width > 100")
-        until(lambda name=picture: len(browser.colours(name)) > 4, f"{picture} drawn")  # a frame after it got its size
+        wait_until(lambda name=picture: len(browser.colours(name)) > 4, f"{picture} drawn")
     assert browser.errors() == []
 
 

@@ -7,16 +7,16 @@ from pathlib import Path
 import httpx
 import psycopg
 from databases import PostgresServer
-from patience import until
 from servers import Server
-from service_house import client, problem
+from service_requests import client, problem
+from waiting import wait_until
 
 from marsupial_service.store.sqlite import FILE
 
 
 def refused(http: httpx.Client) -> str:
     """Wait until the service is not ready, and return what it says."""
-    until(lambda: http.get("/readyz").status_code != 200, "a store that can't be written")
+    wait_until(lambda: http.get("/readyz").status_code != 200, "a store that can't be written")
     answer = http.get("/readyz")
     assert int(answer.headers["retry-after"]) > 0
     detail: str = problem(answer, 503, "not-ready")["detail"]
@@ -25,12 +25,12 @@ def refused(http: httpx.Client) -> str:
 
 def test_a_service_whose_database_is_locked_is_not_ready_until_it_can_write_again(tmp_path: Path) -> None:
     with Server(tmp_path) as server, client(server) as http:
-        until(lambda: http.get("/readyz").status_code == 200, server.log)
+        wait_until(lambda: http.get("/readyz").status_code == 200, server.log)
         with closing(sqlite3.connect(tmp_path / FILE, isolation_level=None)) as other:
             other.execute("BEGIN IMMEDIATE")
             assert refused(http) == "the store does not answer within 5 s"
             assert http.get("/v1/jobs").status_code == 200
-        until(lambda: http.get("/readyz").status_code == 200, server.log)
+        wait_until(lambda: http.get("/readyz").status_code == 200, server.log)
 
 
 def test_a_service_whose_database_is_read_only_is_not_ready_and_says_so_without_addresses(
@@ -46,11 +46,11 @@ def test_a_service_whose_database_is_read_only_is_not_ready_and_says_so_without_
             connection.execute(sql, (name,))
 
     with Server(tmp_path, "--store", url) as server, client(server) as http:
-        until(lambda: http.get("/readyz").status_code == 200, server.log)
+        wait_until(lambda: http.get("/readyz").status_code == 200, server.log)
         allow_writes("on")
         assert refused(http) == "nothing was stored; see the server log"
         answer = problem(http.post("/v1/jobs", json=http.get("/v1/demo-data/office-2x2").json()), 503, "not-ready")
         assert answer["detail"] == "nothing was stored; see the server log"
         assert "read-only transaction" in server.log
         allow_writes("off")
-        until(lambda: http.get("/readyz").status_code == 200, server.log)
+        wait_until(lambda: http.get("/readyz").status_code == 200, server.log)

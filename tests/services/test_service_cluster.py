@@ -7,17 +7,17 @@ from pathlib import Path
 
 import psutil
 import pytest
-from patience import HANG_S, until
 from ray_nodes import Head, Nodes, needs_ray
 from servers import START, Server, free_port
-from service_house import client, problem
+from service_requests import client, problem
+from waiting import HANG_S, wait_until
 
 pytestmark = needs_ray
 
 
 def until_ready(server: Server) -> None:
     with client(server) as http:
-        until(lambda: http.get("/readyz").status_code == 200, server.log)
+        wait_until(lambda: http.get("/readyz").status_code == 200, server.log)
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ def test_a_server_that_is_killed_leaves_no_process_on_the_cluster(
         until_ready(server)
         job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 100}}
         made = http.post("/v1/jobs", json=job).json()
-        until(lambda: http.get(made["links"]["self"]).json()["best"])
+        wait_until(lambda: http.get(made["links"]["self"]).json()["best"])
         ours = [process for process in nodes.planning() if process.pid not in before]
         assert len(ours) >= 3
         server.kill()
@@ -53,7 +53,7 @@ def test_what_is_planned_waits_for_a_cluster_that_is_lost_and_goes_on_when_it_is
         until_ready(server)
         job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 20}}
         running = http.post("/v1/jobs", json=job).json()["links"]["self"]
-        until(lambda: http.get(running).json()["best"])
+        wait_until(lambda: http.get(running).json()["best"])
         head.kill()
         while (answer := http.get("/readyz")).status_code == 200:
             time.sleep(0.2)

@@ -12,10 +12,10 @@ from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
 import pytest
-from patience import HANG_S, until
+from plain_client import BROKEN, HOST, PlainClient, ask
 from servers import Server
-from service_house import client
-from talk import BROKEN, HOST, Talk, ask
+from service_requests import client
+from waiting import HANG_S, wait_until
 
 from marsupial_service.http.connections import LoopErrorHandler
 from marsupial_service.keys import KeyFile
@@ -117,7 +117,7 @@ def test_a_body_that_its_client_cuts_off_is_no_fault_of_the_service(
             line.shutdown(socket.SHUT_WR)
         else:
             line.close()
-        until(lambda: '"route": "/v1/jobs"' in strict.log[before:], "the line of the request")
+        wait_until(lambda: '"route": "/v1/jobs"' in strict.log[before:], "the line of the request")
     lines = [json.loads(line) for line in strict.log[before:].splitlines()]
     assert [(line["level"], line["status"]) for line in lines if line.get("route") == "/v1/jobs"] == [("info", 400)]
     assert not any("traceback" in line for line in lines)
@@ -192,7 +192,7 @@ def test_that_files_run_out_is_said_once_and_the_service_goes_on(tmp_path: Path)
         resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (open_now + 5, hard))
         for _ in range(50):
             kept.enter_context(opened(server))
-        until(lambda: "can't be accepted" in server.log)
+        wait_until(lambda: "can't be accepted" in server.log)
         assert server.log.count("can't be accepted") == 1
         kept.close()
         resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (soft, hard))
@@ -216,8 +216,8 @@ def test_the_service_ends_though_many_ask_it(tmp_path: Path) -> None:
 
     def press(port: int, body: bytes) -> None:
         while not over.is_set():
-            with suppress(*BROKEN), closing(Talk(port)) as talk:
-                talk.ask("POST", "/v1/analysis", body)
+            with suppress(*BROKEN), closing(PlainClient(port)) as client:
+                client.ask("POST", "/v1/analysis", body)
 
     with Server(tmp_path) as server, ExitStack() as kept:
         body = json.dumps({"map_state": ask(server.port, "GET", "/v1/demo-data/yard").document["map_state"]})

@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from patience import HANG_S
 from servers import Server
+from waiting import HANG_S
 
 ROOT = Path(__file__).resolve().parents[2]
 

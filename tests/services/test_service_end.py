@@ -2,9 +2,9 @@ import threading
 from pathlib import Path
 
 import httpx
-from patience import HANG_S
 from servers import Server
-from service_house import client
+from service_requests import client
+from waiting import HANG_S
 
 from marsupial_service.operations import upkeep
 

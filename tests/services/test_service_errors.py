@@ -4,7 +4,7 @@ from typing import Any
 
 import httpx
 import pytest
-from service_house import pointers, problem
+from service_requests import pointers, problem
 
 from marsupial import errors
 from marsupial.errors import MarsupialError

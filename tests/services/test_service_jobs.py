@@ -4,10 +4,10 @@ from typing import Any
 
 import httpx
 import pytest
-from patience import HANG_S
+from plain_client import frames
 from servers import Server
-from service_house import pointers, problem
-from talk import frames
+from service_requests import pointers, problem
+from waiting import HANG_S
 
 from marsupial.library.situations import situation_of
 from marsupial.planning.checker import check

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 from databases import PostgresServer
-from patience import until
 from servers import Server
-from service_house import client, problem, serve
+from service_requests import client, problem, serve
+from waiting import wait_until
 
 from marsupial.errors import UsageError
 from marsupial_service.keys import FILE, KeyFile, open_keys
@@ -66,7 +66,7 @@ def test_servers_hear_of_keys_in_their_database(postgres: PostgresServer) -> Non
         for change, good in ((None, True), ("fleet", False)):
             if change is not None:
                 other.revoke(change, 1.0)
-            until(lambda good=good: (server.find(secret, 2.0) is not None) is good)
+            wait_until(lambda good=good: (server.find(secret, 2.0) is not None) is good)
 
 
 @pytest.mark.parametrize(("scopes", "days"), [([], 1), (["fly"], 1), (["plan"], 0), (["plan"], float("nan"))])

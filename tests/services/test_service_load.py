@@ -4,7 +4,7 @@ from pathlib import Path
 import httpx
 import pytest
 from servers import Server
-from service_house import client, problem
+from service_requests import client, problem
 
 from marsupial_service.app import create_app
 from marsupial_service.settings import ServiceSettings

@@ -13,10 +13,10 @@ from pathlib import Path
 import httpx
 import pytest
 from databases import PostgresServer
-from patience import HANG_S, until
 from ray_nodes import Nodes, needs_ray
 from servers import Server, free_port
 from test_service_cluster import until_ready
+from waiting import HANG_S, wait_until
 
 pytestmark = [needs_ray, pytest.mark.slow]
 
@@ -66,9 +66,9 @@ def test_jobs_and_missions_go_on_though_a_server_dies(
     with httpx.Client(base_url=proxy, timeout=HANG_S, trust_env=False) as http:
         job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 8}}
         jobs = [http.post("/v1/jobs", json=job).json()["links"]["self"] for _ in range(2)]
-        until(lambda: all(http.get(one).json()["best"] for one in jobs))
+        wait_until(lambda: all(http.get(one).json()["best"] for one in jobs))
         mission = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        until(lambda: http.get("/v1/missions").json()["missions"])
+        wait_until(lambda: http.get("/v1/missions").json()["missions"])
         before = nodes.processes("ray::NodeAgent")
         servers[0].kill()
         said, _ = mission.communicate(timeout=HANG_S)

@@ -9,10 +9,10 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
-from patience import HANG_S
 from PIL import Image
 from pydantic import ValidationError
-from service_house import pointers, problem
+from service_requests import pointers, problem
+from waiting import HANG_S
 
 from marsupial.errors import InputError
 from marsupial.model.grid import Cell

@@ -8,7 +8,7 @@ import httpx
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from service_house import pointers, problem
+from service_requests import pointers, problem
 
 from marsupial_service.examples.demos import EXAMPLES
 from marsupial_service.intake.reading import parse

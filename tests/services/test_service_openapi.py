@@ -2,7 +2,7 @@ from pathlib import Path
 
 import httpx
 import pytest
-from service_house import serve
+from service_requests import serve
 
 from marsupial_service.app import create_app
 from marsupial_service.http.openapi import stored_text

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 from attacks import ALL, ATTACKS, MOST_MB, REPORTS, cost_of, mission
+from plain_client import Reply
 from servers import Server
-from talk import Reply
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the most memory of a process is read from /proc")
 

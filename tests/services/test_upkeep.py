@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 from databases import PostgresServer
-from mission_house import Driver, open_missions, started, team
-from patience import HANG_S
+from mission_setup import Driver, open_missions, started, team
 from servers import Server
-from service_house import client, problem
+from service_requests import client, problem
+from waiting import HANG_S
 
 from marsupial.cli.main import main
 from marsupial.errors import UsageError

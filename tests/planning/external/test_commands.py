@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from launcher_tree import below_launcher
-from patience import HANG_S, longer_and_longer
+from process_tree import below_launcher
 from situations import carrier, door, hall, in_flight, one_hall, room, rover, situation_of
+from waiting import HANG_S, doubling_budgets
 
 from marsupial.cli.main import main
 from marsupial.errors import EngineUnavailable, UsageError
@@ -233,7 +233,7 @@ def test_a_planner_that_ends_without_a_plan_is_told_with_what_it_said(tmp_path: 
 
 def test_a_planner_whose_time_is_up_without_a_plan_is_told_with_what_it_said(tmp_path: Path) -> None:
     planner = stand_in(tmp_path, "say('one' + chr(10)); (Path(__file__).parent / 'said').touch(); time.sleep(3600)")
-    for seconds in longer_and_longer(1):
+    for seconds in doubling_budgets(1):
         _, end = solve(planner, budget=Budget(seconds=seconds))
         if (tmp_path / "said").exists():
             break
@@ -277,7 +277,7 @@ child = subprocess.Popen([sys.executable, "-SEc", sleep], start_new_session=True
 (Path(__file__).parent / "pids").write_text(f"{os.getpid()} {child.pid}")
 time.sleep(3600)
 """
-    for seconds in longer_and_longer(2):
+    for seconds in doubling_budgets(2):
         makespans, end = solve(stand_in(tmp_path, body), budget=Budget(seconds=seconds))
         assert (makespans, end.outcome) == ([], Outcome.TIMEOUT)
         if (tmp_path / "pids").exists():
@@ -317,7 +317,7 @@ say(LONG + chr(10))
 while True:
     time.sleep(1)
 """
-    for seconds in longer_and_longer(3):
+    for seconds in doubling_budgets(3):
         makespans, end = solve(stand_in(tmp_path, body), budget=Budget(seconds=seconds))
         if len(makespans) == 2:
             break

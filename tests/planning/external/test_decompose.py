@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import pytest
 from hypothesis import given, settings
-from patience import HANG_S
 from situations import (
     bring_them_home,
     carrier,
@@ -22,6 +21,7 @@ from situations import (
     situation_of,
     situations,
 )
+from waiting import HANG_S
 
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan

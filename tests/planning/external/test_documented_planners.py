@@ -8,8 +8,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from patience import longer_and_longer
 from situations import bring_them_home, carrier, hall, in_flight, many_rooms, one_room, relay, situation_of, two_rooms
+from waiting import doubling_budgets
 
 from marsupial.model import Budget, Outcome, Situation
 from marsupial.planning.checker import check
@@ -54,7 +54,7 @@ def test_the_page_has_the_commands_of_four_planners() -> None:
 def test_every_plan_of_a_documented_command_is_accepted(planner: str, situation: Situation) -> None:
     command = COMMANDS[planner]
     _skip_if_absent(command)
-    for seconds in longer_and_longer(6):
+    for seconds in doubling_budgets(6):
         *improved, end = External(command).solve(situation, Budget(seconds=seconds))
         if improved or end.outcome is not Outcome.TIMEOUT:
             break

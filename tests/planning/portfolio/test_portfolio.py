@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 from typing import Self
 
 import pytest
-from patience import HANG_S, until
 from situations import one_hall
+from waiting import HANG_S, wait_until
 
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Action, ActionName, Plan
@@ -141,7 +141,7 @@ def threads() -> list[str]:
 @pytest.fixture(autouse=True)
 def no_thread_left() -> Iterator[None]:
     yield
-    until(lambda: threads() == [])
+    wait_until(lambda: threads() == [])
 
 
 @pytest.mark.parametrize("budget", BOTH)
@@ -238,7 +238,7 @@ def test_once_the_makespan_is_proven_the_lead_still_gets_targets_reached_sooner(
     proven = threading.Event()
     slow, quick = late(3), late()
     watch = Watch()
-    lead = member("lead", found(slow), lambda clock: until(proven.is_set), found(quick), watch.leap, never)
+    lead = member("lead", found(slow), lambda clock: wait_until(proven.is_set), found(quick), watch.leap, never)
     prover = member("prover", lambda clock: proven.set(), optimal(slow.makespan_ms), never)
     plans, finished = solve(lead, prover, clock=watch)
     assert plans == [slow, quick]
@@ -252,7 +252,7 @@ def test_the_lead_goes_on_from_the_proven_plan_where_another_has_found_it() -> N
     plans, finished = solve(lead, member("prover", found(late()), optimal()))
     assert plans[-1] == late()
     assert finished.outcome is Outcome.OPTIMAL
-    until(lambda: threads() == [])
+    wait_until(lambda: threads() == [])
     assert [start for _, start in asked] == [None, late()]
 
 
@@ -339,4 +339,4 @@ def test_closing_early_stops_every_engine(quiet: PortfolioMember) -> None:
     assert isinstance(next(iter(events)), Improved)
     assert len(threads()) == 2
     events.close()  # type: ignore[attr-defined]
-    until(lambda: threads() == [])
+    wait_until(lambda: threads() == [])

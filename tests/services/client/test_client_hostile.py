@@ -10,13 +10,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from typing import Self
 
+import plain_client
 import pytest
-import talk
-from mission_house import body, team
-from patience import HANG_S
+from mission_setup import body, team
+from plain_client import HOST
+from reference_missions import STEPS, LogLines, reference_log
 from servers import Server
-from talk import HOST
-from undisturbed import STEPS, LogLines, undisturbed
+from waiting import HANG_S
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial_client import AsyncClient, Client, http
@@ -163,7 +163,7 @@ def news() -> Iterator[News]:
 
 def check(server: Server, mission: str, seen: list[tuple[int, str]]) -> None:
     """Compare what came through with what the server has."""
-    stored = [(frame.id, frame.type) for frame in talk.frames(server.port, f"/v1/missions/{mission}/events")]
+    stored = [(frame.id, frame.type) for frame in plain_client.frames(server.port, f"/v1/missions/{mission}/events")]
     assert seen == stored
     assert len(seen) > EVENTS
     document = server.ask("GET", f"/v1/missions/{mission}").document
@@ -249,7 +249,7 @@ def test_a_mission_is_the_one_in_process_byte_for_byte(proxy: HostileProxy) -> N
         observer=lines,
         stopping=lambda: nullcontext(lambda: False),
     )
-    assert lines.text == undisturbed("lobby")
+    assert lines.text == reference_log("lobby")
 
 
 def test_every_plan_of_a_job_comes_once_and_the_job_is_one(server: Server) -> None:

@@ -102,10 +102,10 @@ def test_what_breaks_is_tried_again_after_growing_pauses(failure: Answer) -> Non
 
 
 def test_retry_after_is_waited_for_but_who_is_to_be_asked_at_once_is_not_asked_without_pause() -> None:
-    busy, at_once = (httpx2.Response(503, headers={"Retry-After": after}) for after in ("7", "0"))
+    busy, from_scratch = (httpx2.Response(503, headers={"Retry-After": after}) for after in ("7", "0"))
     service(Scripted(busy, busy, OK)).ask("GET", "/v1/limits")
     assert PAUSES == [7.0, 7.0]
-    service(Scripted(*[at_once] * 9, OK)).ask("GET", "/v1/limits")
+    service(Scripted(*[from_scratch] * 9, OK)).ask("GET", "/v1/limits")
     assert sum(PAUSES[2:]) > 3.0
 
 

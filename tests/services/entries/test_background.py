@@ -6,11 +6,11 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from entry_house import opened, settings_of
-from mission_house import Driver, open_missions, started, team
-from patience import HANG_S
+from entry_setup import opened, settings_of
+from mission_setup import Driver, open_missions, started, team
+from reference_missions import reference_log
 from situations import job_source, one_room
-from undisturbed import undisturbed
+from waiting import HANG_S
 
 from marsupial.model.planning import Budget
 from marsupial.processes.runner import LOCAL, Reservation
@@ -85,5 +85,5 @@ async def test_a_mission_that_meets_something_unforeseen_goes_on(tmp_path: Path)
     async with open_missions(tmp_path, FailingRunner(2), failed=failed.append) as missions:  # type: ignore[arg-type]
         record = await started(missions)
         assert await Driver(team()).drive(missions, record)
-        assert await missions.log(await missions.of("me", record.id)) == undisturbed("lobby")
+        assert await missions.log(await missions.of("me", record.id)) == reference_log("lobby")
     assert failed == ["mission process"] * 2

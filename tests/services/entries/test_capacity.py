@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from mission_house import Driver, brief, open_missions, started, team
+from mission_setup import Driver, brief, open_missions, started, team
 
 from marsupial_service.entries.capacity import RESERVE, StoreCapacity, StoreFull, stored_bytes
 from marsupial_service.entries.table import StoreReader

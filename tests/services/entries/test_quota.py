@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import pytest
-from entry_house import followed, opened, settings_of
-from mission_house import Driver, open_missions, started, team
-from patience import HANG_S
+from entry_setup import followed, opened, settings_of
+from mission_setup import Driver, open_missions, started, team
+from reference_missions import reference_log
 from situations import job_source, one_room
-from undisturbed import undisturbed
+from waiting import HANG_S
 
 from marsupial.model.planning import Budget
 from marsupial_service.entries.capacity import StoreCapacity
@@ -250,7 +250,7 @@ async def test_a_mission_beyond_the_quota_waits_and_tells_so_and_goes_on_as_if_n
     assert (first.state, last.state) == ("waiting", "running")
     assert "planning quota of" in (first.reason or "")
     assert first.room_at is not None
-    assert log == undisturbed("lobby")
+    assert log == reference_log("lobby")
 
 
 async def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: str) -> None:

@@ -1,7 +1,7 @@
 import asyncio
 
 import pytest
-from patience import HANG_S
+from waiting import HANG_S
 
 from marsupial_service.entries.slots import Slot, Slots
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 
 async def serve(folder: Path, what: str) -> None:
-    from job_house import SLOW, open_jobs, planned, request, submit
+    from job_setup import SLOW, open_jobs, planned, request, submit
     from situations import many_rooms, one_hall
 
     from benchmarks.trial import failpoints

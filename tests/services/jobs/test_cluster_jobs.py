@@ -9,11 +9,11 @@ from tempfile import TemporaryDirectory
 
 import psutil
 import pytest
-from job_house import begun, ended, open_jobs, planned, request, submit, told
-from launcher_tree import is_alive, is_gone
-from patience import HANG_S
+from job_setup import begun, ended, open_jobs, planned, request, submit, told
+from misbehaving_tasks import Waits, pid_in
+from process_tree import is_alive, is_gone
 from ray_nodes import Nodes, needs_ray, settings_in
-from strange_tasks import Waits, pid_in
+from waiting import HANG_S
 
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.cluster.runner import ClusterRunner

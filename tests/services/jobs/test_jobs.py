@@ -7,12 +7,12 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from job_house import ended, open_jobs, plans_of, request, submit, told
-from launcher_tree import is_gone
+from job_setup import ended, open_jobs, plans_of, request, submit, told
 from lost_answers import LostAnswers
-from patience import HANG_S, awaited
+from misbehaving_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in, source_of
+from process_tree import is_gone
 from situations import many_rooms, one_hall, one_room, out_of_reach
-from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in, source_of
+from waiting import HANG_S, wait_until_async
 
 from benchmarks.trial import failpoints
 from marsupial.formats.pddl.plantext import read_plan_text
@@ -283,7 +283,7 @@ async def test_jobs_that_a_server_has_got_without_being_told_so_are_run_all_the_
     async with open_jobs(place) as jobs:
         answers = LostAnswers(jobs._store, "claimed_ms = ?")
         made = [await surely_submitted(jobs, str(number)) for number in range(3)]
-        await awaited(lambda: not answers.left and not jobs._is_claiming)
+        await wait_until_async(lambda: not answers.left and not jobs._is_claiming)
         await jobs._recover()
         ends = [await jobs.wait(job, HANG_S) for job in made]
         assert [(end.outcome, end.attempts) for end in ends] == [(JobOutcome.SATISFICING, 1)] * 3

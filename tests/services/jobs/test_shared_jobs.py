@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 from databases import PostgresServer
-from job_house import open_jobs, request, submit, told
-from patience import HANG_S, awaited
-from strange_tasks import Waits
+from job_setup import open_jobs, request, submit, told
+from misbehaving_tasks import Waits
+from waiting import HANG_S, wait_until_async
 
 from marsupial_service.schemas.enums import JobOutcome
 
@@ -24,12 +24,12 @@ async def test_a_job_of_one_server_runs_at_another_which_hears_of_its_cancelling
         while {(await first.of("me", job)).state.value for job in held} != {"running"}:
             await asyncio.sleep(0.02)
         # a job is running in the store a moment before its server begins the attempt
-        await awaited(lambda: [len(jobs._attempts) for jobs in (first, second)] == [1, 1])
+        await wait_until_async(lambda: [len(jobs._attempts) for jobs in (first, second)] == [1, 1])
         for job in held:
             for jobs in (second, first):
                 await jobs.cancel(job)
         async with asyncio.timeout(HANG_S):
-            await awaited(lambda: not first._attempts and not second._attempts)
+            await wait_until_async(lambda: not first._attempts and not second._attempts)
         assert [e.type for e in await events][-1] == "end"
         assert {(await first.of("me", job)).outcome for job in held} == {JobOutcome.CANCELLED}
 

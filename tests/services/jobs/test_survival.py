@@ -12,11 +12,11 @@ from pathlib import Path
 
 import psutil
 import pytest
-from job_house import SLOW, begun, ended, open_jobs, planned, plans_of, request, submit, told
-from launcher_tree import below_launcher, is_alive, nothing_runs
-from patience import until
+from job_setup import SLOW, begun, ended, open_jobs, planned, plans_of, request, submit, told
+from misbehaving_tasks import Dies, Escapes, pid_in
+from process_tree import below_launcher, is_alive, no_job_runs
 from situations import one_room
-from strange_tasks import Dies, Escapes, pid_in
+from waiting import wait_until
 
 from benchmarks.trial import failpoints
 from marsupial.planning.checker import check
@@ -60,7 +60,7 @@ class JobServer:
 
     def wait_gone(self) -> None:
         """Wait until nothing of it runs any more."""
-        until(lambda: not list(self._running()), "the end of what the server had started")
+        wait_until(lambda: not list(self._running()), "the end of what the server had started")
 
     def _running(self) -> Iterator[int]:
         for process in psutil.process_iter():
@@ -170,7 +170,7 @@ async def test_stopping_ends_streams_and_processes_soon_and_the_jobs_go_on_at_th
         await asyncio.sleep(0.05)
         await jobs.stop()
         await asyncio.gather(*streams)
-        assert nothing_runs()
+        assert no_job_runs()
         assert (await jobs.metrics())["jobs"][JobState.QUEUED] == 3
         assert all(job.attempts == 0 for job in await jobs.list("me"))
         types = [event.type for event in streams[0].result()]

@@ -3,8 +3,8 @@ from dataclasses import replace
 from typing import TypeVar
 
 import pytest
-from entry_house import settings_of
-from patience import HANG_S
+from entry_setup import settings_of
+from waiting import HANG_S
 
 from marsupial.model import Budget, Plan
 from marsupial_service.entries.capacity import StoreCapacity

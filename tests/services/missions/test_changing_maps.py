@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mission_house import Hosted, again, body, brief_from
+from mission_setup import Hosted, again, body, brief_from
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario

@@ -4,9 +4,9 @@ import asyncio
 from pathlib import Path
 
 import pytest
-from mission_house import Driver, kill_now_and_then, open_missions, started, team
+from mission_setup import Driver, kill_now_and_then, open_missions, started, team
 from ray_nodes import Nodes, needs_ray
-from undisturbed import undisturbed
+from reference_missions import reference_log
 
 from marsupial.cluster.runner import ClusterRunner
 
@@ -26,4 +26,4 @@ async def test_a_mission_on_a_cluster_goes_on_as_if_nothing_had_happened(
         killing = asyncio.create_task(kill_now_and_then(lambda: nodes.processes(word), 1, times))
         assert await driver.drive(missions, record)
         await killing
-        assert await missions.log(record) == undisturbed("lobby")
+        assert await missions.log(record) == reference_log("lobby")

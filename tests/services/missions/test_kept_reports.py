@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mission_house import brief
+from mission_setup import brief
 
 from marsupial.model.grid import Cell
 from marsupial.model.robots import EnergyModel

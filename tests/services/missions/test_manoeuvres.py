@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from mission_house import brief
+from mission_setup import brief
 
 from marsupial.model.grid import Cell
 from marsupial_service.missions.reported import RobotCommand

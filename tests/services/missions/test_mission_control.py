@@ -7,8 +7,8 @@ import random
 from typing import Any
 
 import pytest
-from entry_house import followed
-from mission_house import Driver, open_missions, send, started, team
+from entry_setup import followed
+from mission_setup import Driver, open_missions, send, started, team
 
 from marsupial.formats.loglines import trigger_text
 from marsupial.formats.missionlog import parse_log
@@ -81,7 +81,7 @@ async def test_a_mission_is_cancelled_once_with_its_stop_report(place: str, repo
             await send(missions, record, {"n": reports + 1, "t_ms": 10**9})
 
 
-class Clumsy(SimulatedTeam):
+class FailingTeam(SimulatedTeam):
     """Reports every drive whose id `fails` as failed when it ends."""
 
     fails = staticmethod(lambda number: number % 7 == 0)
@@ -98,16 +98,16 @@ class Clumsy(SimulatedTeam):
         return report
 
 
-def clumsy_team() -> Clumsy:
+def failing_team() -> FailingTeam:
     made = team()
-    made.__class__ = Clumsy
+    made.__class__ = FailingTeam
     return made  # type: ignore[return-value]
 
 
 async def test_a_command_that_fails_is_followed_by_a_new_plan(place: str) -> None:
     async with open_missions(place) as missions:
         record = await started(missions)
-        driver = Driver(clumsy_team())
+        driver = Driver(failing_team())
         assert await driver.drive(missions, record)
         log = await missions.log(record)
         assert ended(log).status is Status.COMPLETE
@@ -118,7 +118,7 @@ async def test_a_command_that_fails_is_followed_by_a_new_plan(place: str) -> Non
 async def test_a_robot_that_fails_again_and_again_is_lost_and_no_longer_commanded(place: str) -> None:
     async with open_missions(place) as missions:
         record = await started(missions)
-        stubborn = clumsy_team()
+        stubborn = failing_team()
         stubborn.fails = staticmethod(lambda _: True)  # type: ignore[method-assign]
         driver = Driver(stubborn)
         assert await driver.drive(missions, record)

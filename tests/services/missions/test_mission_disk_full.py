@@ -11,11 +11,11 @@ from typing import Any
 
 import httpx
 import pytest
-from entry_house import followed
-from mission_house import Driver, body, open_missions, started, team
-from patience import awaited
-from service_house import problem
-from undisturbed import undisturbed
+from entry_setup import followed
+from mission_setup import Driver, body, open_missions, started, team
+from reference_missions import reference_log
+from service_requests import problem
+from waiting import wait_until_async
 
 from benchmarks.trial import failpoints
 from marsupial_service.app import create_app
@@ -107,7 +107,7 @@ async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_missi
         record = await found(service, mission)
         assert record.n == 9
         assert await driver.drive(service.missions, record)
-        assert await service.missions.log(record) == undisturbed("lobby")
+        assert await service.missions.log(record) == reference_log("lobby")
 
 
 @pytest.mark.parametrize("commit", range(1, 5))
@@ -121,7 +121,7 @@ async def test_whichever_commit_fails_the_mission_comes_out_as_if_nothing_had_ha
         points = failpoints.arm(f"before_commit=disk_full@{commit}")
         assert await driver.drive(service.missions, record)
         assert points.passed[failpoints.BEFORE_COMMIT] > commit
-        assert await service.missions.log(record) == undisturbed("lobby")
+        assert await service.missions.log(record) == reference_log("lobby")
 
 
 async def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
@@ -135,7 +135,7 @@ async def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
         file.execute("UPDATE mission_events SET data = ? WHERE batch = 0", (pack(b"log {}"),))
     failpoints.arm("before_commit=disk_full")
     async with open_missions(tmp_path) as missions:
-        await awaited(lambda: "the store can't be written" in caplog.text)
+        await wait_until_async(lambda: "the store can't be written" in caplog.text)
         failpoints.arm("")
         events = [event async for event in followed(missions, mission)]
         assert events[-1].type == "end"

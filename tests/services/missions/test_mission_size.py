@@ -4,7 +4,7 @@ import asyncio
 from pathlib import Path
 
 import pytest
-from mission_house import Driver, open_missions, started, team
+from mission_setup import Driver, open_missions, started, team
 
 from marsupial_service.entries import table as entry_table
 from marsupial_service.entries.capacity import stored_bytes

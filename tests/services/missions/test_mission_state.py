@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 
 import pytest
-from mission_house import brief
+from mission_setup import brief
 
 from marsupial.model.grid import Cell
 from marsupial_service.missions.state import MissionState, ReportConflict

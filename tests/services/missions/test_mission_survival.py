@@ -4,10 +4,10 @@ import asyncio
 import random
 
 import pytest
-from entry_house import followed
-from launcher_tree import below_launcher, nothing_runs
-from mission_house import Driver, kill_now_and_then, open_missions, run, started, team
-from undisturbed import undisturbed
+from entry_setup import followed
+from mission_setup import Driver, kill_now_and_then, open_missions, run, started, team
+from process_tree import below_launcher, no_job_runs
+from reference_missions import reference_log
 
 from marsupial.errors import InternalError
 from marsupial.processes.jobs import Job
@@ -26,7 +26,7 @@ async def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_ha
         assert await driver.drive(missions, record)
         await killing
         assert [(one.seq, one.type, one.data) async for one in followed(missions, record.id)] == driver.events
-        assert await missions.log(record) == undisturbed("lobby")
+        assert await missions.log(record) == reference_log("lobby")
     assert [seq for seq, _, _ in driver.events] == list(range(1, len(driver.events) + 1))
 
 
@@ -45,7 +45,7 @@ def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(p
     mission, log = run(fly_on(None))
     while log is None:
         mission, log = run(fly_on(mission))
-    assert log == undisturbed("lobby")
+    assert log == reference_log("lobby")
 
 
 class BrokenLauncher(LocalRunner):
@@ -78,7 +78,7 @@ async def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(
     async with open_missions(place, runner) as missions:
         record = await started(missions)
         assert await Driver(team()).drive(missions, record)
-        assert await missions.log(record) == undisturbed("lobby")
+        assert await missions.log(record) == reference_log("lobby")
     assert runner.times < 0
 
 
@@ -97,4 +97,4 @@ async def test_no_process_is_left_when_missions_are_stopped(place: str) -> None:
         for _ in range(3):
             record = await started(missions)
             assert not await Driver(team()).drive(missions, record, 3)
-    assert nothing_runs()
+    assert no_job_runs()

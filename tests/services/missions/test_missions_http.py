@@ -13,10 +13,10 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
-from mission_house import body
-from patience import HANG_S
+from mission_setup import body
+from reference_missions import STEPS, LogLines, reference_log
 from servers import Server
-from undisturbed import STEPS, LogLines, undisturbed
+from waiting import HANG_S
 
 from marsupial.cli.main import main
 from marsupial.errors import UsageError
@@ -81,9 +81,9 @@ def test_a_server_that_is_killed_again_and_again_loses_nothing(tmp_path: Path, s
         _, _, listed = server.ask("GET", "/v1/missions")
         (mission,) = listed["missions"]
         assert (mission["state"], mission["status"]) == ("ended", "complete")
-        assert server.ask("GET", mission["links"]["log"])[2] == undisturbed("lobby")
+        assert server.ask("GET", mission["links"]["log"])[2] == reference_log("lobby")
     assert kills >= 2
-    assert lines.text == undisturbed("lobby")
+    assert lines.text == reference_log("lobby")
 
 
 def test_a_mission_can_be_looked_at(server: Server, mission: str) -> None:

@@ -4,11 +4,11 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from entry_house import followed
+from entry_setup import followed
 from lost_answers import LostAnswers
-from mission_house import Driver, body, brief, brief_from, open_missions, send, started, team
-from patience import HANG_S, awaited
-from undisturbed import undisturbed
+from mission_setup import Driver, body, brief, brief_from, open_missions, send, started, team
+from reference_missions import reference_log
+from waiting import HANG_S, wait_until_async
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
@@ -37,7 +37,7 @@ async def test_a_mission_by_reports_is_the_mission_in_process(
     async with open_missions(place) as missions:
         record = await started(missions, scenario, planner=planner, strategy=strategy)
         assert await Driver(team(scenario)).drive(missions, record)
-        assert await missions.log(record) == undisturbed(scenario, planner, strategy)
+        assert await missions.log(record) == reference_log(scenario, planner, strategy)
 
 
 @pytest.mark.slow
@@ -49,7 +49,7 @@ async def test_twenty_missions_at_once_are_each_as_if_alone_and_one_more_is_refu
         over = await asyncio.gather(*(Driver(team()).drive(missions, record) for record in records))
         assert all(over)
         log = [await missions.log(record) for record in records]
-    assert set(log) == {undisturbed("lobby")}
+    assert set(log) == {reference_log("lobby")}
 
 
 async def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_ended(
@@ -100,7 +100,7 @@ async def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(p
             assert events[-1].type == "end"
             ended = await missions.of(owner, record.id)
             found.append((ended.status, ended.reason))
-        await awaited(lambda: not missions._supervisors)
+        await wait_until_async(lambda: not missions._supervisors)
     assert found == [("cancelled", "no report for 2 s"), ("cancelled", "the mission's key has expired or was revoked")]
 
 
@@ -122,4 +122,4 @@ async def test_a_mission_of_which_a_server_has_stored_more_than_it_was_told_goes
                 break
         assert await Driver(team()).drive(missions, record)
         assert not answers.left or lost == "INSERT INTO missions"
-        assert await missions.log(record) == undisturbed("lobby")
+        assert await missions.log(record) == reference_log("lobby")

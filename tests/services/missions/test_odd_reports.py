@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mission_house import Driver, Hosted, again, body, brief_from, open_missions, send, started, team
+from mission_setup import Driver, Hosted, again, body, brief_from, open_missions, send, started, team
 from pydantic import ValidationError
-from undisturbed import undisturbed
+from reference_missions import reference_log
 
 from marsupial.errors import InputError
 from marsupial.formats.missionlog import parse_log
@@ -69,7 +69,7 @@ async def test_what_is_wrong_is_refused_and_changes_nothing(tmp_path: Path, seed
                 again = {"n": last["n"] + 1, "t_ms": last["t_ms"], "finished": [draw.choice(ended)]}
                 with pytest.raises(ReportConflict, match="is unknown or has ended"):
                     await send(missions, record, again)
-        assert await missions.log(record) == undisturbed("lobby")
+        assert await missions.log(record) == reference_log("lobby")
 
 
 def small_brief(seed: int) -> MissionBrief:

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
-from mission_house import team
+from mission_setup import team
+from plain_client import frames
 from servers import Server
-from talk import frames
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.model.mission import MissionEnded

@@ -6,8 +6,8 @@ from contextlib import AsyncExitStack, asynccontextmanager
 
 import pytest
 from databases import PostgresServer
-from mission_house import Driver, open_missions, started, team
-from undisturbed import undisturbed
+from mission_setup import Driver, open_missions, started, team
+from reference_missions import reference_log
 
 from marsupial_service.missions import table
 from marsupial_service.missions.records import MissionRecord, MissionSettings
@@ -48,7 +48,7 @@ async def test_a_mission_that_is_reported_to_any_server_is_as_with_one(shared: s
         assert not await driver.drive(Both(*servers), record, 4)
         assert not await driver.drive(servers[1], record, 8)
         assert await driver.drive(Both(*servers), record)
-        assert await servers[1].log(record) == undisturbed("lobby")
+        assert await servers[1].log(record) == reference_log("lobby")
 
 
 async def test_a_server_that_was_taken_for_dead_changes_nothing_more_of_its_missions(shared: str) -> None:

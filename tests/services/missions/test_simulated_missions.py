@@ -7,10 +7,10 @@ from typing import Any
 import psutil
 import pytest
 from databases import PostgresServer
-from entry_house import followed
-from launcher_tree import below_launcher
-from mission_house import open_missions
-from undisturbed import STEPS, undisturbed
+from entry_setup import followed
+from mission_setup import open_missions
+from process_tree import below_launcher
+from reference_missions import STEPS, reference_log
 
 from marsupial_service.entries.records import TooMany
 from marsupial_service.intake.reading import ParsedBody
@@ -64,7 +64,7 @@ async def test_the_log_is_that_of_a_mission_in_one_process_also_where_processes_
                 with contextlib.suppress(psutil.NoSuchProcess):
                     process.kill()
         assert (await over(missions, record.id)).status == "complete"
-        assert await missions.log(record) == undisturbed("lobby")
+        assert await missions.log(record) == reference_log("lobby")
 
 
 async def test_it_is_the_same_where_the_service_is_stopped_and_started_again(place: str) -> None:
@@ -73,7 +73,7 @@ async def test_it_is_the_same_where_the_service_is_stopped_and_started_again(pla
         await reported(missions, record.id, 7)
         mission = record.id
     async with open_missions(place) as missions:
-        assert await missions.log(await over(missions, mission)) == undisturbed("lobby")
+        assert await missions.log(await over(missions, mission)) == reference_log("lobby")
 
 
 async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: PostgresServer) -> None:
@@ -84,7 +84,7 @@ async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: 
             await reported(second, record.id, 7)
         ended = await over(second, record.id)
         assert ended.term == 2
-        assert await second.log(ended) == undisturbed("lobby")
+        assert await second.log(ended) == reference_log("lobby")
 
 
 async def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None:

@@ -7,7 +7,7 @@ import httpx
 import pytest
 from PIL import Image
 from servers import Server
-from service_house import client, pointers, problem
+from service_requests import client, pointers, problem
 
 from marsupial.generators.builtin import SCENARIOS
 from marsupial.library.scenarios import load_scenario

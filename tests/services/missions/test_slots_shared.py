@@ -4,10 +4,10 @@ import asyncio
 import threading
 from pathlib import Path
 
-from entry_house import opened, settings_of
-from mission_house import Driver, started, team
-from patience import HANG_S, awaited
+from entry_setup import opened, settings_of
+from mission_setup import Driver, started, team
 from situations import job_source, many_rooms
+from waiting import HANG_S, wait_until_async
 
 from marsupial.model.planning import Budget
 from marsupial.processes.jobs import Job
@@ -80,10 +80,10 @@ async def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_a
     settings = settings_of(JobSettings, slots=1, runner=runner)
     async with opened(tmp_path, lambda store: Jobs(store, settings, slots)) as jobs:
         await jobs.submit(WANTED, owner="me")
-        await awaited(lambda: slots.in_use)
+        await wait_until_async(lambda: slots.in_use)
         async with asyncio.timeout(HANG_S):
             with slots.holding(await slots.for_owner("me")):
                 assert runner.asked == 1
-            await awaited(lambda: runner.asked > 1)
+            await wait_until_async(lambda: runner.asked > 1)
         (record,) = await jobs.list("me")
         assert (record.state.value, record.attempts) == ("queued", 0)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mission_house import Hosted, body, brief, brief_from
+from mission_setup import Hosted, body, brief, brief_from
 
 from marsupial.errors import ScenarioError
 from marsupial.generators.builtin import builtin_scenario

@@ -10,17 +10,17 @@ import pytest
 pytest.importorskip("websockets")
 
 import numpy as np
-from patience import HANG_S, awaited
-from ros_stories import drive, play
+from ros_missions import drive, robots_in_rooms
 from servers import Server
+from waiting import HANG_S, wait_until_async
 
 from marsupial.model.grid import UNKNOWN
 
 
 async def test_a_team_explores_the_rooms_and_comes_back_aboard(server: Server, tmp_path: Path) -> None:
-    async with play() as (ros, talk):
-        outcome = await drive(*talk.bridge(server, ros, tmp_path))
-    assert outcome.ended["status"] == "complete", (outcome, talk.said)
+    async with robots_in_rooms() as (ros, user):
+        outcome = await drive(*user.bridge(server, ros, tmp_path))
+    assert outcome.ended["status"] == "complete", (outcome, user.said)
     assert [body.carrier is not None for body in ros.bodies.values() if body.kind.name == "rover"] == [True, True]
     actions = [goal["action"].rsplit("/", 1)[1] for goal in ros.goals]
     assert actions.count("undock") >= 2
@@ -37,19 +37,19 @@ async def test_a_team_explores_the_rooms_and_comes_back_aboard(server: Server, t
 
 async def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server: Server, tmp_path: Path) -> None:
     state = tmp_path / "state.json"
-    async with play() as (ros, talk):
-        first = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path, state)))
-        await awaited(lambda: "/rover1/undock" in ros.running or "/rover2/undock" in ros.running)
+    async with robots_in_rooms() as (ros, user):
+        first = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path, state)))
+        await wait_until_async(lambda: "/rover1/undock" in ros.running or "/rover2/undock" in ros.running)
         await ros.cut()
-        await awaited(lambda: ros.connections == 2 and ros.running)
+        await wait_until_async(lambda: ros.connections == 2 and ros.running)
         await asyncio.sleep(0.3)
         assert state.exists()
         first.cancel()
         await asyncio.gather(first, return_exceptions=True)
-        outcome = await drive(*talk.bridge(server, ros, tmp_path, state))
-    assert outcome.ended["status"] == "complete", (outcome, talk.said)
-    assert len([text for text in talk.said if text.endswith(" started")]) == 1
-    assert any("resumed after report" in text for text in talk.said)
+        outcome = await drive(*user.bridge(server, ros, tmp_path, state))
+    assert outcome.ended["status"] == "complete", (outcome, user.said)
+    assert len([text for text in user.said if text.endswith(" started")]) == 1
+    assert any("resumed after report" in text for text in user.said)
     names = [goal["id"] for goal in ros.goals]
     assert len(set(names)) == len(names)
     assert any(name.endswith(":0.2") for name in names), "what was under way was sent again"
@@ -63,33 +63,33 @@ async def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server:
     def coarser(message: dict[str, Any]) -> dict[str, Any]:
         return {**message, "info": {**message["info"], "resolution": 0.5}}
 
-    async with play() as (ros, talk):
-        first = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path, state)))
-        await awaited(lambda: "/carrier1/follow_path" in ros.running)
+    async with robots_in_rooms() as (ros, user):
+        first = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path, state)))
+        await wait_until_async(lambda: "/carrier1/follow_path" in ros.running)
         first.cancel()
         await asyncio.gather(first, return_exceptions=True)
         ros.redraw = coarser
-        second = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path, state)))
+        second = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path, state)))
         passed = "/map: message ignored: the resolution of the map has changed: it was 0.25 m, now 0.5 m"
-        await awaited(lambda: {passed, "waiting for a map on /map"} <= set(talk.said) or second.done())
+        await wait_until_async(lambda: {passed, "waiting for a map on /map"} <= set(user.said) or second.done())
         ros.redraw = lambda message: message
         outcome = await second
-    assert outcome.ended["status"] == "complete", (outcome, talk.said)
+    assert outcome.ended["status"] == "complete", (outcome, user.said)
 
 
 async def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next_one(
     server: Server, tmp_path: Path
 ) -> None:
     state = tmp_path / "state.json"
-    async with play() as (ros, talk):
-        bridge, client = talk.bridge(server, ros, tmp_path, state)
+    async with robots_in_rooms() as (ros, user):
+        bridge, client = user.bridge(server, ros, tmp_path, state)
         first = asyncio.ensure_future(drive(bridge, client))
-        await awaited(lambda: bridge._fleet.unreported.any)
+        await wait_until_async(lambda: bridge._fleet.unreported.any)
         bridge._save()  # as it does when something else is told just then
         assert json.loads(state.read_text())["unreported"]["finished"]
         first.cancel()
         await asyncio.gather(first, return_exceptions=True)
-        outcome = await drive(*talk.bridge(server, ros, tmp_path, state))
+        outcome = await drive(*user.bridge(server, ros, tmp_path, state))
     assert outcome.ended["status"] == "complete"
 
 
@@ -97,11 +97,11 @@ async def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("marsupial_ros.bridge.STOP_S", HANG_S)
-    async with play() as (ros, talk):
-        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
+    async with robots_in_rooms() as (ros, user):
+        work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
         ros.speedup = 1.0  # so that no robot gets there before it is stopped
-        await awaited(lambda: any(action.endswith("follow_path") for action in ros.running))
-        talk.stops = 1
+        await wait_until_async(lambda: any(action.endswith("follow_path") for action in ros.running))
+        user.stops = 1
         outcome = await work
     assert outcome.ended["status"] == "cancelled"
     assert ros.cancelled
@@ -109,15 +109,15 @@ async def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(
 
 
 async def test_a_user_who_stops_twice_leaves_at_once_with_all_goals_cancelled(server: Server, tmp_path: Path) -> None:
-    async with play() as (ros, talk):
-        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await awaited(lambda: len(ros.running) == 2)
+    async with robots_in_rooms() as (ros, user):
+        work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
+        await wait_until_async(lambda: len(ros.running) == 2)
         ros.speedup = 0.01  # so that no robot gets there before it is stopped
         await asyncio.sleep(0.1)  # the step that had begun is over
         running = set(ros._running)
-        talk.stops = 2
+        user.stops = 2
         outcome = await work
-        await awaited(lambda: not ros.running)
+        await wait_until_async(lambda: not ros.running)
     assert outcome.ended is None
     assert running
     assert running <= set(ros.cancelled)
@@ -127,40 +127,40 @@ async def test_a_user_who_stops_twice_leaves_at_once_with_all_goals_cancelled(se
 async def test_a_carrier_that_is_silent_or_repeats_its_transforms_is_told_and_lost_with_its_rover(
     server: Server, tmp_path: Path, repeats: bool
 ) -> None:
-    async with play(waits="{silent_s: 5, lost_s: 15, stuck_s: 1000}") as (ros, talk):
-        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await awaited(lambda: "/carrier2/follow_path" in ros.running)
+    async with robots_in_rooms(waits="{silent_s: 5, lost_s: 15, stuck_s: 1000}") as (ros, user):
+        work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
+        await wait_until_async(lambda: "/carrier2/follow_path" in ros.running)
         if repeats:
             ros.bodies["carrier2"].stamp_s = ros.now_s
         else:
             ros.bodies["carrier2"].mute = True
         await work
     missing = "no new map -> carrier2/base_link on /tf for"
-    assert any(text.startswith(f"carrier2: {missing}") for text in talk.said)
-    assert f"carrier2: lost: {missing} 15 s" in talk.said
-    assert not any(text.startswith("carrier1: lost") for text in talk.said)
+    assert any(text.startswith(f"carrier2: {missing}") for text in user.said)
+    assert f"carrier2: lost: {missing} 15 s" in user.said
+    assert not any(text.startswith("carrier1: lost") for text in user.said)
 
 
 async def test_a_robot_that_shuffles_and_gets_nowhere_is_stuck_and_the_mission_goes_on(
     server: Server, tmp_path: Path
 ) -> None:
-    async with play(waits="{silent_s: 60, lost_s: 120, stuck_s: 20, handover_s: 120}") as (ros, talk):
-        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await awaited(lambda: "/carrier2/follow_path" in ros.running)
+    async with robots_in_rooms(waits="{silent_s: 60, lost_s: 120, stuck_s: 20, handover_s: 120}") as (ros, user):
+        work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
+        await wait_until_async(lambda: "/carrier2/follow_path" in ros.running)
         ros.bodies["carrier2"].wedged = True
-        await awaited(lambda: "carrier2: drive failed: no progress for 20 s" in talk.said or work.done())
+        await wait_until_async(lambda: "carrier2: drive failed: no progress for 20 s" in user.said or work.done())
         ros.bodies["carrier2"].wedged = False
         outcome = await work
-    assert outcome.ended["status"] == "complete", (outcome, talk.said)
-    assert "carrier2: drive failed: no progress for 20 s" in talk.said
-    assert not any(text.startswith("carrier1: drive failed") for text in talk.said)
+    assert outcome.ended["status"] == "complete", (outcome, user.said)
+    assert "carrier2: drive failed: no progress for 20 s" in user.said
+    assert not any(text.startswith("carrier1: drive failed") for text in user.said)
 
 
 async def test_what_is_missing_before_a_mission_is_told_by_name(server: Server, tmp_path: Path) -> None:
-    async with play() as (ros, talk):
+    async with robots_in_rooms() as (ros, user):
         ros.bodies["carrier2"].mute = True
-        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await awaited(lambda: any("carrier2" in text for text in talk.said))
-        talk.stops = 1
+        work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
+        await wait_until_async(lambda: any("carrier2" in text for text in user.said))
+        user.stops = 1
         assert (await work).mission is None
-    assert "waiting for carrier2 (no map -> carrier2/base_link on /tf)" in talk.said
+    assert "waiting for carrier2 (no map -> carrier2/base_link on /tf)" in user.said

@@ -12,9 +12,9 @@ import pytest
 pytest.importorskip("websockets")
 
 from fake_ros import FakeRos, settings_text
-from patience import HANG_S, awaited
-from ros_stories import Talk, drive, play
+from ros_missions import BridgeUser, drive, robots_in_rooms
 from servers import Server
+from waiting import HANG_S, wait_until_async
 
 import marsupial_ros.bridge as bridges
 from marsupial_client import ClientError
@@ -48,22 +48,22 @@ class Broken(Exception):
 Work = asyncio.Future[BridgeOutcome]
 
 
-async def user_leaves(talk: Talk, bridge: Bridge, work: Work) -> None:
-    talk.stops = 2
+async def user_leaves(user: BridgeUser, bridge: Bridge, work: Work) -> None:
+    user.stops = 2
     await work
 
 
-async def user_ends_the_mission(talk: Talk, bridge: Bridge, work: Work) -> None:
-    talk.stops = 1
+async def user_ends_the_mission(user: BridgeUser, bridge: Bridge, work: Work) -> None:
+    user.stops = 1
     await work
 
 
-async def task_is_cancelled(talk: Talk, bridge: Bridge, work: Work) -> None:
+async def task_is_cancelled(user: BridgeUser, bridge: Bridge, work: Work) -> None:
     work.cancel()
     await asyncio.gather(work, return_exceptions=True)
 
 
-async def bridge_breaks(talk: Talk, bridge: Bridge, work: Work) -> None:
+async def bridge_breaks(user: BridgeUser, bridge: Bridge, work: Work) -> None:
     def due(n: int) -> bool:
         raise Broken
 
@@ -86,46 +86,46 @@ CASES = [
 async def test_a_bridge_that_goes_leaves_no_goal_and_closes_as_normal(
     server: Server,
     tmp_path: Path,
-    end: Callable[[Talk, Bridge, Work], Awaitable[None]],
+    end: Callable[[BridgeUser, Bridge, Work], Awaitable[None]],
     under_way: Callable[[FakeRos], bool],
 ) -> None:
-    async with play() as (ros, talk):
-        bridge, client = talk.bridge(server, ros, tmp_path, tmp_path / "state")
+    async with robots_in_rooms() as (ros, user):
+        bridge, client = user.bridge(server, ros, tmp_path, tmp_path / "state")
         work = asyncio.ensure_future(drive(bridge, client))
-        await awaited(lambda: under_way(ros))
+        await wait_until_async(lambda: under_way(ros))
         ros.speedup = 1.0  # so that nothing ends by itself
         ros.stubborn = len(ros.running)  # the first requests to cancel are passed over
-        await end(talk, bridge, work)
+        await end(user, bridge, work)
         assert ros.running == []
-        await awaited(lambda: ros.closes)
+        await wait_until_async(lambda: ros.closes)
     assert ros.closes == [NORMAL]
 
 
 async def test_a_bridge_whose_service_is_gone_for_good_leaves_no_goal(tmp_path: Path) -> None:
-    async with play() as (ros, talk):
+    async with robots_in_rooms() as (ros, user):
         with Server(tmp_path / "data") as own:
-            bridge, client = talk.bridge(own, ros, tmp_path)
+            bridge, client = user.bridge(own, ros, tmp_path)
             work = asyncio.ensure_future(drive(bridge, client))
-            await awaited(lambda: drives(ros))
+            await wait_until_async(lambda: drives(ros))
             ros.speedup = 1.0
             own.kill()
             client._session.service.patience_s = 0.5
             with pytest.raises(ClientError):
                 await work
             assert ros.running == []
-            await awaited(lambda: ros.closes)
+            await wait_until_async(lambda: ros.closes)
     assert ros.closes == [NORMAL]
 
 
 async def test_a_mission_that_no_service_ends_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bridges, "STOP_S", 0.2)
-    async with play() as (ros, talk):
+    async with robots_in_rooms() as (ros, user):
         with Server(tmp_path / "data") as own:
-            work = asyncio.ensure_future(drive(*talk.bridge(own, ros, tmp_path, tmp_path / "state")))
-            await awaited(lambda: drives(ros))
+            work = asyncio.ensure_future(drive(*user.bridge(own, ros, tmp_path, tmp_path / "state")))
+            await wait_until_async(lambda: drives(ros))
             ros.speedup = 1.0
             own.kill()
-            talk.stops = 1
+            user.stops = 1
             assert (await work).ended is None
             assert ros.running == []
     assert (tmp_path / "state").exists()
@@ -135,32 +135,34 @@ async def test_goals_that_do_not_end_keep_the_bridge_for_a_while_only_and_are_to
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(bridges, "LEAVE_S", 0.2)
-    async with play() as (ros, talk):
-        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await awaited(lambda: len(ros.running) == 2)
+    async with robots_in_rooms() as (ros, user):
+        work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
+        await wait_until_async(lambda: len(ros.running) == 2)
         ros.speedup, ros.stubborn = 0.1, 10**6
-        talk.stops = 2
+        user.stops = 2
         await work
-        await awaited(lambda: ros.closes)
+        await wait_until_async(lambda: ros.closes)
     assert ros.closes == [NORMAL]
-    assert len([text for text in talk.said if text.endswith("was cancelled, but its end was not confirmed")]) == 2
+    assert len([text for text in user.said if text.endswith("was cancelled, but its end was not confirmed")]) == 2
 
 
 async def test_goals_are_cancelled_over_a_connection_that_comes_back_and_none_is_sent_again(
     server: Server, tmp_path: Path
 ) -> None:
-    async with play() as (ros, talk):
-        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
-        await awaited(lambda: len(ros.running) == 2)
+    async with robots_in_rooms() as (ros, user):
+        work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
+        await wait_until_async(lambda: len(ros.running) == 2)
         ros.speedup = 0.1
         sent = len(ros.goals)
-        talk.stops = 2
+        user.stops = 2
         await ros.cut()
-        await awaited(lambda: not ros.running)  # their ends are told to nobody, as the first connection is gone
+        await wait_until_async(
+            lambda: not ros.running
+        )  # the first connection, which would have received their ends, is gone
         assert len(ros.goals) == sent
         work.cancel()
         await asyncio.gather(work, return_exceptions=True)
-        await awaited(lambda: len(ros.closes) == 2)
+        await wait_until_async(lambda: len(ros.closes) == 2)
     assert ros.closes == [BROKEN, NORMAL]
 
 
@@ -169,7 +171,7 @@ async def test_goals_are_cancelled_over_a_connection_that_comes_back_and_none_is
 async def test_a_command_that_is_asked_to_end_twice_cancels_its_goals(
     server: Server, tmp_path: Path, number: signal.Signals
 ) -> None:
-    async with play() as (ros, _):
+    async with robots_in_rooms() as (ros, _):
         path = tmp_path / "fleet.yaml"
         path.write_text(settings_text(ros.url, list(ros.bodies.values())))
         command = [sys.executable, "-m", "marsupial.cli.main", "ros", str(path), "--server", server.url]
@@ -177,13 +179,13 @@ async def test_a_command_that_is_asked_to_end_twice_cancels_its_goals(
         process = await asyncio.create_subprocess_exec(
             *command, "--json", "--state", str(tmp_path / "state"), stdout=asyncio.subprocess.PIPE, stderr=quiet
         )
-        await awaited(lambda: len(ros.running) == 2)
+        await wait_until_async(lambda: len(ros.running) == 2)
         ros.speedup = 1.0
         process.send_signal(number)
-        await awaited(lambda: ros.cancelled or not drives(ros))
+        await wait_until_async(lambda: ros.cancelled or not drives(ros))
         process.send_signal(number)
         out, _ = await process.communicate()
         assert json.loads(out)["status"] == "cancelled"
         assert ros.running == []
-        await awaited(lambda: ros.closes)
+        await wait_until_async(lambda: ros.closes)
     assert ros.closes == [NORMAL]

@@ -15,8 +15,8 @@ pytest.importorskip("websockets")
 
 import numpy as np
 from fake_ros import CARRIER
-from patience import HANG_S
 from ros_parts import House, grid_message, moved, settings_of, tracker_of
+from waiting import HANG_S
 from websockets.asyncio.server import ServerConnection, serve
 
 from marsupial.cli.main import main
@@ -292,7 +292,7 @@ class Listener:
     warning = disconnected
 
 
-def talk(*sent: str | bytes, times: int = 1) -> tuple[Listener, list[dict[str, Any]]]:
+def exchange(*sent: str | bytes, times: int = 1) -> tuple[Listener, list[dict[str, Any]]]:
     """Have a rosbridge send messages to each of so many connections, and return what is heard on either side."""
     listener, asked = Listener(), []
 
@@ -315,7 +315,7 @@ def talk(*sent: str | bytes, times: int = 1) -> tuple[Listener, list[dict[str, A
 
 
 def test_a_connection_comes_back_and_subscribes_again() -> None:
-    listener, asked = talk(times=2)
+    listener, asked = exchange(times=2)
     assert listener.connections >= 2
     one = {"op": "subscribe", "id": "marsupial:/a", "topic": "/a", "type": "b", "compression": "none"}
     assert asked[:2] == [one, one]
@@ -328,11 +328,11 @@ def test_fragments_are_put_together_in_their_order() -> None:
         json.dumps({"op": "fragment", "id": "1", "data": part, "num": i, "total": len(parts)})
         for i, part in enumerate(parts)
     ]
-    assert talk(*reversed(fragments))[0].heard == [("/a", {"data": "x" * 50})]
+    assert exchange(*reversed(fragments))[0].heard == [("/a", {"data": "x" * 50})]
 
 
 def test_what_is_no_message_is_told_and_passed_over() -> None:
-    listener, _ = talk(
+    listener, _ = exchange(
         "no json",
         b"\xff\xff",
         "[]",
@@ -353,7 +353,7 @@ def test_ends_of_goals_and_errors_are_heard() -> None:
     end = {"op": "action_result", "id": "m:1:0.1", "action": "/a", "values": {}, "status": 5, "result": True}
     old = {"op": "action_result", "id": "m:1:0.2", "action": "/a", "values": {}, "result": True}
     error = {"op": "status", "level": "error", "msg": "no such type"}
-    listener, _ = talk(json.dumps(end), json.dumps(old), json.dumps(error))
+    listener, _ = exchange(json.dumps(end), json.dumps(old), json.dumps(error))
     assert listener.ends == [ActionResult("m:1:0.1", 5, {}), ActionResult("m:1:0.2", 4, {})]
     assert "rosbridge: no such type" in listener.told
 
@@ -367,7 +367,7 @@ def test_feedback_is_heard_whole_or_in_fragments_however_much_there_is() -> None
     fragments = [
         json.dumps({"op": "fragment", "id": "1", "data": part, "num": i, "total": 2}) for i, part in enumerate(parts)
     ]
-    heard = talk(*many, *fragments)[0].fed
+    heard = exchange(*many, *fragments)[0].fed
     assert [values["distance_to_goal"] for _, values in heard] == [*range(5000), 0]
     assert {goal for goal, _ in heard} == {"m:1:0.1"}
 

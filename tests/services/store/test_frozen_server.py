@@ -10,7 +10,7 @@ from typing import Any
 import psycopg
 import pytest
 from databases import PostgresServer
-from patience import HANG_S, until
+from waiting import HANG_S, wait_until
 
 from marsupial_service.store import Store, Transaction, open_store
 from marsupial_service.store import postgres as postgres_store
@@ -158,7 +158,7 @@ def test_a_server_waits_until_another_one_has_brought_the_tables_up_to_date(
     with psycopg.connect(url) as upgrading, ThreadPoolExecutor(1) as threads:
         upgrading.execute("SELECT pg_advisory_xact_lock(%s)", (postgres_store._PREPARING,))
         coming = threads.submit(open_store, url)
-        until(lambda: coming.done() or upgrading.execute(waits).fetchone() == (1,))
+        wait_until(lambda: coming.done() or upgrading.execute(waits).fetchone() == (1,))
         with suppress(TimeoutError):
             coming.result(0.1)
         assert not coming.done()

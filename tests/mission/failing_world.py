@@ -7,7 +7,7 @@ from marsupial.model import Cell, Grid, News, PlacedRobot, RobotType
 from marsupial.sim.world import SimulatedWorld
 
 
-class ClumsyWorld(SimulatedWorld):
+class FailingWorld(SimulatedWorld):
     """Every command for which `fails` (given its number from 1, and its name) says so ends without being done.
 
     Of a drive only the first step is done.

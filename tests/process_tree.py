@@ -1,15 +1,15 @@
-"""Processes, as a test sees them from outside."""
+"""Queries about running processes."""
 
 import time
 
 import psutil
-from patience import HANG_S
+from waiting import HANG_S
 
 _ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 
 
 def is_alive(pid: int) -> bool:
-    """Say whether a process runs; one that has ended and was not collected does not."""
+    """Return whether a process runs; a zombie does not."""
     try:
         return psutil.Process(pid).status() not in _ENDED
     except psutil.NoSuchProcess:
@@ -17,15 +17,15 @@ def is_alive(pid: int) -> bool:
 
 
 def is_gone(pid: int, within_s: float = HANG_S) -> bool:
-    """Say whether a process has ended, or soon does."""
+    """Return whether a process ends within `within_s`."""
     until = time.monotonic() + within_s
     while is_alive(pid) and time.monotonic() < until:
         time.sleep(0.01)
     return not is_alive(pid)
 
 
-def nothing_runs(within_s: float = HANG_S) -> bool:
-    """Say whether nothing but the launcher of this process runs any more, or soon does."""
+def no_job_runs(within_s: float = HANG_S) -> bool:
+    """Return whether all processes below this process's launcher end within `within_s`."""
     until = time.monotonic() + within_s
     while (left := below_launcher()) and time.monotonic() < until:
         time.sleep(0.01)
@@ -33,12 +33,12 @@ def nothing_runs(within_s: float = HANG_S) -> bool:
 
 
 def below_launcher() -> list[psutil.Process]:
-    """Return what runs below the launcher of this process; a process that ends meanwhile is left out."""
+    """Return the running processes below this process's launcher."""
     return below_launcher_of(psutil.Process())
 
 
 def below_launcher_of(parent: psutil.Process) -> list[psutil.Process]:
-    """Return the same of another process, nothing if that has ended; what runs on its Ray nodes is not its own."""
+    """Return the running processes below another process's launcher, except those of its Ray nodes."""
     try:
         below = [process for child in parent.children() if _is_launcher(child) for process in _alive_below(child)]
     except psutil.NoSuchProcess:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from entry_house import followed, opened, settings_of
-from patience import HANG_S, awaited
+from entry_setup import followed, opened, settings_of
+from misbehaving_tasks import Ordinary, Waits, install_misbehaving_tasks, pid_in, source_of
 from situations import one_room
-from strange_tasks import Ordinary, Waits, do_strange_tasks, pid_in, source_of
+from waiting import HANG_S, wait_until_async
 
 from marsupial.model import Budget, Plan, Situation
 from marsupial.processes.runner import LOCAL, Runner
@@ -25,7 +25,7 @@ SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{doma
 """The external planner of `slow_planner.py`; the name of the file it waits for is to be added."""
 
 
-do_strange_tasks()
+install_misbehaving_tasks()
 
 
 def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> AbstractAsyncContextManager[Jobs]:
@@ -93,4 +93,4 @@ async def planned(jobs: Jobs, job: str, revision: int = 1) -> None:
     async def is_there() -> bool:
         return (await jobs.of("me", job)).plans >= revision
 
-    await awaited(is_there, f"revision {revision} of {job}")
+    await wait_until_async(is_there, f"revision {revision} of {job}")

@@ -1,4 +1,4 @@
-"""Stories of whole missions: what is said to the user, and robots in the rooms that it is played with."""
+"""Whole missions of the bridge: a user of the command, and simulated robots in the rooms of `fake_ros`."""
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -13,8 +13,8 @@ from marsupial_ros.journal import Journal
 from marsupial_ros.settings import read_settings
 
 
-class Talk:
-    """What the bridge has told the user; and how often that wants to stop."""
+class BridgeUser:
+    """The messages that the bridge has shown, and how often the user has asked to stop."""
 
     def __init__(self, more: dict[str, str] | None = None) -> None:
         self.said: list[str] = []
@@ -36,8 +36,8 @@ async def drive(bridge: Bridge, client: AsyncClient) -> BridgeOutcome:
 
 
 @asynccontextmanager
-async def play(**more: str) -> AsyncIterator[tuple[FakeRos, Talk]]:
-    """Give robots in the rooms, and a talk, for a story to be played with; `more` are settings."""
+async def robots_in_rooms(**more: str) -> AsyncIterator[tuple[FakeRos, BridgeUser]]:
+    """Yield a rosbridge with robots in the rooms, and a user; `more` are settings."""
     grid = rooms()
     async with FakeRos(grid, team(grid)) as ros:
-        yield ros, Talk(more)
+        yield ros, BridgeUser(more)

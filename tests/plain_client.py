@@ -1,4 +1,4 @@
-"""A plain client: one request, one answer; the frames of an event stream as they are. Nothing is tried again."""
+"""A plain HTTP client: one request, one answer; an event stream as raw frames. It never retries."""
 
 import http.client
 import json
@@ -6,20 +6,20 @@ from collections.abc import Iterator, Mapping
 from contextlib import closing
 from typing import Any, NamedTuple
 
-from patience import HANG_S
+from waiting import HANG_S
 
 BROKEN = (OSError, http.client.HTTPException)
-"""What is raised where the way to the service breaks."""
+"""Raised when the connection to the service breaks."""
 
 ACCEPTED = (200, 202)
 BUSY = (429, 503)
-"""Statuses of what was done, and of what is worth another try."""
+"""Statuses of success, and of requests worth a retry."""
 
 HOST = "127.0.0.1"
 
 
 class Refusal(OSError):
-    """A stream that is asked for is answered by a `status` of failure."""
+    """The request for a stream is answered with an error status."""
 
     def __init__(self, status: int) -> None:
         super().__init__(f"the stream answers {status}")
@@ -27,7 +27,7 @@ class Refusal(OSError):
 
 
 class Reply(NamedTuple):
-    """What a request is answered: status, media type, and the document, or the text of what is not JSON."""
+    """An answer: status, media type, and the JSON document or text."""
 
     status: int
     kind: str
@@ -35,20 +35,20 @@ class Reply(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """An event of a stream as it was sent: its number, from 1, its type, and one line of JSON."""
+    """An event of a stream as sent: its number from 1, its type, and one line of JSON."""
 
     id: int
     type: str
     data: str
 
 
-class Talk:
-    """A connection that is kept open; after a break the next request opens another one.
+class PlainClient:
+    """A persistent connection; after a break the next request opens a new one.
 
     Attributes
     ----------
     retry_after
-        The header of that name in the last answer.
+        The `Retry-After` header of the last answer.
     """
 
     def __init__(self, port: int, timeout_s: float = HANG_S) -> None:
@@ -56,9 +56,9 @@ class Talk:
         self.retry_after: str | None = None
 
     def ask(self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None) -> Reply:
-        """Send a request with a body, JSON text or what becomes that, and return the answer.
+        """Send a request with a body, a value or its JSON text, and return the answer.
 
-        Raises what is in `BROKEN`.
+        Raises one of `BROKEN`.
         """
         sent = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
         headers = {**({} if body is None else {"Content-Type": "application/json"}), **(headers or {})}
@@ -77,14 +77,14 @@ class Talk:
 
 
 def ask(port: int, method: str, path: str, body: object = None) -> Reply:
-    """Send a request over a connection of its own."""
-    talk = Talk(port)
-    with closing(talk):
-        return talk.ask(method, path, body)
+    """Send a request over a new connection."""
+    client = PlainClient(port)
+    with closing(client):
+        return client.ask(method, path, body)
 
 
 def frames(port: int, path: str, after: int = 0, timeout_s: float = HANG_S) -> Iterator[Frame]:
-    """Yield the events of a stream after number `after` until the service ends it. Raises what is in `BROKEN`."""
+    """Yield the events of a stream after number `after` until the service ends it. Raises one of `BROKEN`."""
     connection = http.client.HTTPConnection(HOST, port, timeout=timeout_s)
     with closing(connection):
         connection.request("GET", path, headers={"Last-Event-ID": str(after), "Accept": "text/event-stream"})

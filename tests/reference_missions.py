@@ -1,4 +1,4 @@
-"""The logs of missions that nobody disturbs: carried out in this process, one step for each plan."""
+"""Logs of missions run in this process without failures, with a budget of one step per plan."""
 
 from functools import cache
 
@@ -27,7 +27,7 @@ class LogLines(Observer):
 
 
 @cache
-def undisturbed(scenario: str, planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> str:
+def reference_log(scenario: str, planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> str:
     seen = LogLines()
     simulate(builtin_scenario(scenario), strategy=strategy, planner=planner, budget=STEPS, seed=seed, observer=seen)
     return seen.text

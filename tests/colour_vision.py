@@ -1,4 +1,4 @@
-"""How far apart colours are for readers with all cones, or without one kind of them.
+"""Colour differences for normal vision and for each kind of colour blindness.
 
 References
 ----------
@@ -34,13 +34,13 @@ def linear(colours: list[str]) -> Colours:
 
 
 def seen(colours: list[str], sight: str) -> Colours:
-    """Return the CIELAB values, (colours, 3), of colours as somebody sees them."""
+    """Return the CIELAB values, (colours, 3), of colours as seen with this colour vision."""
     light = np.clip(linear(colours) @ SIGHT[sight].T, 0, 1)
     return np.asarray(rgb2lab(np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)))
 
 
 def nearest(colours: list[str], others: list[str] | None = None) -> float:
-    """Return the least CIEDE2000 distance of two of `colours`, or of one to one of `others`, for any reader."""
+    """Return the least CIEDE2000 distance between `colours`, or from these to `others`, over all kinds of vision."""
     found = []
     for sight in SIGHT:
         distances = deltaE_ciede2000(seen(colours, sight)[:, None], seen(others or colours, sight)[None])

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, Self
 
 import psutil
-from entry_house import followed, opened, settings_of
-from patience import HANG_S
-from undisturbed import STEPS
+from entry_setup import followed, opened, settings_of
+from reference_missions import STEPS
+from waiting import HANG_S
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area

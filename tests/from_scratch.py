@@ -1,4 +1,4 @@
-"""What growing maps find little by little, found at once: what tests hold it to."""
+"""Map analysis from scratch, the reference for incremental analysis."""
 
 from collections.abc import Iterable, Sequence
 
@@ -12,20 +12,20 @@ from marsupial.paths.nearest import Nearest
 
 
 def flood(mask: Mask, seeds: Iterable[Cell]) -> Mask:
-    """Return the mask of all cells connected to a seed within `mask`; seeds that are not in it count for nothing."""
+    """Return the mask of all cells connected to a seed within `mask`; seeds outside it are ignored."""
     labels, _ = parts(mask)
     return mask & np.isin(labels, [labels[c.y, c.x] for c in seeds])
 
 
-def origins(passable: Mask, sources: Mask, limit: float) -> Ints:
+def nearest_sources(passable: Mask, sources: Mask, limit: float) -> Ints:
     """Return the index of each cell's nearest source within the limit (height, width), -1 for none."""
     nearest = Nearest(passable, limit)
     nearest.add(np.flatnonzero(sources))
     return nearest.origins(np.arange(passable.size)).reshape(passable.shape)
 
 
-def reach_at_once(territory: Territory, robots: Sequence[PlacedRobot]) -> Reach:
-    """Return what the team can reach from where it is."""
+def reach_from_scratch(territory: Territory, robots: Sequence[PlacedRobot]) -> Reach:
+    """Return the reach of the team from its current places."""
     standable = {name: footprint.standable for name, footprint in territory.footprints.items()}
     by_type = {
         kind.name: flood(standable[kind.name], [r.cell for r in robots if r.type == kind.name and r.cell is not None])
@@ -48,6 +48,6 @@ def reach_at_once(territory: Territory, robots: Sequence[PlacedRobot]) -> Reach:
 
 def _docking(territory: Territory, carrier: RobotType, rover: RobotType, reach: Mask) -> Docking:
     limit = dock_range_cells(carrier, rover, territory.grid.resolution_m)
-    origin = origins(territory.see_through, reach, limit)
+    origin = nearest_sources(territory.see_through, reach, limit)
     cells = (origin >= 0) & territory.footprints[rover.name].standable
     return Docking(cells=cells, carrier_at=lambda indices: origin.ravel()[indices])

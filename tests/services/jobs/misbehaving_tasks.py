@@ -1,4 +1,4 @@
-"""Tasks that do in the worker what a test needs: wait, die, escape, allocate. Importable by workers, as a path is."""
+"""Tasks that wait, crash, daemonise or allocate memory in the worker. Workers can import this module."""
 
 import json
 import os
@@ -22,7 +22,7 @@ from marsupial_service.jobs.records import WorkerTask
 
 @dataclass(frozen=True)
 class Ordinary:
-    """Takes no time."""
+    """Finishes at once."""
 
     def situation(self) -> Situation:
         return one_room()
@@ -46,7 +46,7 @@ class Waits(Ordinary):
 
 @dataclass(frozen=True)
 class Escapes(Ordinary):
-    """Starts a grandchild in a session of its own that ignores TERM and writes its id, and sleeps."""
+    """Starts a grandchild in its own session that ignores TERM and writes its process id, and sleeps."""
 
     folder: Path
 
@@ -66,7 +66,7 @@ class Escapes(Ordinary):
 
 @dataclass(frozen=True)
 class Paralyses(Ordinary):
-    """Stops the process that watches it, writes its own process id, and sleeps."""
+    """Stops its supervisor (SIGSTOP), writes its own process id, and sleeps."""
 
     folder: Path
 
@@ -79,7 +79,7 @@ class Paralyses(Ordinary):
 
 @dataclass(frozen=True)
 class Dies(Ordinary):
-    """Is killed the first `times` it is tried, which it counts in `folder`."""
+    """Kills itself in the first `times` attempts, which it counts in `folder`."""
 
     folder: Path
     times: int
@@ -114,22 +114,22 @@ class Hungry(Ordinary):
 
 
 def source_of(task: Situation | Ordinary) -> dict[str, object]:
-    """Return a request for a task; workers of jobs understand it if `do_strange_tasks` was called where they start."""
+    """Return a request for a task; workers can read it if `install_misbehaving_tasks` was called in their parent."""
     if isinstance(task, Situation):
         return job_source(task)
     return {"strange": pickle.dumps(task).hex()}
 
 
 def solve(asked: WorkerTask) -> Iterator[object]:
-    """Do a strange task, or any other; each worker does one only."""
+    """Run a misbehaving task, or any other task."""
     source = json.loads(zlib.decompress(asked.source))
     if "strange" in source:
         work.task_in = lambda *_: pickle.loads(bytes.fromhex(source["strange"]))  # type: ignore[assignment]
     yield from work.solve(asked)
 
 
-def do_strange_tasks() -> None:
-    """Have the workers of jobs that this process starts do strange tasks as well."""
+def install_misbehaving_tasks() -> None:
+    """Let the workers that this process starts run misbehaving tasks."""
     attempt.solve = solve  # type: ignore[assignment]
 
 
@@ -140,7 +140,7 @@ def tell_pid(folder: Path) -> None:
 
 async def pid_in(folder: Path) -> int:
     """Return the process id that a task wrote, once it has."""
-    from patience import awaited
+    from waiting import wait_until_async
 
-    await awaited((folder / "pid").exists, folder / "pid")
+    await wait_until_async((folder / "pid").exists, folder / "pid")
     return int((folder / "pid").read_text())
