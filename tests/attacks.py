@@ -1,4 +1,4 @@
-"""The smallest requests for the greatest cost, route by route, and what one costs the server.
+"""The most expensive small request of each route, and a measurement of its cost to the server.
 
 Time is the processor time of the server's process, memory the growth of the most it had at a time; what a worker does
 has limits of its own.
@@ -34,7 +34,7 @@ ALL = [0, SIDE * SIDE, 1]
 
 
 class Attack(NamedTuple):
-    """A request, and the statuses it may be answered with."""
+    """A request, and the allowed statuses of its answer."""
 
     path: str
     body: Callable[[], Any]
@@ -62,14 +62,14 @@ def white(side: int) -> dict[str, Any]:
 
 
 def typos() -> dict[str, Any]:
-    """Return words that are hard to compare with those that may have been meant."""
+    """Return typos for which suggestions are expensive to compute."""
     kinds = [{**CARRIER, "name": "ab" * 47 + f"{i:02}"} for i in range(60)]
     robots = [{"name": f"m{i}", "type": "ba" * 47 + f"{i:03}", "cell": [5, 5]} for i in range(200)]
     return map_state(robot_types=kinds, robots=robots)
 
 
 def types(**map_: Any) -> dict[str, Any]:
-    """Return as many robot types as there may be, each with a footprint of its own."""
+    """Return the largest number of robot types, each with a different footprint."""
     rover = {**CARRIER, "role": "rover", "dock_s": 1, "undock_s": 1}
     del rover["capacity"]
     kinds = [{**(CARRIER if i % 2 else rover), "name": f"k{i}", "radius_m": 0.01 * i} for i in range(60)]
@@ -81,7 +81,7 @@ def yaml(text: str) -> dict[str, Any]:
 
 
 def simulation(side: int, resolution: str = "1.0") -> dict[str, Any]:
-    """Return a large map to be explored in the simulator, by as many robots as there may be."""
+    """Return a simulation on a large map, with the largest number of robots."""
     yaml = f"image: m\nresolution: {resolution}\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.6\nfree_thresh: 0.2\n"
     uploaded = {"yaml": yaml, "image_base64": white(side)["image"]}
     return {"map": uploaded, "carriers": 100, "rovers": 1, "planner": "greedy", "budget": {"steps": 1}, "speed": 0.1}
@@ -153,7 +153,7 @@ REPORTS: dict[str, tuple[Any, int]] = {
 
 
 class Cost(NamedTuple):
-    """What a request cost the server's process: seconds of a processor, growth of the most memory it had at a time."""
+    """The cost of a request to the server's process: CPU seconds, and growth of its peak memory."""
 
     reply: Reply
     cpu_s: float
@@ -163,7 +163,7 @@ class Cost(NamedTuple):
 def cost_of(server: Server, method: str, path: str, body: Any = None) -> Cost:
     """Send a request and return what it costs; for Linux."""
     pid = server.process.pid
-    Path(f"/proc/{pid}/clear_refs").write_text("5")  # the most memory is counted from here
+    Path(f"/proc/{pid}/clear_refs").write_text("5")  # resets the peak memory
     memory_mb, cpu_s = _most_mb(pid), _cpu_s(pid)
     with closing(PlainClient(server.port, 60)) as client:
         reply = client.ask(method, path, body)

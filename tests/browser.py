@@ -1,4 +1,4 @@
-"""Pages in a real browser: the distribution's Chromium without a window, steered by its own driver."""
+"""Pages in a real browser: the distribution's headless Chromium, controlled by its WebDriver."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 CHROMIUM, DRIVER = "chromium", "chromedriver"
 OPTIONS = (
     "--headless=new",
-    "--no-sandbox",  # which root, as whom CI runs, can't have
-    "--disable-dev-shm-usage",  # containers have little
+    "--no-sandbox",  # root, as whom CI runs, can't have one
+    "--disable-dev-shm-usage",  # containers have little of it
     "--disable-background-networking",
     "--hide-scrollbars",
 )
 
 
 class View(NamedTuple):
-    """Width and height of what is looked at, in CSS pixels; and how many pixels of the picture each has."""
+    """Width and height of the viewport in CSS pixels, and the device pixel ratio."""
 
     width: int
     height: int
@@ -51,21 +51,21 @@ class Browser:
         self.driver = driver
 
     def open(self, url: str, view: View = DESK, *, dark: bool = False) -> None:
-        """Open a page; what was said on the console before is forgotten."""
+        """Open a page; earlier console messages are dropped."""
         self.look(view, dark=dark)
         self.driver.get("about:blank")  # else another #fragment would not load the page again
         self.errors()
         self.driver.get(url)
 
     def look(self, view: View, *, dark: bool = False) -> None:
-        """Look at the page in that size and scheme."""
+        """Set the viewport and the colour scheme."""
         size = {"width": view.width, "height": view.height, "deviceScaleFactor": view.scale}
         self._ask("Emulation.setDeviceMetricsOverride", **size, mobile=view == PHONE)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self._ask("Emulation.setEmulatedMedia", features=[scheme])
 
     def run(self, script: str, *values: object) -> Any:
-        """Return what the body of a function returns in the page; `values` are its `arguments`."""
+        """Run the body of a function in the page and return its result; `values` are its `arguments`."""
         return self.driver.execute_script(script, *values)
 
     def value(self, expression: str) -> Any:
@@ -81,19 +81,19 @@ class Browser:
             raise
 
     def find(self, selector: str) -> WebElement:
-        """Return the element that is shown for a selector, as soon as it is. Raises WaitTimeout."""
+        """Wait for a visible element of a selector and return it. Raises WaitTimeout."""
         self.wait(f"document.querySelector({selector!r})?.checkVisibility()")
         return self.driver.find_element("css selector", selector)
 
     def text(self, selector: str) -> str:
-        """Return the text that is shown in an element."""
+        """Return the visible text of an element."""
         return str(self.find(selector).text)
 
     def click(self, selector: str) -> None:
         self.find(selector).click()
 
     def errors(self, *, network: bool = True) -> list[str]:
-        """Return the errors on the console since this was asked last; `network`: also of requests that failed."""
+        """Return the console errors since the last call; `network`: failed requests too."""
         found = [one for one in self.driver.get_log("browser") if one["level"] == "SEVERE"]
         return [one["message"] for one in found if network or one["source"] != "network"]
 
@@ -102,7 +102,7 @@ class Browser:
         return path
 
     def colours(self, selector: str) -> dict[str, int]:
-        """Return how many pixels of a canvas have which colour, as `#rrggbbaa`."""
+        """Return the number of pixels of each colour of a canvas, as `#rrggbbaa`."""
         counted: dict[str, int] = self.run(_COUNT, selector)
         return counted
 
@@ -141,7 +141,7 @@ def chromium(*more: str) -> Iterator[WebDriver]:
 
 @contextmanager
 def tab(driver: WebDriver) -> Iterator[Browser]:
-    """Open a tab, which knows nothing of those before it."""
+    """Open a tab without the state of earlier ones."""
     first = driver.current_window_handle
     driver.switch_to.new_window("tab")
     try:

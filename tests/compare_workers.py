@@ -1,4 +1,4 @@
-"""Workers of a comparison that misbehave, and comparisons small enough to be carried out again and again."""
+"""Misbehaving workers of comparisons, and comparisons small enough to run many times."""
 
 import os
 import signal
@@ -25,7 +25,7 @@ def lobby(runs: int = 2, carriers: Sequence[int] = (1,), contenders: Sequence[Co
 
 
 def invented(trial: Trial, status: str = "complete") -> Result:
-    """Return a result as a mission could have: the heuristic takes 10 s longer, and each seed one more."""
+    """Return an invented result: the heuristic takes 10 s longer, and each seed 1 s longer."""
     time_s = 100.0 / trial.case.carriers + trial.seed + 10.0 * (trial.contender == HEURISTIC)
     if status != "complete":
         return Result(row=MissionRow(trial=trial, status=status, reason="no luck"))
@@ -64,7 +64,7 @@ def invented(trial: Trial, status: str = "complete") -> Result:
 
 
 class Inventing:
-    """A runner without workers, which notes what it was asked for; it breaks down after `after` missions."""
+    """A runner without workers that records its trials; it fails after `after` missions."""
 
     def __init__(self, failing: Mapping[Trial, str] | None = None, after: int | None = None) -> None:
         self.asked: list[Trial] = []
@@ -73,7 +73,7 @@ class Inventing:
 
     def results(self, trials: Sequence[Trial]) -> Generator[Result]:
         self.asked = list(trials)
-        for count, trial in enumerate(reversed(trials)):  # nobody relies on the order
+        for count, trial in enumerate(reversed(trials)):  # the order is arbitrary
             if count == self._after:
                 raise KeyboardInterrupt
             yield invented(trial, self._failing.get(trial, "complete"))
@@ -87,7 +87,7 @@ def dies_of_seed_2(terms: Terms, channel: Channel) -> None:
 
 
 def dies_once(terms: Terms, channel: Channel) -> None:
-    """Die of the first mission of all; the comparison's scenario is named after a file that says so."""
+    """Die in the very first mission; the scenario's name is the path of the file that marks this."""
     for trial in asked(channel):
         mark = Path(next(iter(terms[0].values())).name)
         if not mark.exists():

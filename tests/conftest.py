@@ -32,7 +32,7 @@ TOGETHER = {
     "tests/replay/test_page_in_browser.py": "browser",
     "tests/services/test_live_page.py": "browser",
 }
-"""Files that share what takes long to start, and what that is."""
+"""Files that share a fixture that starts slowly, and the fixture."""
 
 LONG = (
     *TOGETHER,
@@ -46,7 +46,7 @@ LONG = (
     "tests/test_tutorial.py",
     "tests/test_wheel.py",
 )
-"""Files that take long, or come last where they stand."""
+"""Files that take long or would otherwise run last."""
 
 
 settings.register_profile("patient", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
@@ -54,9 +54,9 @@ settings.register_profile("drawn", settings.get_profile("patient"), derandomize=
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let examples take the time they need; have the commands' options read once, not at each call (40 ms).
+    """Set no deadline for examples; parse the commands' options once instead of at each call (40 ms).
 
-    Examples are the same in every run, so that a change fails by what it changed. `--hypothesis-profile drawn` draws
+    Examples are the same in every run, so that only changes cause failures. `--hypothesis-profile drawn` draws
     new ones, ten times as many.
     """
     settings.load_profile(config.getoption("--hypothesis-profile") or "patient")
@@ -65,13 +65,13 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def nothing_left() -> Iterator[None]:
-    """Check after a test that no process of a job runs on."""
+    """Check after a test that no process of a job still runs."""
     yield
     assert no_job_runs()
 
 
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
-    """Run a test that is a coroutine in a loop of its own; if it hangs, not for ever."""
+    """Run a coroutine test in its own event loop, with a timeout."""
     if not inspect.iscoroutinefunction(pyfuncitem.obj):
         return None
     given = {name: pyfuncitem.funcargs[name] for name in inspect.signature(pyfuncitem.obj).parameters}
@@ -86,7 +86,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Scheduling:
-    """Give whole files to workers (`pytest -n 3`), and those that share something to one: it is made once."""
+    """Assign whole files to workers (`pytest -n 3`), and files with a shared fixture to the same worker."""
     from xdist.scheduler import LoadFileScheduling
 
     class FilesTogether(LoadFileScheduling):
@@ -99,14 +99,14 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Schedul
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Have workers begin with what takes long."""
+    """Run long files first."""
     if hasattr(config, "workerinput"):
         items.sort(key=lambda item: not item.nodeid.startswith(LONG))
 
 
 @pytest.fixture(scope="session")
 def shared_maps() -> Path:
-    """Folder of real maps that stands beside the checkout; tests that need it are skipped where it is absent."""
+    """The folder of real maps beside the checkout; tests that need it are skipped without it."""
     if not SHARED_MAPS.is_dir():
         pytest.skip("the folder of real maps (../shared/maps) is not beside this checkout")
     return SHARED_MAPS
@@ -114,7 +114,7 @@ def shared_maps() -> Path:
 
 @pytest.fixture(scope="session")
 def running_browser() -> Iterator[WebDriver]:
-    """Run one browser for all tests of a process; where there is none they are skipped."""
+    """Run one browser for all tests of a process; they are skipped without a browser."""
     reason = missing()
     if reason is not None:
         pytest.skip(reason)
@@ -124,6 +124,6 @@ def running_browser() -> Iterator[WebDriver]:
 
 @pytest.fixture
 def browser(running_browser: WebDriver) -> Iterator[Browser]:
-    """Open a tab of its own for a test."""
+    """Open a tab for a test."""
     with tab(running_browser) as found:
         yield found

@@ -1,4 +1,4 @@
-"""A PostgreSQL server for tests and the trial, from the system's package; each has a database of its own in it."""
+"""A PostgreSQL server for tests and benchmarks, from the system's package; each test has its own database."""
 
 import os
 import shutil
@@ -24,13 +24,13 @@ class NoPostgres(Exception):
 
 
 class PostgresServer:
-    """A server in a folder, which only listens there. Raises NoPostgres."""
+    """A server in a folder that listens on a socket there only. Raises NoPostgres."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.home = _programs()
         self._settings: tuple[str, ...] = ()
-        self._user = "postgres" if os.geteuid() == 0 else None  # it refuses to be run by root
+        self._user = "postgres" if os.geteuid() == 0 else None  # it refuses to run as root
         if self._user is not None:
             shutil.chown(folder, self._user)
             for parent in folder.parents:
@@ -41,11 +41,11 @@ class PostgresServer:
 
     @property
     def pid(self) -> int:
-        """The process that all others of the server are below."""
+        """The id of the server's main process."""
         return self._process.pid
 
     def start(self, *settings: str) -> None:
-        """Start it, with the settings of the last time if none are given, and wait until it answers."""
+        """Start it, with the previous settings if none are given, and wait until it answers."""
         self._settings = settings or self._settings
         self._launch()
         wait_until(self._answers, self.folder / "log")
@@ -54,7 +54,7 @@ class PostgresServer:
         try:
             psycopg.connect(self.url()).close()
         except psycopg.OperationalError:
-            if self._process.poll() is not None:  # what a crash has left behind was in its way
+            if self._process.poll() is not None:  # files left by a crash prevented the start
                 self._launch()
             return False
         return True
@@ -67,12 +67,12 @@ class PostgresServer:
             self._process = subprocess.Popen([self.home / "postgres", *words], stdout=log, stderr=log, **self._how())
 
     def stop(self, how: signal.Signals = signal.SIGQUIT) -> None:
-        """End it: at once, as in a crash, unless told otherwise."""
+        """Stop it; by default at once, as in a crash."""
         self._process.send_signal(how)
         self._process.wait(HANG_S)
 
     def crash(self) -> None:
-        """Kill it with all its processes, as by ``kill -9``: none of them writes another word."""
+        """Kill all its processes as by ``kill -9``, so that none of them writes anything more."""
         below = psutil.Process(self.pid).children(recursive=True)
         self._process.kill()
         self._process.wait()
@@ -112,7 +112,7 @@ def _programs() -> Path:
 
 @contextmanager
 def postgres_server(folder: Path, *settings: str) -> Iterator[PostgresServer]:
-    """Give a server that runs; a test is skipped where none is installed."""
+    """Yield a running server; tests are skipped if none is installed."""
     try:
         server = PostgresServer(folder)
     except NoPostgres as error:

@@ -1,9 +1,9 @@
-"""Digests of what the program puts out, to prove that a refactoring changes no behaviour.
+"""Digests of the program's output, to prove that a refactoring changes no behaviour.
 
 Missions, plans, exports, comparisons and the service's answers depend on nothing but their input where the
 budget is in steps. Each is made anew here, through the command line and over HTTP only, stripped of wall-clock times,
 paths and random names, and its sha256 is compared with the one kept in `digests.json`. `python -m tests.digests` says
-what differs, `--write` keeps what there is now; `--only PATTERN` takes the cases whose names match.
+what differs, `--write` stores the current digests; `--only PATTERN` selects cases by name.
 """
 
 import argparse
@@ -55,7 +55,7 @@ GOOD_ENDS = (0, 2, 3, 4, 5, 6)
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """Something whose output is to stay the same; `work` is called with a folder of its own and `arguments`."""
+    """A case whose output must not change; `work` is called with a new folder and `arguments`."""
 
     name: str
     work: Callable[..., Outputs]
@@ -197,7 +197,7 @@ def mission_options() -> Iterator[str]:
 
 
 def mission(folder: Path, options: str, viewed: bool) -> Outputs:
-    """Run a mission; its log and summary, and where wanted what can be exported of it."""
+    """Run a mission; return its log and summary and, if `viewed`, its exports."""
     source, *rest = options.split()
     write_inputs(folder)
     given = folder / source
@@ -210,7 +210,7 @@ def mission(folder: Path, options: str, viewed: bool) -> Outputs:
 
 
 def charged(folder: Path, options: str) -> Outputs:
-    """Run a mission in a process of its own whose clock is no wall clock; its log."""
+    """Run a mission in a new process with a counting clock; return its log."""
     source, *rest = options.split()
     write_inputs(folder)
     given = folder / source
@@ -243,7 +243,7 @@ def views(folder: Path, log: Path) -> Outputs:
 
 
 def plans(folder: Path, name: str, planner: str, steps: int) -> Outputs:
-    """Plan for an instance of the planner suite: the best plan, the makespans on the way, the bound."""
+    """Plan for an instance of the planner suite; return the best plan, all makespans and the bound."""
     file = folder / "situation.json"
     file.write_text(situation_to_json(INSTANCES[name].situation()))
     yield "plan", called_json("plan", str(file), "--planner", planner, "--steps", str(steps), "--json")
@@ -265,7 +265,7 @@ def comparison(folder: Path, options: str) -> Outputs:
 
 
 def service(folder: Path) -> Outputs:
-    """Have jobs, an analysis and missions done by a service in a process of its own."""
+    """Run jobs, an analysis and missions on a service in a new process."""
     with serving(folder / "data") as server:
         yield from jobs(server)
         for options in ("lobby --planner greedy --steps 4", "lobby --strategy heuristic --carriers 1 --rovers 2"):
@@ -281,7 +281,7 @@ class Server:
     url: str
 
     def ask(self, path: str, body: object = None) -> Any:
-        """Send a request, a POST if it has a body, and return what is answered, parsed where it is JSON."""
+        """Send a request, a POST if it has a body, and return the answer, parsed if it is JSON."""
         connection = http.client.HTTPConnection(urlsplit(self.url).netloc, timeout=120)
         headers = {} if body is None else {"Content-Type": "application/json", "Prefer": "wait=60"}
         connection.request("GET" if body is None else "POST", path, None if body is None else json.dumps(body), headers)
@@ -318,7 +318,7 @@ def serving(data: Path) -> Iterator[Server]:
 
 
 def ready(process: subprocess.Popen[bytes], log: Path) -> Server:
-    """Return a service that has just been started, once it plans."""
+    """Return a started service once it plans."""
     while not (found := re.search(r"serves at (\S+)", log.read_text())):
         if process.poll() is not None:
             raise RuntimeError(log.read_text())
@@ -330,7 +330,7 @@ def ready(process: subprocess.Popen[bytes], log: Path) -> Server:
 
 
 def jobs(server: Server) -> Outputs:
-    """Return answers to jobs, to analyses and to requests that are wrong."""
+    """Return the answers to jobs, analyses and invalid requests."""
     office, yard = server.ask("/v1/demo-data/office-2x2"), server.ask("/v1/demo-data/yard")
     for words, body, planner in (("situation", office, "auto"), ("map", yard, "anytime"), ("map", yard, "exact")):
         name = f"job for a {words} by {planner}"
@@ -350,7 +350,7 @@ def jobs(server: Server) -> Outputs:
 
 
 def steered(server: Server, folder: Path, options: str) -> Outputs:
-    """Have a mission in the simulator planned by the service: logs of both sides, and all commands."""
+    """Run a simulated mission planned by the service; return the logs of both sides and all commands."""
     log = folder / "log.jsonl"
     yield (
         f"summary of {options}",
@@ -363,7 +363,7 @@ def steered(server: Server, folder: Path, options: str) -> Outputs:
 
 
 def foreign(server: Server, words: str, changes: bool) -> Outputs:
-    """Steer robots that are not ours to the end of their mission."""
+    """Run a mission of external robots to its end."""
     robots = Robots(changes=changes)
     links = server.ask("/v1/missions", robots.request())["links"]
     events = []
@@ -378,7 +378,7 @@ def foreign(server: Server, words: str, changes: bool) -> Outputs:
 
 
 def told(events: Iterator[tuple[str, Any]]) -> str:
-    """Return a mission's events as text without how long it took to decide."""
+    """Return a mission's events as text, without decision times."""
     return "\n".join(f"{kind} {text_of(data)}" for kind, data in events if kind != "decision")
 
 
@@ -414,7 +414,7 @@ class Robots:
         }
 
     def answer(self, batch: Mapping[str, Any]) -> dict[str, Any] | None:
-        """Take commands and return the next report, None where none is asked for."""
+        """Accept commands and return the next report; None if none is due."""
         for command in batch["commands"]:
             if command["name"] == "stop":
                 self.open[command["id"]]["route"] = self.open[command["id"]]["route"][:1]
@@ -429,7 +429,7 @@ class Robots:
         return {"n": self.n, "t_ms": self.t_ms, **self.news()}
 
     def news(self) -> dict[str, Any]:
-        """End the oldest command, and let happen what is due."""
+        """End the oldest command and apply due changes."""
         if self.n == 25 and self.changes:
             self.truth[2][12] = self.truth[3][12] = 0
             return {"map": {"runs": self.runs()}}
@@ -447,7 +447,7 @@ class Robots:
         return {"failed": [{"id": number, "reason": "no contact"}]}
 
     def done(self, number: int, command: Mapping[str, Any]) -> dict[str, Any]:
-        """Report that a command is carried out, and what is seen where its robot is then."""
+        """Report a finished command and the cells seen from its robot's new place."""
         cell = command["route"][-1] if command["name"] == "drive" else command.get("cell")
         if cell is None:
             return {"finished": [number]}
@@ -477,7 +477,7 @@ class Robots:
 
 
 def called(*arguments: str) -> str:
-    """Run the program in this process; stdout and the exit code, and stderr where it is a refusal."""
+    """Run the program in this process; return stdout and the exit code, and stderr if it refuses."""
     out, err = io.StringIO(), io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
         code = main(arguments)
@@ -524,7 +524,7 @@ def cases(maps: Path) -> Iterator[Case]:
 
 
 def digests(case: Case, texts: Path | None) -> tuple[dict[str, str], float]:
-    """Carry out a case; the digest of each part, or what went wrong in place of it, and the seconds it took."""
+    """Run a case; return the digest of each part, or its error, and the seconds taken."""
     begun = time.perf_counter()
     found = {}
     try:
@@ -547,7 +547,7 @@ def settle() -> None:
 
 
 def carried_out(chosen: Sequence[Case], processes: int, texts: Path | None) -> dict[str, str]:
-    """Carry out cases side by side, with a line of progress each."""
+    """Run cases in parallel, with a line of progress each."""
     context = multiprocessing.get_context("spawn")
     found: dict[str, str] = {}
     with ProcessPoolExecutor(processes, context, initializer=settle) as pool:
@@ -558,7 +558,7 @@ def carried_out(chosen: Sequence[Case], processes: int, texts: Path | None) -> d
 
 
 def differences(kept: Mapping[str, str], found: Mapping[str, str]) -> Iterator[str]:
-    """Yield a line for each digest that is not as it was."""
+    """Yield a line for each changed digest."""
     for name in sorted({*kept, *found}):
         if found.get(name, "").startswith("failed: "):
             yield f"{name}: {found[name]}"
@@ -606,7 +606,7 @@ def check(kept: Mapping[str, str], found: Mapping[str, str], chosen: Sequence[Ca
 
 
 def write(kept: Mapping[str, str], found: Mapping[str, str], chosen: Sequence[Case]) -> int:
-    """Keep what was found, beside what is kept of other cases."""
+    """Store new digests beside those of other cases."""
     failed = [line for line in found.values() if line.startswith("failed: ")]
     print("".join(failed), end="")
     stale = of_these(kept, chosen)

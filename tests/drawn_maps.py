@@ -1,4 +1,4 @@
-"""Maps drawn as rows of text, top row first, and robots for them: one metre a cell unless said otherwise."""
+"""Maps drawn as rows of text, top row first, and robots for them; a cell is one metre by default."""
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +28,7 @@ def draw(*rows: str, resolution_m: float = 1.0) -> Grid:
 
 
 def where(sign: str, *rows: str) -> list[Cell]:
-    """Return the cells where a drawing has that sign."""
+    """Return the cells where a drawing has that character."""
     return [Cell(x, y) for y, row in enumerate(reversed(rows)) for x, found in enumerate(row) if found == sign]
 
 
@@ -49,7 +49,7 @@ def on_map(indices: npt.NDArray[np.int64], grid: Grid) -> Mask:
 
 
 def carrier(name: str = "carrier", *, radius_m: float = 1.2, range_m: float = 8.0, capacity: int = 2) -> RobotType:
-    """Return a carrier type that needs the four cells around its own as well, unless it is given another radius."""
+    """Return a carrier type; its default radius covers its own cell and the four around it."""
     return RobotType(
         name=name, role=Role.CARRIER, speed_mps=1.0, sensor_range_m=range_m, radius_m=radius_m,
         terrains=frozenset({FLOOR}), capacity=capacity,
@@ -57,7 +57,7 @@ def carrier(name: str = "carrier", *, radius_m: float = 1.2, range_m: float = 8.
 
 
 def rover(name: str = "rover", *, radius_m: float = 0.2, range_m: float = 4.0) -> RobotType:
-    """Return a rover type that needs only its own cell, unless it is given another radius."""
+    """Return a rover type; its default radius covers only its own cell."""
     return RobotType(
         name=name, role=Role.ROVER, speed_mps=0.5, sensor_range_m=range_m, radius_m=radius_m,
         terrains=frozenset({FLOOR, ROUGH}), dock_ms=10_000, undock_ms=5_000,
@@ -76,7 +76,7 @@ def aboard(name: str, carrier: str, kind: str = "rover") -> PlacedRobot:
 def random_cells(
     draw: st.DrawFn, codes: tuple[int, ...] = (OBSTACLE, FLOOR, FLOOR, ROUGH), smallest: int = 1, largest: int = 12
 ) -> CellArray:
-    """Draw the cells of a small map: each its own code, more or less of them obstacles."""
+    """Draw the codes of a small map's cells, with a varying share of obstacles."""
     height, width = draw(st.integers(smallest, largest)), draw(st.integers(smallest, largest))
     flat = draw(st.lists(st.sampled_from(codes), min_size=height * width, max_size=height * width))
     return np.array(flat, dtype=np.uint8).reshape(height, width)

@@ -1,4 +1,4 @@
-"""An engine that answers as it is told, and briefings and plans to ask it about."""
+"""A fake engine with scripted events, and briefings and plans for it."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -13,7 +13,7 @@ from marsupial.planning.list_scheduling.timeline import retime
 
 
 class FakeEngine:
-    """Answers with the events it is given and keeps what it was asked."""
+    """Yields given events and records its arguments."""
 
     info = EngineInfo(
         name="fake", summary="", licence="", anytime=True, proves_optimality=False, deterministic_steps=True
@@ -33,7 +33,7 @@ class FakeEngine:
 
 
 class WithPrices(FakeEngine):
-    """A fake that can take priced arrival."""
+    """A fake that supports priced arrival."""
 
     info = replace(FakeEngine.info, objectives=(ObjectiveName.MAKESPAN, ObjectiveName.PRICED_ARRIVAL))
 

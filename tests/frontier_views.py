@@ -1,4 +1,4 @@
-"""What frontier-based strategies are shown of a mission, built from a map and the robots on it."""
+"""Views of a mission for frontier-based strategies, built from a map and the robots on it."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ from marsupial.strategies.frontier.rule import Explorer, FrontierView
 def moment(
     grid: Grid, robots: Sequence[Explorer], frontiers: dict[str, Frontier] | None = None, *, seed: int = 1
 ) -> FrontierView:
-    """Return the view of these robots; the frontiers are those of the map, unless given."""
+    """Return the view of these robots, with the frontiers of the map by default."""
     territory = Territory(grid, tuple({robot.kind.name: robot.kind for robot in robots}.values()))
     placed = [standing(robot.name, robot.cell, robot.kind.name) for robot in robots]
     standable = {name: footprint.standable for name, footprint in territory.footprints.items()}

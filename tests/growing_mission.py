@@ -1,4 +1,4 @@
-"""The made-up mission (`synthetic_mission`) on a map that grows beyond its frame twice, and changes in between."""
+"""The synthetic mission on a map that grows beyond its frame twice, and changes in between."""
 
 from synthetic_mission import synthetic_mission
 
@@ -13,7 +13,7 @@ MORE = FrameShift(Cell(0, 5), SHIFT.width, SHIFT.width, SHIFT.height + 5)
 
 
 def growing_mission(at: int = 9, later: int = 15) -> tuple[MissionEvent, ...]:
-    """Return the mission, but that its frame grows twice, and cells that were known change between that."""
+    """Return the mission with a frame that grows twice, and known cells that change in between."""
     first, second, third = EVENTS[:at], EVENTS[at:later], EVENTS[later:]
     t_ms = second[0].t_ms
     change = Changed(t_ms=t_ms, robot="carrier1", runs=(20 * SHIFT.width + 30, 3, 0, 22 * SHIFT.width + 12, 2, 255))

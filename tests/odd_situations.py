@@ -1,4 +1,4 @@
-"""Random situations that no mission would make but the model allows, for round trips through files."""
+"""Random situations that are valid but unrealistic, for round trips through files."""
 
 import numpy as np
 from hypothesis import strategies as st
@@ -14,7 +14,7 @@ TIMES = st.sampled_from([0, 0, 1, 2, 999, 1000, 123_456])
 
 @st.composite
 def odd_situations(draw: st.DrawFn) -> Situation:
-    """Draw tables without any geometry, names of any kind, types without robots, numbers where none are expected."""
+    """Draw arbitrary travel tables and names, types without robots, and unusual numbers."""
     types = [
         PlanningType(name=name, role=role, capacity=draw(st.integers(0, 2)), dock_ms=draw(TIMES), undock_ms=draw(TIMES))
         for name, role in zip(

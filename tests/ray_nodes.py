@@ -1,4 +1,4 @@
-"""Ray nodes on this machine alone, each with its own processes, which a test may kill."""
+"""Ray nodes on this machine, whose processes a test may kill."""
 
 import os
 import shutil
@@ -52,7 +52,7 @@ class Nodes:
                               text=True, check=False, timeout=HANG_S)  # fmt: skip
 
     def begin(self, *command: str) -> subprocess.Popen[bytes]:
-        """Start a Python program with the settings of these nodes, in a session of its own."""
+        """Start a Python program with the settings of these nodes, in its own session."""
         return subprocess.Popen([sys.executable, *command], env=with_settings(self.env), stderr=subprocess.PIPE,
                                 stdout=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
 
@@ -64,7 +64,7 @@ class Nodes:
         return [process for process in self.processes("fork_server") if process.status() != psutil.STATUS_ZOMBIE]
 
     def processes(self, word: str) -> list[psutil.Process]:
-        """Return those with a word in their title."""
+        """Return the processes with a word in their title."""
         return [process for process in self._family() if word in _title(process)]
 
     def _family(self) -> list[psutil.Process]:
@@ -75,7 +75,7 @@ class Nodes:
 
 
 class Head:
-    """A cluster of one node, whose whole machine a test may lose and bring back at the same address."""
+    """A cluster of one node, which a test may kill and restart at the same address."""
 
     def __init__(self) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="ray-", dir="/tmp"))
@@ -141,7 +141,7 @@ def with_settings(settings: Mapping[str, str]) -> dict[str, str]:
 
 
 def interrupt(program: subprocess.Popen[bytes]) -> str:
-    """Send Ctrl-C as a terminal does and return what the program has said on stderr."""
+    """Send Ctrl-C as a terminal does and return the program's stderr."""
     os.killpg(program.pid, signal.SIGINT)
     return program.communicate(timeout=HANG_S)[1].decode()
 

@@ -1,4 +1,4 @@
-"""Servers in processes of their own, for tests and the trial: started, waited for, killed, started again."""
+"""Servers in separate processes, for tests and benchmarks: start, wait, kill, restart."""
 
 import os
 import secrets
@@ -22,11 +22,11 @@ PATIENT = {
 
 
 class NotStarted(Exception):
-    """A server doesn't answer; its log says why."""
+    """A server does not answer; the message has its log."""
 
 
 class Server:
-    """`marsupial serve` on a data folder; within a block it runs, and listens at the same address after each start.
+    """`marsupial serve` on a data folder; it runs within a `with` block, at the same address after each start.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Server:
     Attributes
     ----------
     environment
-        Variables that it is started with.
+        Environment variables of the process.
     """
 
     environment: Mapping[str, str] = PATIENT
@@ -64,18 +64,18 @@ class Server:
 
     @property
     def log(self) -> str:
-        """What the servers of this folder have said so far."""
+        """The log of all servers of this folder so far."""
         return self._log.read_text(errors="replace")
 
     @property
     def process(self) -> subprocess.Popen[bytes]:
-        """The process that was started last."""
+        """The last started process."""
         assert self._process is not None
         return self._process
 
     @property
     def runs(self) -> bool:
-        """Whether the process that was started last still runs."""
+        """Whether the last started process still runs."""
         return self._process is not None and self._process.poll() is None
 
     def start(self) -> None:
@@ -89,7 +89,7 @@ class Server:
         return b"serves at http://" in self._log.read_bytes()[self._told :]
 
     def launch(self, environment: Mapping[str, str] | None = None) -> None:
-        """Start a process; returns at once."""
+        """Start a process and return at once."""
         self.data.mkdir(parents=True, exist_ok=True)
         with self._log.open("ab") as log:
             self._told = log.tell()
@@ -107,19 +107,19 @@ class Server:
         self.process.wait()
 
     def stop(self) -> None:
-        """Ask it to end and wait for it."""
+        """Terminate it and wait for its end."""
         self.process.send_signal(signal.SIGTERM)
         self.process.wait(HANG_S)
 
     def ask(self, method: str, path: str, body: object = None) -> Reply:
-        """Send a request over a connection of its own."""
+        """Send a request over a new connection."""
         return ask(self.port, method, path, body)
 
 
 def free_port() -> int:
-    """Return a port that nobody listens at.
+    """Return an unused port.
 
-    The system gives outgoing connections ports from 32768 on. Below that nobody takes it while a server is down.
+    It is below 32768, where the system's ports for outgoing connections begin, so it stays free while a server is down.
     """
     while True:
         port = 20_000 + secrets.randbelow(12_000)

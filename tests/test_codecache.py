@@ -44,7 +44,7 @@ def read_only(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_what_can_be_kept_nowhere_else_is_kept_in_a_temporary_folder_and_said_so_once(read_only: Path) -> None:
+def test_a_temporary_folder_is_the_last_resort_for_compiled_code_and_is_reported_once(read_only: Path) -> None:
     temporary = read_only / "temporary"
     temporary.mkdir()
     where = {**UNWRITABLE, "TMPDIR": str(temporary)}
@@ -53,7 +53,7 @@ def test_what_can_be_kept_nowhere_else_is_kept_in_a_temporary_folder_and_said_so
     assert run(read_only, **where) == ("11 1", "")
 
 
-def test_where_nothing_can_be_written_compiled_code_is_not_kept_and_that_is_said_once(read_only: Path) -> None:
+def test_without_a_writable_folder_compiled_code_is_not_stored_and_that_is_reported_once(read_only: Path) -> None:
     told = "compiled code is not kept: there is no folder that can be written to"
     code = f"import tempfile; tempfile.tempdir = '/proc/none'; {CALL}; add(1.5)"
     assert run(read_only, code, **UNWRITABLE) == ("11 0", told)
@@ -68,7 +68,7 @@ def test_a_temporary_folder_that_others_can_write_to_is_not_used(read_only: Path
     assert not list(folder.iterdir())
 
 
-def test_a_full_disk_is_said_once_and_ends_nothing(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_once_and_ends_nothing(tmp_path: Path) -> None:
     write(tmp_path, 10)
     full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))"
     said, told = run(tmp_path, f"{full}; {CALL}; add(1.5)", PYTHONDONTWRITEBYTECODE="1")

@@ -14,7 +14,7 @@ TEXT = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
 BLOCKS = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
-def test_every_snippet_works_and_prints_what_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_snippet_works_and_prints_the_documented_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {"__name__": "snippets"}
     printed = ""
@@ -34,7 +34,9 @@ def test_the_entry_points_are_toml() -> None:
     assert set(tomllib.loads(text)["project"]["entry-points"]) == {"marsupial.strategies", "marsupial.engines"}
 
 
-def test_the_session_in_the_readme_is_as_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_session_in_the_readme_prints_the_documented_output(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     (session,) = (block for language, block in BLOCKS.findall(readme) if language == "pycon")

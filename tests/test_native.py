@@ -52,7 +52,7 @@ def test_is_made_anew_only_where_a_function_of_another_file_has_changed(run, tmp
     assert run("near") == (202, 0)
 
 
-def test_who_watches_is_told_of_what_is_compiled_and_not_of_what_is_loaded(run, tmp_path):
+def test_the_watcher_is_notified_of_compiled_but_not_of_loaded_functions(run, tmp_path):
     watched = """
 from marsupial import native
 told = []

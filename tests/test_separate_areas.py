@@ -47,7 +47,7 @@ def drawn_scenario(seed: int, *, rovers: bool, most_robots: int | None) -> Scena
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", [*STRATEGIES, CLAIRVOYANT])
-def test_every_strategy_explores_separate_areas_with_robots_that_hardly_see(name: str, seed: int) -> None:
+def test_every_strategy_explores_separate_areas_with_short_sighted_robots(name: str, seed: int) -> None:
     most = frontier_rule(name).most_robots if name in RULES else None
     scenario = drawn_scenario(seed, rovers=name not in RULES, most_robots=most)
     kinds = {kind.name: kind for kind in scenario.robot_types}

@@ -51,7 +51,7 @@ def test_every_command_works_and_prints_what_is_shown(tmp_path: Path, shell: dic
     assert {"workshop.html", "moment", "plan.txt", "comparison"} <= {path.name for path in folder.iterdir()}
 
 
-def test_a_service_flies_the_same_mission(tmp_path: Path, shell: dict[str, str]) -> None:
+def test_a_service_runs_the_same_mission(tmp_path: Path, shell: dict[str, str]) -> None:
     shutil.copytree(ROOT / "docs" / "tutorial", tmp_path, dirs_exist_ok=True)
     (edit,) = (block for language, block in BLOCKS.findall(TEXT) if language == "python")
     done([sys.executable, "-c", edit], tmp_path, shell)

@@ -1,4 +1,4 @@
-"""Outcomes of comparisons that were never carried out: with invented rows, or with given exploration times."""
+"""Synthetic outcomes of comparisons: with invented rows, or with given exploration times."""
 
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,7 @@
 """A program that carries out a comparison on Ray with workers that misbehave.
 
 ``python ray_driver.py ADDRESS WORK FOLDER OUT``: WORK is a function of this module;
-FOLDER keeps what is done only once.
+FOLDER holds marks of actions that happen only once.
 """
 
 import os
@@ -45,7 +45,7 @@ def dies(trial: Trial, scenarios: Sequence[Any], budget: Budget, requirements: R
 
 
 def differs(trial: Trial, scenarios: Sequence[Any], budget: Budget, requirements: Requirements) -> Result:
-    """Be asked by another version of marsupial."""
+    """Fail as a worker with another version of marsupial."""
     other = dict(requirements.versions) | {"marsupial": "9.9"}
     return attend(trial, scenarios, budget, replace(requirements, versions=other))
 

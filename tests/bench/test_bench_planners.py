@@ -18,7 +18,7 @@ SATISFIED = Finished(outcome=Outcome.SATISFICING)
 
 @dataclass
 class Clock:
-    """A clock that moves when told to."""
+    """A clock that only tests advance."""
 
     now: float = 100.0
 
@@ -28,7 +28,7 @@ class Clock:
 
 @dataclass
 class Scripted:
-    """An engine that says what it is told to, each line at its moment in seconds, and notes whether it was closed."""
+    """An engine with a script of events and their times in seconds; it records whether it was closed."""
 
     clock: Clock
     lines: tuple[tuple[float, Improved | Finished | Exception], ...]
@@ -54,7 +54,7 @@ def instance_of(situation: Situation, name: str = "x-1x1-1") -> Instance:
 
 
 def plan_for(situation: Situation, *, wait_ms: int = 0) -> Plan:
-    """Return greedy's first plan, its last action put off."""
+    """Return greedy's first plan with its last action delayed."""
     events = Greedy().solve(situation, Budget(steps=1))
     *others, last = next(event.plan for event in events if isinstance(event, Improved)).actions
     return Plan.of([*others, replace(last, start_ms=last.start_ms + wait_ms)])
@@ -119,7 +119,7 @@ def test_plans_the_checker_refuses_are_counted_and_not_used() -> None:
     assert "2 INVALID" in row_of(done).outcome
 
 
-def test_a_plan_for_some_targets_solves_nothing_but_is_told_of() -> None:
+def test_a_plan_for_some_targets_is_no_solution_but_is_reported() -> None:
     situation = two_rooms()
     part = plan_for(situation.restricted(targets=frozenset({situation.targets[0].name})))
     done = played((0.1, told(part)), (0.2, SATISFIED), situation=situation)
@@ -176,7 +176,7 @@ def test_the_time_to_a_plan_close_to_the_best_is_that_of_the_first_such_plan() -
     ("outcome", "bound", "at_s", "proven", "gap", "kept"),
     [
         (Outcome.OPTIMAL, 1.0, 0.2, True, 0.0, 1.0),
-        (Outcome.OPTIMAL, None, 0.2, True, 0.0, 0.0),  # taken as said, but not kept
+        (Outcome.OPTIMAL, None, 0.2, True, 0.0, 0.0),  # used in its run, but not stored
         (Outcome.OPTIMAL, 1.0, 2.0, False, None, 1.0),  # after the deadline
         (Outcome.SATISFICING, 0.75, 0.2, False, pytest.approx(0.25, abs=1e-3), 0.75),
     ],

@@ -31,7 +31,7 @@ def test_the_page_begins_with_the_answer_one_plot_and_the_main_table() -> None:
     assert re.findall(r"<h3>(.*?)</h3>", opening) == ["All contenders against heuristic"]
 
 
-def test_what_can_not_be_told_from_chance_is_said_to_be_so() -> None:
+def test_differences_within_chance_are_reported_as_such() -> None:
     (text,) = sentences(with_times({GREEDY: [90, 112, 99, 105, 99], HEURISTIC: [100] * 5}))
     assert text.startswith("Whether temporal (greedy) or heuristic explores faster can't be told from 5 pairs")
     assert "takes 0.7 % more time on average" in text
@@ -61,7 +61,7 @@ def test_the_best_of_several_comes_first() -> None:
     assert [text.split(" takes")[0] for text in sentences(outcome)] == ["temporal (anytime)", "temporal (greedy)"]
 
 
-def test_a_single_contender_is_told_by_its_time() -> None:
+def test_a_single_contender_is_described_by_its_time() -> None:
     (text,) = sentences(with_times({GREEDY: [90, 110]}))
     assert text == "temporal (greedy) explores in 100 s on average over 2 complete missions."
 
@@ -95,6 +95,6 @@ def test_pairs_that_can_be_watched_are_linked(tmp_path: Path) -> None:
     assert f'<a href="{best}">{said}</a>' in text
 
 
-def test_contenders_are_told_apart_by_every_reader_on_light_and_dark_pages() -> None:
+def test_every_reader_can_distinguish_contenders_on_light_and_dark_pages() -> None:
     assert nearest(list(COLOURS)) >= 12
     assert min(contrast(colour, page) for colour in COLOURS for page in ("#ffffff", "#1b1f25")) >= 3

@@ -62,7 +62,7 @@ def test_what_is_interrupted_goes_on_where_it_was(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("cut", [1, 20, 60])
-def test_a_file_cut_anywhere_is_mended(tmp_path: Path, name: str, cut: int) -> None:
+def test_a_file_truncated_anywhere_is_repaired(tmp_path: Path, name: str, cut: int) -> None:
     comparison = lobby(runs=2)
     run(comparison, tmp_path)
     whole = contents(tmp_path)
@@ -70,7 +70,7 @@ def test_a_file_cut_anywhere_is_mended(tmp_path: Path, name: str, cut: int) -> N
     run(comparison, tmp_path)
     if name == "rows.csv":
         assert contents(tmp_path) == whole
-    else:  # the row is there, so the mission is done: times of its own it has no more
+    else:  # the row exists, so the mission is done; its times are lost
         assert (tmp_path / "rows.csv").read_bytes() == whole["rows.csv"]
         assert (tmp_path / name).read_bytes() == whole[name][: whole[name][:-cut].rfind(b"\n") + 1]
 
@@ -195,7 +195,7 @@ def test_a_damaged_folder_is_named_with_the_place(tmp_path: Path, name: str, tex
     assert message in str(caught.value)
 
 
-def test_a_digest_tells_maps_and_teams_apart() -> None:
+def test_a_digest_depends_on_map_and_team() -> None:
     scenario = prepared(builtin_scenario("lobby", 1, 1))
     cells = scenario.grid.cells.copy()
     cells[0, 0] ^= 1

@@ -26,7 +26,7 @@ def test_every_mission_has_one_result_whatever_the_order() -> None:
         assert rows[trial] == carry_out(trial, scenario, comparison.budget).row
 
 
-def test_a_mission_that_kills_its_worker_twice_has_a_row_that_says_so() -> None:
+def test_a_mission_that_kills_its_worker_twice_has_a_crashed_row() -> None:
     comparison = lobby(runs=4, contenders=[GREEDY])
     pool = LocalPool(comparison, 2, dies_of_seed_2)
     rows = {result.row.trial.seed: result.row for result in pool.results(list(comparison.trials()))}

@@ -36,7 +36,7 @@ def nodes() -> Iterator[Nodes]:
 
 @pytest.fixture(scope="module")
 def mortal() -> Iterator[Nodes]:
-    """Nodes of which one is going to be lost."""
+    """Nodes of which a test kills one."""
     started = Nodes(workers=2)
     yield started
     started.stop()

@@ -183,7 +183,7 @@ def test_documents_are_the_same_bytes_again_and_figures_can_be_read() -> None:
             assert data.startswith(b"\x89PNG")
 
 
-def test_a_comparison_that_has_hardly_begun_can_be_shown() -> None:
+def test_a_comparison_with_few_missions_can_be_shown() -> None:
     comparison = lobby(runs=3)
     nothing = dict(documents(outcome_of(comparison, upto=0)))
     assert "6 of 6 missions are missing" in nothing["report.html"].decode()
@@ -209,7 +209,7 @@ def test_drawing_letters_that_the_font_lacks_changes_no_filter_of_other_threads(
     drawing.add_artist(OtherThread())
     figure = as_figure(drawing, "store", "A store", "A store")
     assert "\u5009\u5eab" in figure.svg
-    warnings.warn("set while a figure is drawn", stacklevel=1)  # an error but for the filter
+    warnings.warn("set while a figure is drawn", stacklevel=1)  # an error without the filter
 
 
 @pytest.mark.parametrize(
@@ -226,7 +226,7 @@ def test_a_statement_for_several_places_may_hold_in_part(held: list[bool | None]
     assert finding.verdict is verdict
 
 
-def test_maps_of_a_suite_are_told_by_kind_and_each_map_is_a_unit() -> None:
+def test_maps_of_a_suite_are_grouped_by_kind_and_each_map_is_a_unit() -> None:
     ((_, scenario),) = lobby().scenarios.items()
     cases = [Case(f"{kind}-{number}", 1, 1) for number in range(101, 106) for kind in ("comb", "grid")]
     suite = replace(lobby(runs=2), scenarios=dict.fromkeys(cases, scenario), suite="footprint", first_seed=1001)

@@ -38,7 +38,7 @@ def test_five_maps_are_the_units_however_many_starts_each_has() -> None:
     assert (found.low, found.high) == pytest.approx(stats.t.interval(0.95, 4, 2.0, stats.sem(np.arange(5))))
 
 
-def test_how_far_a_few_maps_differ_does_not_blur_what_is_said_of_them() -> None:
+def test_differences_between_a_few_maps_do_not_widen_their_interval() -> None:
     alike, apart = (
         estimate([Origin(name, seed) for name in "ab" for seed in range(4)], [*range(4), *range(offset, offset + 4)])
         for offset in (0, 100)
@@ -49,7 +49,7 @@ def test_how_far_a_few_maps_differ_does_not_blur_what_is_said_of_them() -> None:
 def coverage(maps: int, starts: int, teams: int, *, map_spread: float, of_these_maps: bool, lost: float) -> float:
     """Return in how many of simulated data sets the interval holds the true mean, of these maps or of all.
 
-    What a start is worth is the same for all its teams; a share `lost` of the missions is not complete.
+    The effect of a start is the same for all its teams; a share `lost` of the missions is incomplete.
     """
     rng = np.random.default_rng(1)
     held = 0

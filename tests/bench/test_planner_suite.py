@@ -39,7 +39,7 @@ def greedy_plan(situation: Situation) -> Plan:
 
 
 def later(plan: Plan, ms: int) -> Plan:
-    """Return the plan with its last action put off."""
+    """Return the plan with its last action delayed."""
     *others, last = plan.actions
     return Plan.of([*others, replace(last, start_ms=last.start_ms + ms)])
 
@@ -54,7 +54,7 @@ def test_the_suite_reaches_from_two_robots_to_a_hundred_and_thirty_six() -> None
 
 
 @pytest.mark.parametrize("name", INSTANCES)
-def test_an_instance_is_as_its_name_says_and_never_changes(name: str) -> None:
+def test_an_instance_matches_its_name_and_never_changes(name: str) -> None:
     instance = INSTANCES[name]
     situation = instance.situation()
     roles = Counter(situation.type_by_name[robot.type].role for robot in situation.robots)
@@ -66,7 +66,7 @@ def test_an_instance_is_as_its_name_says_and_never_changes(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", INSTANCES)
-def test_the_best_plan_known_is_accepted_and_as_long_as_is_said(name: str) -> None:
+def test_the_best_plan_known_is_accepted_and_has_the_recorded_makespan(name: str) -> None:
     situation, best = INSTANCES[name].situation(), BEST[name]
     plan = best.read_plan(situation)
     verdict = check(situation, plan)
@@ -80,7 +80,7 @@ def test_best_plans_are_known_for_the_instances_of_the_suite_and_no_others() -> 
     assert BEST.keys() == INSTANCES.keys()
 
 
-def test_a_digest_tells_situations_apart_and_survives_being_written() -> None:
+def test_a_digest_depends_on_the_situation_and_survives_a_round_trip() -> None:
     situation = INSTANCES["homes-2x2-8"].situation()
     assert digest_of(situation_from_json(situation_to_json(situation))) == digest_of(situation)
     assert digest_of(replace(situation, goal=SituationGoal())) != digest_of(situation)
@@ -145,7 +145,7 @@ def test_of_two_files_the_shorter_plan_and_the_higher_bound_are_kept() -> None:
         better(slow, replace(quick, digest="0"))
 
 
-def test_a_best_plan_that_is_not_what_it_says_is_refused() -> None:
+def test_a_best_plan_with_a_wrong_makespan_is_refused() -> None:
     situation = one_room()
     best = with_plan(None, situation, greedy_plan(situation), "a")
     assert verified(best, situation) is best

@@ -1,4 +1,4 @@
-"""The figures in README and docs: they are those of the kept results, which are whole and of maps for claims."""
+"""The figures in README and docs are those of the stored results, which are complete and from proof maps."""
 
 import subprocess
 import sys

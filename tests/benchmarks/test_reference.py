@@ -1,4 +1,4 @@
-"""The searches in plain C: they find what ours find."""
+"""The reference searches in plain C find the same as ours."""
 
 import ctypes
 

@@ -1,4 +1,4 @@
-"""The benches of speed: what both sides find is the same, and their commands print and write it."""
+"""The speed benchmarks: both sides find the same, and the commands print and write their results."""
 
 import json
 from pathlib import Path

@@ -20,7 +20,7 @@ def test_silence_is_broken_again_and_again(capsys: pytest.CaptureFixture[str]) -
     assert capsys.readouterr().err.startswith("at work 1\nat work 2\nat work 3\n")
 
 
-def test_who_is_quick_says_only_what_it_has_to_say(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_quick_command_prints_only_its_own_output(capsys: pytest.CaptureFixture[str]) -> None:
     with Alive(lambda: "at work", first_s=3600) as alive:
         alive.say("done")
     assert capsys.readouterr().err == "done\n"

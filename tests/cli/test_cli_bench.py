@@ -20,7 +20,7 @@ def test_in_a_checkout_paths_and_missions_are_timed(capsys: pytest.CaptureFixtur
     assert capsys.readouterr().err.startswith("error: nowhere: neither a built-in scenario nor a file")
 
 
-def test_without_a_checkout_it_is_said_where_they_are_timed(
+def test_without_a_checkout_a_message_names_the_benchmarks(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "benchmarks.speed.paths", None)
@@ -79,7 +79,7 @@ def test_worse_plans_in_a_file_are_replaced_and_false_ones_refused(
         (["--budget", "nan"], 2, "error: --budget: must be positive, got nan"),
     ],
 )
-def test_what_cannot_be_run_is_said(
+def test_unusable_engines_and_instances_are_reported(
     options: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["bench", "planners", *options]) == code

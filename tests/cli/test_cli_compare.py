@@ -57,7 +57,7 @@ def test_rows_do_not_depend_on_the_number_of_workers(done: Path, tmp_path: Path)
     assert (tmp_path / "coverage.csv").read_bytes() == (done / "coverage.csv").read_bytes()
 
 
-def test_a_row_is_what_run_says_of_the_same_mission(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_row_equals_the_summary_of_run_for_the_same_mission(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
     row = next(row for row in read_rows(done) if row.trial.case.carriers == 2 and row.trial.seed == 2)
     assert main(["run", "lobby", *QUICK, "--carriers", "2", "--rovers", "1", "--seed", "2", "--json"]) == 0
     summary = json.loads(capsys.readouterr().out)
@@ -134,7 +134,7 @@ def test_what_makes_no_sense_is_refused_before_anything_is_written(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_mission_that_fails_is_a_row_and_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_failed_mission_has_a_row_and_a_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert compare("lobby", *QUICK, "--carriers", "1", "--rovers", "1", "--runs", "1", "--time-limit", "5",
                    "--strategies", "temporal", "--workers", "1", "--out", str(tmp_path)) == 0  # fmt: skip
     error = capsys.readouterr().err
@@ -144,7 +144,7 @@ def test_a_mission_that_fails_is_a_row_and_is_told(tmp_path: Path, capsys: pytes
     assert "1 of 1 missions are not complete" in error
 
 
-def test_maps_with_the_same_name_are_told_apart(tmp_path: Path) -> None:
+def test_maps_with_the_same_name_are_distinguished(tmp_path: Path) -> None:
     room = "type octile\nheight 4\nwidth 6\nmap\n@@@@@@\n@....@\n@....@\n@@@@@@\n"
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
@@ -169,7 +169,7 @@ def start(out: Path, *more: str) -> subprocess.Popen[bytes]:
     return process
 
 
-def test_what_is_killed_in_the_middle_goes_on_and_ends_as_if_nothing_had_been(done: Path, tmp_path: Path) -> None:
+def test_a_killed_comparison_resumes_with_the_same_result(done: Path, tmp_path: Path) -> None:
     process = start(tmp_path)
     workers = psutil.Process(process.pid).children(recursive=True)
     process.kill()
@@ -194,7 +194,7 @@ def test_ctrl_c_leaves_what_is_done_and_no_worker(done: Path, tmp_path: Path) ->
     assert bytes_of(tmp_path) == bytes_of(done)
 
 
-def test_the_time_left_is_told_by_the_pace_of_this_run(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_time_left_is_estimated_from_the_pace_of_this_run(capsys: pytest.CaptureFixture[str]) -> None:
     moments = iter([0.0, 0.0, 60.0])
     lines = Lines(lambda: next(moments))
     lines.watch(None, 10, 40)
@@ -211,7 +211,7 @@ def test_best_and_worst_pair_can_be_watched_from_the_page(done: Path) -> None:
     assert all(strategy in text for strategy in ("temporal", "heuristic"))
 
 
-def test_a_verbose_comparison_tells_each_mission_and_a_quiet_one_nothing(
+def test_a_verbose_comparison_prints_each_mission_and_a_quiet_one_nothing(
     done: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     row = read_rows(done)[0]
@@ -224,7 +224,7 @@ def test_a_verbose_comparison_tells_each_mission_and_a_quiet_one_nothing(
         assert capsys.readouterr().err == told
 
 
-def test_options_that_no_contender_takes_are_told_of(capsys: pytest.CaptureFixture[str]) -> None:
+def test_options_without_effect_on_any_contender_are_warned_of(capsys: pytest.CaptureFixture[str]) -> None:
     steps = Budget(steps=1)
     for text, planner, limit, ignored in (
         ("temporal:greedy,heuristic", "exact", None, "--planner exact is ignored"),

@@ -12,9 +12,7 @@ from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import STRATEGIES
 
 
-def test_an_engine_that_is_missing_says_why(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_engine_gives_the_reason(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     infos = tuple(replace(info, missing="needs a left hand") for info in engine_infos())
     monkeypatch.setattr("marsupial.planning.engines.engine_infos", lambda: infos)
     assert main(["planners"]) == 0
@@ -23,7 +21,7 @@ def test_an_engine_that_is_missing_says_why(
 
 @pytest.fixture
 def listed(capsys: pytest.CaptureFixture[str]) -> Callable[[str], tuple[str, dict[str, Any]]]:
-    """What a command lists: for people, and by name for programs."""
+    """The list of a command: as text, and as JSON by name."""
 
     def lists(command: str) -> tuple[str, dict[str, Any]]:
         assert main([command]) == 0

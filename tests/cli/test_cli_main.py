@@ -93,7 +93,7 @@ LIGHT = (
 
 
 def imported(heavy: tuple[str, ...], *commands: str) -> list[str]:
-    """Return what is printed of each command in a process of its own: which of these modules it has imported."""
+    """Return which of these modules each command imports in a new process."""
     code = (
         "import sys, marsupial.cli.main as m\n"
         f"for words in {commands}:\n"
@@ -118,7 +118,7 @@ def test_a_mission_that_asks_no_planner_imports_no_solver_and_nothing_that_only_
     assert imported((*heavy, "unified_planning"), mission) == [f"imported by {mission} []"]
 
 
-def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("marsupial 0.")
 
@@ -131,7 +131,7 @@ def test_a_wrong_command_line_is_a_usage_error(capsys: pytest.CaptureFixture[str
     assert captured.err
 
 
-def test_a_bug_is_confessed_in_a_line_with_the_traceback_in_a_file(
+def test_an_internal_error_prints_a_line_and_writes_the_traceback_to_a_file(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     break_planners(monkeypatch, ZeroDivisionError("oops"))
@@ -160,7 +160,9 @@ def test_debug_shows_the_traceback(capsys: pytest.CaptureFixture[str], monkeypat
     assert "Traceback" in capsys.readouterr().err
 
 
-def test_an_interrupted_command_says_so(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_command_prints_a_message(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     break_planners(monkeypatch, Interrupted())
     assert main(["planners"]) == 130
     assert capsys.readouterr().err == "interrupted\n"
@@ -182,7 +184,7 @@ def test_an_interrupted_command_says_so(capsys: pytest.CaptureFixture[str], monk
         ("serve --limit slts=1", "slots"),
     ],
 )
-def test_a_slip_of_the_pen_is_told_what_was_meant(
+def test_a_typo_gets_a_suggestion(
     words: str, meant: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -86,7 +86,7 @@ team:
         ({"first": "[1.5, 1.5]", "second": "[3.5, 1.5]"}, "start"),
     ],
 )
-def test_a_picture_says_where_its_starts_are_from(tmp_path: Path, yard: str, fields: dict[str, str], told: str) -> None:
+def test_a_picture_names_the_source_of_its_starts(tmp_path: Path, yard: str, fields: dict[str, str], told: str) -> None:
     Path(f"{yard}.scenario.yaml").write_text(
         SCENARIO.format(**{"first": "drawn", "second": "drawn", "rest": ""} | fields)
     )

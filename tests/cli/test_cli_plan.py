@@ -24,7 +24,7 @@ OPTIMAL = "makespan 19.002 s, optimal (to 1 ms, with 1 ms between the actions of
 
 
 class Scripted:
-    """An engine that yields what it was told to."""
+    """An engine that yields a script of events."""
 
     info = EngineInfo(name="scripted", anytime=True, deterministic_steps=True)
 
@@ -84,7 +84,7 @@ def test_json_holds_every_proposal_and_the_plan(capsys: pytest.CaptureFixture[st
     ("outcome", "code"),
     [(Outcome.UNSOLVABLE, 4), (Outcome.TIMEOUT, 5), (Outcome.MEMORY, 5), (Outcome.CRASHED, 5), (Outcome.NO_PLAN, 5)],
 )
-def test_an_engine_without_a_plan_is_told_by_its_code(
+def test_an_engine_without_a_plan_has_its_exit_code(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
     room: str,
@@ -123,7 +123,7 @@ def test_a_valid_plan_among_refused_ones_is_kept(
     assert read_plan_text(capsys.readouterr().out, one_room()) == good
 
 
-def test_without_a_planner_named_auto_plans_and_says_that_its_makespan_is_optimal(
+def test_the_default_planner_is_auto_and_an_optimal_makespan_is_reported(
     capsys: pytest.CaptureFixture[str], room: str
 ) -> None:
     assert main(["plan", room, "--steps", "2"]) == 0
@@ -132,9 +132,7 @@ def test_without_a_planner_named_auto_plans_and_says_that_its_makespan_is_optima
     assert judgement == OPTIMAL
 
 
-def test_an_engine_that_proves_nothing_is_judged_by_a_bound_all_the_same(
-    capsys: pytest.CaptureFixture[str], room: str
-) -> None:
+def test_an_engine_without_proofs_is_compared_with_a_bound(capsys: pytest.CaptureFixture[str], room: str) -> None:
     assert main(["plan", room, *GREEDY]) == 0
     assert capsys.readouterr().err.splitlines()[-1] == OPTIMAL
     assert main(["plan", room, *GREEDY, "--json"]) == 0

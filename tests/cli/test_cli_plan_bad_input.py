@@ -1,4 +1,4 @@
-"""`marsupial plan` with files that make no sense: an exit code and a message, never a traceback."""
+"""`marsupial plan` with invalid files: an exit code and a message, never a traceback."""
 
 import json
 from dataclasses import replace

@@ -115,13 +115,15 @@ def test_a_bare_map_is_a_scenario(capsys: pytest.CaptureFixture[str], room: Path
 
 
 @pytest.mark.parametrize("ignored", ["--planner greedy", "--steps 3", "--budget 3.0"])
-def test_a_strategy_that_asks_no_planner_says_what_it_ignores(capsys: pytest.CaptureFixture[str], ignored: str) -> None:
+def test_a_strategy_without_a_planner_warns_of_ignored_options(
+    capsys: pytest.CaptureFixture[str], ignored: str
+) -> None:
     _, summary, errors = run_json(capsys, "lobby", "--strategy", "heuristic", *ignored.split(), "--time-limit", "1")
     assert (summary["strategy"], summary["planner"]) == ("heuristic", "none")
     assert f"strategy heuristic asks no planner: {ignored} is ignored" in errors
 
 
-def test_a_seed_that_draws_nothing_is_told_of(
+def test_a_seed_without_effect_is_warned_of(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -132,7 +134,7 @@ def test_a_seed_that_draws_nothing_is_told_of(
     assert "ignored" not in run_json(capsys, *mission)[2]
 
 
-def test_a_quiet_mission_has_data_alone_and_a_verbose_one_tells_each_plan(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_quiet_mission_prints_data_only_and_a_verbose_one_each_plan(capsys: pytest.CaptureFixture[str]) -> None:
     mission = ("lobby", "--planner", "greedy", "--steps", "1")
     _, summary, errors = run_json(capsys, *mission, "--quiet")
     assert errors == ""

@@ -12,7 +12,7 @@ DOMAIN, PROBLEM = str(PDDL / "domain.pddl"), str(PDDL / "examples" / "deploy" / 
 @pytest.mark.parametrize(
     ("plan", "code", "told"), [("valid-first", 0, r"valid: 5 actions"), ("invalid-no-gap", 6, r"invalid: .* s, \(")]
 )
-def test_a_plan_is_valid_or_told_its_first_violation_with_time_and_action(
+def test_a_plan_is_valid_or_its_first_violation_is_printed_with_time_and_action(
     plan: str, code: int, told: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["validate", DOMAIN, PROBLEM, str(PDDL / "examples" / "deploy" / f"{plan}.plan")]) == code
@@ -39,7 +39,7 @@ def test_another_domain_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "not the canonical domain" in capsys.readouterr().err
 
 
-def test_a_plan_of_rounded_times_is_retimed_and_that_is_said(
+def test_a_plan_with_rounded_times_is_retimed_with_a_message(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     plan = tmp_path / "plan.txt"

@@ -22,7 +22,7 @@ sys.exit(main())
 
 
 def completed(line: str, folder: Path) -> list[str]:
-    """Return what bash is offered at the end of a line; nothing that takes long may be imported for it."""
+    """Return the completions of a line in bash; completing may import nothing heavy."""
     words = line.split(" ")
     told = {"_MARSUPIAL_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1)}
     done = subprocess.run(
@@ -49,7 +49,7 @@ def completed(line: str, folder: Path) -> list[str]:
         ("marsupial plan moment.json --planner ", sorted(ENGINES)),
         ("marsupial compare --suite foot", ["footprint", "footprint-tuning"]),
         ("marsupial reproduce wu", ["wurm2010", "wurm2008"]),
-        ("marsupial replay ma", []),  # of files the shell knows more
+        ("marsupial replay ma", []),  # the shell completes files itself
     ],
 )
 def test_the_shell_is_offered(line: str, offered: list[str], tmp_path: Path) -> None:

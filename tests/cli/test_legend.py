@@ -21,7 +21,7 @@ def test_many_greys_that_mean_the_same_are_a_range_with_the_commonest_of_them() 
     ]
 
 
-def test_a_range_without_a_common_grey_says_over_how_many_it_spreads() -> None:
+def test_a_range_without_a_common_grey_shows_its_extent() -> None:
     legend = greys(*[(g, FLOOR, 2) for g in range(200, 256)])
     assert legend_rows(legend, NAMES) == [("grey 200 to 255", "floor", "112", "spread over 56")]
 
@@ -32,6 +32,6 @@ def test_greys_parted_by_another_meaning_are_two_ranges() -> None:
     assert [row[0] for row in rows] == ["grey 0 to 3", "grey 4", "grey 5 to 8"]
 
 
-def test_characters_are_told_one_by_one() -> None:
+def test_characters_are_listed_one_by_one() -> None:
     legend = [LegendEntry(symbol=f"'{sign}'", code=OBSTACLE, cells=1) for sign in "@OTWX"]
     assert [row[0] for row in legend_rows(legend, NAMES)] == ["'@'", "'O'", "'T'", "'W'", "'X'"]

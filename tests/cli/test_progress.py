@@ -17,7 +17,7 @@ from marsupial.model import Grid, Outcome, Planned, PlanningReport
 
 
 def watch_lobby(monkeypatch: pytest.MonkeyPatch, console: Console) -> None:
-    """Show the made-up mission on its own map, explored by the team of the lobby."""
+    """Show the synthetic mission on its own map, with the team of the lobby."""
     monkeypatch.setattr(module, "Console", lambda **_: console)
     monkeypatch.setattr(module, "FRAME_EVERY_S", 0.0)
     scenario = replace(builtin_scenario("lobby"), grid=Grid(cells=truth(), resolution_m=RESOLUTION_M))
@@ -53,7 +53,7 @@ def failed(outcome: Outcome, detail: str) -> PlanningReport:
 
 
 @pytest.mark.parametrize("terminal", [False, True])
-def test_that_a_planner_fails_is_said_once_with_its_words(
+def test_a_failing_planner_is_reported_once_with_its_output(
     terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = io.StringIO()
@@ -69,7 +69,7 @@ def test_that_a_planner_fails_is_said_once_with_its_words(
     assert "cmd:x: no_plan (saying: Unrecognised [switch] ?); the mission goes on without (said once)" in told
 
 
-def test_how_far_a_mission_is_can_be_told_at_any_time() -> None:
+def test_the_progress_of_a_mission_is_available_at_any_time() -> None:
     lines = module._Lines()
     lines.reachable(np.ones(truth().shape, dtype=np.bool_))
     with Alive(lines.now) as lines.alive:

@@ -21,12 +21,12 @@ def left(summary: Summary, *frontiers: tuple[int, int, int, str]) -> list[str]:
     return remaining_lines(replace(summary, remaining=remaining), GRID)
 
 
-def test_a_place_is_told_in_the_map_frame_and_as_a_cell() -> None:
+def test_a_place_is_shown_in_the_map_frame_and_as_a_cell() -> None:
     assert place_text(GRID, Cell(3, 1)) == "x -8.6, y 1.8 m (cell 3, 1, counted from the lower left)"
     assert place_text(replace(GRID, origin_m=(-0.26, -0.26, 0.0)), Cell(0, 0)).startswith("x 0.0, y 0.0 m")
 
 
-def test_frontiers_are_told_by_their_reasons_with_a_place_of_each(summary: Summary) -> None:
+def test_frontiers_are_grouped_by_reason_with_an_example_of_each(summary: Summary) -> None:
     assert left(summary, (3, 1, 1, "too narrow")) == [
         "left: a frontier of 1 cell at x -8.6, y 1.8 m (cell 3, 1, counted from the lower left): too narrow"
     ]
@@ -36,5 +36,5 @@ def test_frontiers_are_told_by_their_reasons_with_a_place_of_each(summary: Summa
     ]
 
 
-def test_a_team_of_one_each_is_told_as_such(summary: Summary) -> None:
+def test_a_team_of_one_each_is_written_in_the_singular(summary: Summary) -> None:
     assert dict(facts(replace(summary, carriers=1, robots=2)))["team"] == "1 carrier, 1 rover"

@@ -18,8 +18,8 @@ def shell(line: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_reader_who_leaves_early_ends_a_command_without_a_word(command: str) -> None:
-    done = shell(f"(sleep 0.1; $M {command}; echo $? >&2) | true")  # nobody is there any more when it begins to write
+def test_a_closed_pipe_ends_a_command_silently(command: str) -> None:
+    done = shell(f"(sleep 0.1; $M {command}; echo $? >&2) | true")  # the reader has left when it begins to write
     assert done.stderr == "141\n"
 
 

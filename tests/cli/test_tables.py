@@ -4,7 +4,7 @@ from marsupial.cli.display.tables import print_report, print_table
 from marsupial.cli.main import main
 
 
-def test_a_table_that_is_piped_fits_100_columns_and_cuts_no_word(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_piped_table_fits_100_columns_and_cuts_no_word(capsys: pytest.CaptureFixture[str]) -> None:
     words = [f"word{i}" for i in range(40)]
     print_table(("name", "what it is", "number"), [("a", " ".join(words), "1")], right=(2,))
     lines = capsys.readouterr().out.splitlines()
@@ -12,7 +12,7 @@ def test_a_table_that_is_piped_fits_100_columns_and_cuts_no_word(capsys: pytest.
     assert [word for line in lines for word in line.split() if word.startswith("word")] == words
 
 
-def test_long_lines_of_a_report_go_on_at_a_word_further_in(capsys: pytest.CaptureFixture[str]) -> None:
+def test_long_lines_of_a_report_wrap_at_words_with_an_indent(capsys: pytest.CaptureFixture[str]) -> None:
     long = "  x" + " some-words" * 12
     print_report(f"  heads   a\n{long}\n\n{'y' * 120}\nend")
     heads, first, second, empty, unbroken, end = capsys.readouterr().out.splitlines()

@@ -18,7 +18,7 @@ EVENTS = synthetic_mission()
 
 
 class Watch:
-    """A clock that only goes on while one sleeps."""
+    """A clock that only `sleep` advances."""
 
     def __init__(self) -> None:
         self.now_s = 1_000.0
@@ -47,12 +47,12 @@ def shown(events: Sequence[MissionEvent], *, terminal: bool, speed: float = 10.0
 
 
 def code_picture(*rows: str) -> np.ndarray:
-    """Return cells from rows of signs, the uppermost first."""
+    """Return cells from rows of characters, the uppermost first."""
     signs = {" ": UNKNOWN, "#": OBSTACLE, ".": FLOOR, ":": ROUGH}
     return np.array([[signs[sign] for sign in row] for row in reversed(rows)], dtype=np.uint8)
 
 
-# Where nothing may move.
+# Output without animation.
 
 
 def test_without_a_terminal_each_plan_and_the_end_are_one_line() -> None:
@@ -71,7 +71,7 @@ def test_a_terminal_without_colours_gets_lines() -> None:
     assert len(console.file.getvalue().splitlines()) == 3
 
 
-def test_a_log_without_an_end_says_so() -> None:
+def test_a_log_without_an_end_is_shown_as_such() -> None:
     assert summary_lines(Playback(EVENTS[:-1]))[-1].endswith("the log ends here, without a stop report")
 
 
@@ -107,16 +107,16 @@ def test_a_mission_that_knows_nothing_yet_can_be_shown() -> None:
     ("t_ms", "robot", "words"),
     [(0, "carrier1", "move m1"), (0, "rover1_1", "aboard carrier1"), (11_000, "rover1_1", "explore t1")],
 )
-def test_what_a_robot_does_is_said_in_words(t_ms: int, robot: str, words: str) -> None:
+def test_a_robot_s_action_is_described_in_words(t_ms: int, robot: str, words: str) -> None:
     assert words in [doing(view) for view in Playback(EVENTS).robots_at(t_ms) if view.name == robot]
 
 
-def test_a_lost_robot_is_said_to_be_lost() -> None:
+def test_a_lost_robot_is_shown_as_lost() -> None:
     playback = Playback([mission_started(), RobotLost(t_ms=5, robot="rover1_2", reason="battery")])
     assert [doing(view) for view in playback.robots_at(5) if view.name == "rover1_2"] == ["lost"]
 
 
-# The coarse picture.
+# The downscaled picture.
 
 
 def test_a_block_is_what_most_of_its_known_cells_are_or_the_wall_that_crosses_it() -> None:

@@ -57,7 +57,7 @@ def test_a_robot_that_was_stopped_stands_where_it_was_stopped() -> None:
     assert place(seen, "carrier1") == (1, 1)
 
 
-def test_both_robots_say_what_they_do_in_a_docking() -> None:
+def test_both_robots_of_a_docking_show_their_action() -> None:
     seen = watch()
     assert doing(robot(seen, "rover1")) == "aboard carrier1"
     assert robot(seen, "carrier1").cargo == ("rover1",)

@@ -1,4 +1,4 @@
-"""Files that are none of what a command takes: each is refused with a line that names it, and never a traceback."""
+"""Files of the wrong kind are refused with a line that names them, never with a traceback."""
 
 import random
 from pathlib import Path
@@ -27,7 +27,7 @@ def written(path: Path, content: str) -> Path:
 
 @pytest.mark.parametrize("content", ["empty", "binary", "a directory", "words", "a number", "a list", "nothing there"])
 @pytest.mark.parametrize("command", COMMANDS)
-def test_wrong_files_are_refused_in_words(
+def test_wrong_files_are_refused_with_a_message(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, command: str, content: str
 ) -> None:
     for suffix in SUFFIXES:
@@ -42,7 +42,7 @@ def test_wrong_files_are_refused_in_words(
         assert not (tmp_path / "out").exists()
 
 
-def test_a_mission_log_is_no_map_and_it_is_told_what_takes_it(
+def test_a_mission_log_as_a_map_is_refused_with_the_commands_that_read_logs(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     (tmp_path / "log.jsonl").touch()

@@ -1,4 +1,4 @@
-"""The gateway ends when its connection is of no more use, so that its server starts another; Ray is played."""
+"""The gateway ends when its connection is useless, so that its server starts another; Ray is a fake."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from marsupial.cluster.versions import Requirements
 
 
 class Ray:
-    """A cluster of a node without processors, to which the gateway is connected, and others."""
+    """A fake cluster: the gateway's node, without processors, and others."""
 
     def __init__(self, *others: str) -> None:
         self.alive = {"own": True, **dict.fromkeys(others, True)}
@@ -31,7 +31,7 @@ class Ray:
 
 
 def looking(ray: Ray) -> Gateway:
-    """Return a gateway that nobody asks anything."""
+    """Return a gateway without requests."""
     with socket.socket() as line:
         return Gateway(ray, line, Requirements(versions={}, token=False))
 

@@ -1,4 +1,4 @@
-"""What a run leaves goes to the next one; Ray is played by functions that answer when they are told to."""
+"""Released placements go to waiting runs. Ray is a fake whose functions answer on command."""
 
 import asyncio
 from collections.abc import Callable, Coroutine
@@ -10,7 +10,7 @@ from marsupial.cluster.placements import Placement, PlacementPool
 
 
 class Ray:
-    """Knows of one node, on which a reservation is made once `free` is set."""
+    """A cluster of one node, which grants a reservation once `free` is set."""
 
     def __init__(self) -> None:
         self.free = asyncio.Event()
@@ -45,7 +45,7 @@ async def test_a_place_that_is_left_goes_to_who_waits_and_its_own_reservation_ba
     assert ray.given_back == [1]
 
 
-async def test_a_place_that_nobody_takes_goes_back_soon_and_one_elsewhere_at_once() -> None:
+async def test_an_unused_reservation_is_released_soon_and_one_on_another_node_at_once() -> None:
     ray = Ray()
     ray.free.set()
     places = PlacementPool(ray.call, ray.go)

@@ -1,4 +1,4 @@
-"""Which Ray clusters are used at all; nothing here needs one."""
+"""Which Ray clusters are accepted; these tests need no cluster."""
 
 import os
 import subprocess
@@ -23,7 +23,7 @@ SETTINGS = ("RAY_AUTH_MODE", "RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH", "RAY_ENABL
 
 @pytest.fixture
 def plain(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> pytest.MonkeyPatch:
-    """Take away all settings of Ray and any token."""
+    """Remove all settings of Ray and any token."""
     monkeypatch.setattr(os, "environ", os.environ.copy())
     for name in SETTINGS:
         os.environ.pop(name, None)
@@ -47,7 +47,7 @@ def plain(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> pytest.MonkeyPatch
         ("local", Cluster("local"), True),
     ],
 )
-def test_an_address_says_whether_others_can_reach_it(address: str, cluster: Cluster, here: bool) -> None:
+def test_an_address_shows_whether_others_can_reach_it(address: str, cluster: Cluster, here: bool) -> None:
     assert cluster_at(address) == cluster
     assert cluster.is_local == here
 
@@ -85,7 +85,7 @@ def test_a_cluster_of_our_own_has_a_token_of_its_own_and_stays_on_this_machine(p
     assert os.environ["RAY_USAGE_STATS_ENABLED"] == "0"
 
 
-def test_without_ray_the_message_says_what_to_install(plain: pytest.MonkeyPatch) -> None:
+def test_without_ray_the_message_names_the_package(plain: pytest.MonkeyPatch) -> None:
     def absent(name: str) -> str:
         raise PackageNotFoundError(name)
 
@@ -121,7 +121,7 @@ def test_ray_is_not_imported_without_need() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_a_worker_of_another_make_or_one_that_serves_anybody_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_of_another_version_or_without_token_authentication_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
     requirements = Requirements(versions=versions(), token=False)
     check_requirements(requirements)
     with pytest.raises(WorkerMismatch, match=r"has numpy .* instead of 0\.1; install the same versions"):

@@ -14,7 +14,7 @@ from marsupial.processes.channel import MAX_BYTES, MESSAGE, Channel
 
 @asynccontextmanager
 async def open_relay(early: bytes = b"") -> AsyncIterator[tuple[Any, ...]]:
-    """Give a relay whose end has read `early`, the other end, what the relay takes, and what it sets at the end."""
+    """Return a relay whose end has read `early`, the other end, the received frames, and the event set at the end."""
     ours, theirs = map(Channel, socket.socketpair())
     theirs._line.send(early)
     ours.fill()

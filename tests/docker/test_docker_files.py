@@ -1,4 +1,4 @@
-"""The container of docker/compose.yaml: built, started as it stands there, healthy, and no stronger than it need be."""
+"""The container of docker/compose.yaml is built, started and healthy, with minimal privileges."""
 
 import json
 import os
@@ -27,7 +27,7 @@ def docker(*words: str, check: bool = True) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture(scope="module")
 def compose() -> Iterator[Compose]:
-    """What gives `docker compose` words, while a service of a project of its own runs."""
+    """A function that runs `docker compose` commands while the service runs in its own project."""
     if shutil.which("docker") is None or docker("info", check=False).returncode != 0:
         pytest.skip("no docker daemon answers here")
     if docker("compose", "version", check=False).returncode != 0:
@@ -52,7 +52,7 @@ def test_the_service_is_healthy_asks_for_keys_and_is_seen_by_this_machine_only(c
     assert compose("port", "marsupial", "8080").stdout.startswith("127.0.0.1:")
 
 
-def test_a_process_in_it_is_nobody_without_rights_who_writes_data_and_tmp_only(compose: Compose) -> None:
+def test_a_process_in_it_has_no_privileges_and_writes_data_and_tmp_only(compose: Compose) -> None:
     program = (
         "import json, os; status = dict(line.split(':\\t', 1) for line in open('/proc/self/status'));"
         "print(json.dumps({'uid': os.getuid(), 'rights': int(status['CapEff'], 16), 'fixed': int(status['NoNewPrivs']),"

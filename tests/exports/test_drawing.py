@@ -34,7 +34,7 @@ def colours(pixels: np.ndarray) -> set[str]:
     return {"#" + bytes(colour).hex() for colour in np.unique(pixels.reshape(-1, 3), axis=0)}
 
 
-def test_a_figure_says_in_words_who_does_what_at_its_moment() -> None:
+def test_a_figure_describes_each_robot_s_action_at_its_moment() -> None:
     at_start, in_yard = (texts(figure(".svg", at_ms=t_ms)) for t_ms in (0, 12_000))
     assert {"two halves", "0:00", "carrier1", "rover1_1", "aboard carrier1", "drives"} <= set(at_start)
     assert {"0:12", "explores", "waits", "aboard carrier1"} <= set(in_yard)

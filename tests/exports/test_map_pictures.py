@@ -39,7 +39,7 @@ def office() -> CellArray:
     return map_classes(scenario.grid, scenario.robot_types)
 
 
-def test_cells_are_told_apart_by_who_can_stand_on_them() -> None:
+def test_cells_are_classified_by_the_types_that_can_stand_on_them() -> None:
     classes = map_classes(drawn_grid(*HALL), KINDS)
     assert classes[4, 5] == MapClass.CARRIERS
     assert classes[2, 2] == classes[1, 3] == MapClass.ROVERS
@@ -48,7 +48,7 @@ def test_cells_are_told_apart_by_who_can_stand_on_them() -> None:
     assert (classes[0] == MapClass.WALL).all()
 
 
-def test_islands_that_nobody_would_see_are_not_told_apart() -> None:
+def test_islands_too_small_to_see_are_not_distinguished() -> None:
     assert MapClass.ISLAND in map_classes(drawn_grid(*HALL, resolution_m=0.2), KINDS)
     assert MapClass.ISLAND not in map_classes(drawn_grid(*HALL, resolution_m=0.15), KINDS)
 
@@ -58,7 +58,7 @@ def test_ground_that_is_open_to_the_border_is_a_leak() -> None:
     assert MapClass.LEAK not in map_classes(drawn_grid(*HALL), KINDS)
 
 
-def test_ground_for_nobody_is_narrow() -> None:
+def test_ground_where_no_robot_fits_is_narrow() -> None:
     slim = drawn_grid("###", "#.#", "###")
     wide = tuple(kind for kind in KINDS if kind.name == "carrier")
     assert map_classes(slim, [replace(wide[0], radius_m=2.0)])[1, 1] == MapClass.NARROW
@@ -94,7 +94,7 @@ def test_axes_are_metres_of_the_map_frame() -> None:
     assert not any("corner" in text for text in texts)
 
 
-def test_axes_of_a_turned_map_say_that_they_count_from_its_corner() -> None:
+def test_axes_of_a_rotated_map_are_labelled_as_relative_to_its_corner() -> None:
     texts = shown_texts(replace(drawn_grid(*HALL), origin_m=(-10.3, -4.7, 0.52)), {})
     assert "metres from the lower left corner: the map is turned by 29.8° in the map frame" in texts
     assert not any(text.startswith("-") for text in texts)
@@ -168,7 +168,7 @@ def painted(no_color: bool, monkeypatch: pytest.MonkeyPatch) -> str:
     return console.file.getvalue()  # type: ignore[attr-defined, no-any-return]
 
 
-def test_without_colours_letters_say_what_they_would(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_colours_letters_replace_them(monkeypatch: pytest.MonkeyPatch) -> None:
     coloured, plain = painted(False, monkeypatch), painted(True, monkeypatch)
     assert "\x1b[" in coloured
     assert "\x1b[" not in plain

@@ -23,7 +23,7 @@ EVENTS = synthetic_mission()
 
 
 def turned(events: Sequence[MissionEvent]) -> tuple[MissionEvent, ...]:
-    """Return the mission on a map that lies askew in the world."""
+    """Return the mission on a rotated map."""
     first, *rest = events
     assert isinstance(first, MissionStarted)
     return (replace(first, origin_m=(3.0, -1.0, pi / 6)), *rest)
@@ -46,7 +46,7 @@ def recorded(events: Sequence[MissionEvent]) -> bytes:
 
 
 def read(data: bytes) -> list[Said]:
-    """Return all messages in the order of the file, each decoded by the schema that the file has for it."""
+    """Return all messages in file order, each decoded by its schema in the file."""
     reader = make_reader(io.BytesIO(data), decoder_factories=[DecoderFactory()])
     decode = DecoderFactory()
     found = []
@@ -158,7 +158,7 @@ def test_each_drawing_stands_alone_so_that_a_viewer_can_jump(plain: list[Said]) 
         assert len(ids) == len(set(ids))
 
 
-def test_labels_say_what_robots_do_and_plans_whereto(plain: list[Said]) -> None:
+def test_labels_show_actions_of_robots_and_destinations_of_plans(plain: list[Said]) -> None:
     labels = {(one.t_ms, entity.id): entity.texts[0].text for one in plain if one.topic == "/robots"
               for entity in one.message.entities}  # fmt: skip
     assert labels[5001, "carrier1"] == "carrier1: undocks rover1_1"
@@ -168,7 +168,7 @@ def test_labels_say_what_robots_do_and_plans_whereto(plain: list[Said]) -> None:
     assert texts[0].startswith("target 1: about ")
 
 
-def test_the_way_ahead_is_told_at_its_corners_and_forgotten_at_its_end(plain: list[Said]) -> None:
+def test_the_path_ahead_is_recorded_by_its_corners_and_cleared_at_its_end(plain: list[Said]) -> None:
     paths = {(one.topic.split("/")[2], one.t_ms): one.message.poses for one in plain if one.topic.endswith("/path")}
     assert len(paths["carrier1", 0]) == 2
     assert len(paths["carrier1", 5000]) == 0

@@ -43,7 +43,7 @@ def painted(seen: Mapping[int, int]) -> Bytes:
 
 
 def read_changed(event: m.MissionEvent, change: Callable[[dict[str, Any]], object]) -> str:
-    """Return what is said of a log whose only event after the first was changed as JSON."""
+    """Return the message about a log whose second and last event was changed as JSON."""
     value = json.loads(line_of(event))
     change(value)
     with pytest.raises(LogError) as caught:
@@ -51,7 +51,7 @@ def read_changed(event: m.MissionEvent, change: Callable[[dict[str, Any]], objec
     return str(caught.value)
 
 
-# What comes out is what went in.
+# Round trips.
 
 
 def test_a_whole_mission_comes_back_as_it_was(tmp_path: Path) -> None:
@@ -372,12 +372,12 @@ def test_a_field_with_a_default_may_be_missing() -> None:
     assert [terrain.blocks_sight for terrain in terrains] == [False, False, False]
 
 
-def test_a_whole_number_is_fine_where_a_number_is_wanted() -> None:
+def test_an_integer_is_accepted_for_a_number() -> None:
     value = json.loads(LogEncoder().line(START)) | {"resolution_m": 1}
     assert parse_log(json.dumps(value).encode("ascii")).events[0].resolution_m == 1.0
 
 
-def test_words_that_are_no_numbers_are_refused() -> None:
+def test_texts_that_are_not_numbers_are_refused() -> None:
     line = LogEncoder().line(START).replace('"resolution_m":0.25', '"resolution_m":NaN')
     with pytest.raises(LogError, match="line 1: is not JSON: NaN is no finite number"):
         parse_log(line.encode("ascii") + b"\n")
@@ -428,7 +428,7 @@ def test_numbers_that_nothing_can_be_made_of_are_refused() -> None:
         parse_log(text_of(START) + line.encode() + b"\n")
 
 
-def test_cells_told_more_often_than_there_are_any_are_refused() -> None:
+def test_looks_with_more_cells_than_the_map_are_refused() -> None:
     with pytest.raises(ValueError, match="has a cell twice"):
         runs_in("BC" + 2 * "AAJBIA", 10, 10)
 
@@ -445,7 +445,7 @@ def test_cells_told_more_often_than_there_are_any_are_refused() -> None:
         ("failed: c1; failed: r1", (m.Trigger(m.Cause.FAILED, ("c1",)), m.Trigger(m.Cause.FAILED, ("r1",)))),
     ],
 )
-def test_what_asks_for_a_plan_is_written_in_words_and_read_again(text: str, triggers: tuple[m.Trigger, ...]) -> None:
+def test_triggers_are_written_as_text_and_read_back(text: str, triggers: tuple[m.Trigger, ...]) -> None:
     assert trigger_text(triggers) == text
     assert read_triggers(text) == triggers
 

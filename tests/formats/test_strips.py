@@ -21,7 +21,7 @@ from marsupial.formats.strips import runs_in, text_of
         ((0, 1, 1, 5, 1, 0), "ABBKBBBA"),  # a code after the other
     ],
 )
-def test_a_text_is_as_the_documentation_says(runs: tuple[int, ...], text: str) -> None:
+def test_a_text_has_the_documented_form(runs: tuple[int, ...], text: str) -> None:
     assert text_of(runs, 10) == text
     assert runs_in(text, 10, 10) == runs
 

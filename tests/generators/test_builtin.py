@@ -54,7 +54,7 @@ def test_an_unknown_scenario_is_answered_with_the_known_ones() -> None:
         (500, 2, "carriers: must be at most 1000 robots with all rovers, got 1500"),
     ],
 )
-def test_a_team_of_nobody_or_larger_than_any_is_refused(carriers: int, rovers: int, message: str) -> None:
+def test_an_empty_or_too_large_team_is_refused(carriers: int, rovers: int, message: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         builtin_scenario("lobby", carriers, rovers)
     assert str(caught.value) == message

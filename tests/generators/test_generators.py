@@ -30,19 +30,19 @@ def robot(radius_m: float, *terrains: int) -> RobotType:
 
 
 def areas(grid: Grid, kind: RobotType) -> list[int]:
-    """Sizes in cells of the connected areas where `kind` can stand, largest first."""
+    """Return the sizes in cells of the connected areas where `kind` can stand, largest first."""
     labels, count = parts(footprint_of(grid, kind).standable)
     return sorted(np.bincount(labels.ravel(), minlength=count + 1)[1:].tolist(), reverse=True)
 
 
 def door_count(grid: Grid, inside: np.ndarray) -> int:
-    """Number of separate places where the area `inside` touches floor over an edge."""
+    """Return the number of separate places where the area `inside` is edge-adjacent to floor."""
     touching = inside & ndimage.binary_dilation(grid.cells == FLOOR)
     return int(ndimage.label(touching, structure=np.ones((3, 3)))[1])
 
 
 def rough_rooms(grid: Grid) -> list[int]:
-    """Number of doors of each rough room."""
+    """Return the number of doors of each rough room."""
     labels, count = ndimage.label(grid.cells == ROUGH)
     return [door_count(grid, labels == i) for i in range(1, count + 1)]
 
@@ -143,7 +143,7 @@ def test_there_are_as_many_obstacles_of_one_cell_as_asked_for(columns: int, rows
     assert np.count_nonzero(grid.cells == FLOOR) == columns * rows - obstacles
 
 
-def test_the_seed_says_where_they_are() -> None:
+def test_the_seed_places_them() -> None:
     assert scattered(25, 25, 20, seed=1).cells.tobytes() == scattered(25, 25, 20, seed=1).cells.tobytes()
     assert len({scattered(25, 25, 20, seed=seed).cells.tobytes() for seed in range(8)}) == 8
 
@@ -161,6 +161,6 @@ def test_areas_are_closed_and_every_room_has_a_door(name: str) -> None:
 @pytest.mark.parametrize(("name", "rooms", "width"), [("three-rooms", 4, 4), ("six-rooms", 7, 3)])
 def test_closed_doors_leave_so_many_rooms(name: str, rooms: int, width: int) -> None:
     floor = WALLED[name]().cells == FLOOR
-    # a wall is one cell thick: what has walls on either side of it is a door
+    # a wall is one cell thick: a free cell between two wall cells is a door
     beside = ndimage.binary_opening(floor, np.ones((width + 1, width + 1)))
     assert ndimage.label(beside)[1] == rooms

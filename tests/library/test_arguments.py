@@ -1,4 +1,4 @@
-"""Arguments of the Python API: whatever is passed, what comes out is a result or an error that names the argument."""
+"""Arguments of the Python API: every call gives a result or an error that names the argument."""
 
 import contextlib
 import json
@@ -24,7 +24,7 @@ INFO = marsupial.EngineInfo(name="yielding", deterministic_steps=True)
 
 
 class Shy:
-    """Has none of the methods that are asked for, and no words for itself."""
+    """Has none of the required methods, and a `repr` that raises."""
 
     def __repr__(self) -> str:
         raise RuntimeError("no words")
@@ -32,7 +32,7 @@ class Shy:
 
 @dataclass
 class Deciding:
-    """A strategy that decides on something."""
+    """A strategy that returns a given value."""
 
     decision: Any
     name: Any = "deciding"
@@ -43,7 +43,7 @@ class Deciding:
 
 @dataclass
 class Yielding:
-    """An engine that yields something."""
+    """An engine that yields a given value."""
 
     events: Any
     info: Any = INFO
@@ -121,7 +121,7 @@ def test_a_wrong_argument_of_explore_or_scenario_is_named(arguments: dict[str, A
 @pytest.mark.parametrize(
     "arguments", [{"strategy": Failing()}, {"strategy": "temporal", "planner": Failing()}, {"sensor": Failing()}]
 )
-def test_what_somebody_elses_code_raises_comes_through_as_it_is(arguments: dict[str, Any]) -> None:
+def test_exceptions_of_foreign_code_pass_through_unchanged(arguments: dict[str, Any]) -> None:
     with pytest.raises(ZeroDivisionError, match="mine"):
         marsupial.explore("lobby", **{**QUICK, **arguments})
 
@@ -171,7 +171,7 @@ def test_whatever_it_is_an_argument_is_plain_or_refused_by_name(value: Any) -> N
 def test_explore_raises_nothing_but_errors_of_its_own(name: str, value: Any) -> None:
     plausible = isinstance(value, str) if name == "log" else value is None or isinstance(value, int)
     if plausible or (name in ("budget", "seed") and isinstance(value, float)):
-        return  # would be a mission, or write somewhere
+        return  # these would run a mission, or write files
     with contextlib.suppress(MarsupialError):
         marsupial.explore(**{"scenario": "lobby", **QUICK, name: value})
 

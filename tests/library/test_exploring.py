@@ -1,4 +1,4 @@
-"""`marsupial.explore`: a mission as `marsupial run` flies it, and its result."""
+"""`marsupial.explore`: the same mission as `marsupial run`, and its result."""
 
 import inspect
 import json
@@ -107,7 +107,7 @@ def test_an_invalid_plan_of_an_own_strategy_ends_the_mission() -> None:
 
 
 class Nearsighted:
-    """Sees the eight cells around, through walls too."""
+    """Sees the eight neighbouring cells, also through walls."""
 
     def visible(self, truth: marsupial.Grid, kind: marsupial.RobotType, cell: marsupial.Cell) -> npt.NDArray[np.int64]:
         height, width = truth.cells.shape
@@ -147,7 +147,7 @@ def test_a_sensor_may_see_nothing() -> None:
     assert marsupial.explore(drawn_scenario(*ANNEX), **QUICK, sensor=Blind()).status == "complete"
 
 
-def test_what_cannot_be_done_is_told_before_anything_is_written(tmp_path: Path) -> None:
+def test_errors_are_raised_before_anything_is_written(tmp_path: Path) -> None:
     log = tmp_path / "mission.jsonl"
     asked: list[tuple[type[Exception], str, dict[str, Any]]] = [
         (ScenarioError, "did you mean lobby", {"scenario": "loby"}),

@@ -1,4 +1,4 @@
-"""Strategies and engines of installed packages, known by name wherever ours are."""
+"""Strategies and engines of installed packages are available by name like our own."""
 
 import json
 from collections.abc import Mapping
@@ -64,7 +64,7 @@ def fails():
 
 
 def install(folder: Path, name: str, groups: Mapping[str, Mapping[str, str]], code: str = CODE) -> Path:
-    """Lay a package called `name` with these entry points into `folder`, which then has to be on `sys.path`."""
+    """Write a package `name` with these entry points to `folder`, which must then be on `sys.path`."""
     info = folder / f"{name}-1.0.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
@@ -108,7 +108,7 @@ def test_our_own_engine_keeps_its_name() -> None:
     assert type(engine("greedy")).__module__.startswith("marsupial.")
 
 
-def test_engines_that_cannot_be_used_say_why_and_break_no_other() -> None:
+def test_unusable_engines_give_the_reason_and_break_no_other() -> None:
     missing = {info.name: info.missing for info in engine_infos()}
     assert missing["copy"] is None
     assert missing["lost"] == "can't be loaded from others: ModuleNotFoundError: No module named 'nowhere_at_all'"
@@ -121,7 +121,7 @@ def test_engines_that_cannot_be_used_say_why_and_break_no_other() -> None:
         next(iter(engine("failing").solve(None, STEP)))  # type: ignore[arg-type]
 
 
-def test_a_name_that_two_packages_give_is_nobodys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_name_given_by_two_packages_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     other = {"marsupial.engines": {"copy": "more:Copy"}}
     monkeypatch.syspath_prepend(install(tmp_path / "more", "more", other))
     with pytest.raises(EngineUnavailable, match="named more than once, by more and others"):
@@ -142,7 +142,7 @@ def test_strategies_are_made_with_a_planner_if_they_ask_one() -> None:
         ("failing", "strategy failing of others can't be made: RuntimeError: out of order"),
     ],
 )
-def test_a_strategy_that_cannot_be_used_says_why(name: str, reason: str) -> None:
+def test_an_unusable_strategy_gives_the_reason(name: str, reason: str) -> None:
     with pytest.raises(EngineUnavailable, match=reason):
         strategy(name, planner="greedy", budget=STEP)
 
@@ -197,7 +197,7 @@ def test_the_service_offers_them(tmp_path: Path) -> None:
         planner_infos({"copy": "cmd:plan {domain} {problem}"})
 
 
-def test_strategies_are_listed_by_what_they_say_of_themselves_and_those_that_cannot_be_used_say_why(
+def test_strategies_are_listed_with_their_own_info_and_unusable_ones_with_the_reason(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main(["strategies", "--json"]) == 0

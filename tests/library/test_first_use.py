@@ -18,7 +18,7 @@ from marsupial.planning.list_scheduling.greedy import Greedy
 
 
 class Watched(Greedy):
-    """Notes the situations it is asked about, and then may fail."""
+    """Records the situations it gets, and may then fail."""
 
     def __init__(self, asked: list[Situation], error: Exception | None = None) -> None:
         super().__init__()
@@ -33,7 +33,7 @@ class Watched(Greedy):
 
 @pytest.fixture(autouse=True)
 def forget() -> None:
-    """Let planners be tried out again."""
+    """Let planners be prepared again."""
     try_planner.cache_clear()
 
 
@@ -50,7 +50,7 @@ def test_an_engine_in_this_process_is_tried_out_on_a_team_that_needs_everything(
     assert len(asked) == 1, "it is tried out once in a process"
 
 
-def test_an_engine_that_fails_at_that_is_left_for_whoever_asks_it_in_earnest(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_engine_that_fails_in_the_trial_run_raises_nothing_yet(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Situation] = []
     monkeypatch.setattr(engines, "ENGINES", {"watched": lambda: Watched(asked, ValueError("no"))})
     prepare_planner("watched")()
@@ -98,7 +98,7 @@ print(json.dumps(told))
 
 
 def told(program: str, **environment: str) -> dict[str, Any]:
-    """Return what a process of its own says, with these variables set."""
+    """Return the output of a new process with these environment variables."""
     where = os.environ | environment
     done = subprocess.run([sys.executable, "-c", program], env=where, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -110,15 +110,15 @@ NOTHING: dict[str, list[str]] = {"for_mission": [], "for_planner": [], "late": [
 
 
 def test_all_code_is_ready_before_a_budget_counts() -> None:
-    """Whether it is compiled or loaded: what is called first within a budget would be in neither case."""
+    """No function may be compiled or loaded for the first time within a budget."""
     assert told(FRESH)["unready"] == []
 
 
 @pytest.mark.slow
-def test_all_is_compiled_before_a_budget_counts_and_nothing_is_said_where_it_was_compiled_before(
+def test_all_code_is_compiled_before_a_budget_counts_with_a_message_the_first_time_only(
     tmp_path: Path,
 ) -> None:
-    own_code = {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_CPU_NAME": "generic"}  # no precompiled one is for that
+    own_code = {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_CPU_NAME": "generic"}  # no precompiled code is for that target
     cold, warm = told(FRESH, **own_code), told(FRESH, **own_code)
     assert cold["late"] == cold["unready"] == []
     assert cold["for_mission"][0] == cold["for_planner"][0] == "compiling, which is done once on a machine ..."
@@ -149,7 +149,7 @@ def test_compiling_is_called_done_once_only_where_code_is_kept(
 
 
 class Compiles(nullcontext[None]):
-    """Tells of one function that is compiled, as `native.watched` does."""
+    """Reports one compiled function, as `native.watched` does."""
 
     def __init__(self, tell: native.Compiling) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The one table of metrics, and who reads it."""
+"""The table of metrics, and its users."""
 
 from dataclasses import fields, replace
 from pathlib import Path

@@ -73,7 +73,7 @@ def test_the_area_to_explore_is_what_some_robot_of_the_team_can_get_to() -> None
 
 
 class Order(Observer):
-    """Notes what it is told of, and the area that there is to explore."""
+    """Records all calls, and the reachable area."""
 
     def __init__(self) -> None:
         self.told: list[str] = []
@@ -93,7 +93,7 @@ class Order(Observer):
         self.told.append("analysed")
 
 
-def test_who_watches_is_told_once_and_first_what_there_is_to_explore() -> None:
+def test_observers_receive_the_reachable_area_once_and_first() -> None:
     watcher = Order()
     simulate(drawn_scenario(*ANNEX), strategy="heuristic", planner="greedy", budget=STEP, seed=3, observer=watcher)
     assert watcher.told[0] == "reachable"
@@ -176,7 +176,7 @@ def test_teams_of_several_carrier_and_rover_types_work_together(strategy: str) -
 
 @st.composite
 def scenarios(draw: st.DrawFn) -> Scenario:
-    """Draw a small map strewn with walls and rough ground, a team, and what is asked of it."""
+    """Draw a small map with walls and rough ground, a team and a goal."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     size = draw(st.integers(3, 12)), draw(st.integers(3, 12))
     walls, rough = draw(st.sampled_from([0.1, 0.25])), draw(st.sampled_from([0.0, 0.3]))

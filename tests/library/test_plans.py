@@ -18,7 +18,7 @@ PLAN = serve(two_rooms())[0]
 
 
 class Scripted:
-    """An engine that yields what it was told to."""
+    """An engine that yields a script of events."""
 
     info = marsupial.EngineInfo(name="scripted")
 
@@ -54,7 +54,7 @@ def test_plans_that_are_no_better_or_invalid_are_left_out() -> None:
     assert repr(found) == f"<3 plans so far: makespan {PLAN.makespan_ms / 1000:g} s>"
 
 
-def test_whoever_has_enough_ends_the_engine() -> None:
+def test_closing_the_iterator_ends_the_engine() -> None:
     engine = Scripted(PLAN, PLAN)
     found = marsupial.plan(two_rooms(), engine)
     assert next(found) == PLAN
@@ -82,7 +82,7 @@ def test_a_situation_is_a_value_its_json_or_a_file(tmp_path: Path) -> None:
     assert len({next(plans).makespan_ms for plans in found}) == 1
 
 
-def test_what_is_wrong_is_told(tmp_path: Path) -> None:
+def test_errors_are_reported(tmp_path: Path) -> None:
     with pytest.raises(SituationError, match=r"nowhere\.json: no such file"):
         marsupial.plan(tmp_path / "nowhere.json")
     with pytest.raises(SituationError, match="robots"):

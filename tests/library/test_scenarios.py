@@ -39,13 +39,13 @@ def test_a_scenario_file_keeps_its_team_unless_told_otherwise(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_nothing_is_odd_about_the_maps_of_built_in_scenarios(name: str) -> None:
+def test_maps_of_built_in_scenarios_have_no_warnings(name: str) -> None:
     built_in = builtin_scenario(name)
     assert describe(built_in.grid, built_in.robot_types).warnings == ()
     assert load_scenario(name).warnings() == []
 
 
-def test_what_is_odd_about_a_map_is_told_be_it_bare_or_in_a_scenario_file(tmp_path: Path) -> None:
+def test_warnings_about_a_map_are_shown_for_bare_maps_and_scenario_files(tmp_path: Path) -> None:
     (tmp_path / "square.map").write_text(SQUARE)
     path = tmp_path / "mine.yaml"
     write_scenario(builtin_scenario("lobby", 1, 1), path)
@@ -62,7 +62,7 @@ def test_what_is_odd_about_a_map_is_told_be_it_bare_or_in_a_scenario_file(tmp_pa
     assert not any("scale" in text for text in loaded.warnings())
 
 
-def test_robots_that_start_on_the_same_cell_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_robots_that_start_on_the_same_cell_are_warned_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "mine.yaml"
     write_scenario(builtin_scenario("lobby"), path)
     x_m, y_m = builtin_scenario("lobby").grid.centre_m(Cell(20, 20))
@@ -76,7 +76,7 @@ def test_robots_that_start_on_the_same_cell_are_told(tmp_path: Path, capsys: pyt
     assert capsys.readouterr().err.count(told) == 1
 
 
-def test_robots_on_cells_of_their_own_and_drawn_starts_are_not_odd(tmp_path: Path) -> None:
+def test_robots_on_different_cells_and_drawn_starts_cause_no_warning(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     write_scenario(builtin_scenario("lobby", 2, 2), path)
     assert load_scenario(str(path)).warnings() == []

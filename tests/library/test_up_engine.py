@@ -19,7 +19,7 @@ def up() -> Any:
 
     shortcuts.get_environment().credits_stream = None
     marsupial.register_with_unified_planning()
-    marsupial.register_with_unified_planning()  # once more does no harm
+    marsupial.register_with_unified_planning()  # a second call has no effect
     return shortcuts
 
 

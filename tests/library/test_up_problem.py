@@ -1,4 +1,4 @@
-"""The canonical problem in unified-planning, and its validator beside our checker."""
+"""The canonical problem in unified-planning, and its validator compared with our checker."""
 
 from dataclasses import replace
 from fractions import Fraction

@@ -52,7 +52,7 @@ def test_whether_a_robot_can_go_on_is_settled_by_touch(truth: CellArray, radius:
     height, width = truth.shape
     found = on_map(Contact(rover(radius_m=radius), 1.0).touched(truth, at), Grid(cells=truth, resolution_m=1.0))
     if (truth[_under(at, radius, truth)] == OBSTACLE).any():
-        return  # it can't stand there
+        return  # the robot can't stand there
     for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
         beside = Cell(at.x + dx, at.y + dy)
         if 0 <= beside.x < width and 0 <= beside.y < height:
@@ -69,7 +69,7 @@ def _start(truth: CellArray, data: st.DataObject) -> Cell:
 
 
 def _under(cell: Cell, radius: float, truth: CellArray) -> tuple[np.ndarray, np.ndarray]:
-    """Return rows and columns of the cells under a robot, as far as they are on the map."""
+    """Return rows and columns of the map's cells under a robot."""
     height, width = truth.shape
     x, y = (disc(radius) + np.array(cell)).T
     inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)

@@ -32,7 +32,7 @@ def wide_rover(carrier_range_m: float) -> dict[str, RobotType]:
 
 
 def counted(carrier_range_m: float, team: tuple[PlacedRobot, ...] = TEAM) -> int:
-    """Return how many cells count of the hall of 7 and the 6 on which a rover fits."""
+    """Return the number of explorable cells: of the hall's 7, and of the 6 where a rover fits."""
     kinds = tuple(wide_rover(carrier_range_m).values())
     return int(np.count_nonzero(explorable_area(BESIDE_A_PATCH, kinds, team)))
 

@@ -72,7 +72,7 @@ def _revealed(grid: Grid, kind: RobotType) -> Footprint:
 
 
 def _clear_of(barred: Mask, radius: float) -> Mask:
-    """Return where no barred cell's centre, nor one outside, is nearer than `radius` (its own cell is always free)."""
+    """Return where no barred cell's centre, on or off the map, is nearer than `radius`; own cells are always free."""
     free = np.pad(~barred, 1)
     distance = ndimage.distance_transform_edt(free)[1:-1, 1:-1]
     return np.asarray(~barred & (distance >= radius - 1e-9))

@@ -55,7 +55,7 @@ def cell_in(mask: Mask, data: st.DataObject) -> Cell | None:
 
 
 def moved(robot: PlacedRobot, reach: Reach, data: st.DataObject) -> PlacedRobot:
-    """Return where a robot may be next: where it is, aboard (even if nobody could have got there), or set down."""
+    """Return a next position: the same, aboard (even if that is unreachable), or set down."""
     docking = reach.docking["carrier", "rover"].cells
     if robot.cell is None:
         cell = cell_in(docking, data) if data.draw(st.booleans()) else None

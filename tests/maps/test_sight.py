@@ -20,7 +20,7 @@ def seen_from(grid: Grid, cell: Cell, range_cells: float = FAR) -> list[str]:
 
 def test_an_empty_room_is_seen_with_its_walls() -> None:
     rows = ("#####", "#...#", "#.o.#", "#...#", "#####")
-    # of the walls' corners no side faces the room
+    # no side of the walls' corners faces the room
     assert seen_from(draw(*rows), *where("o", *rows)) == [".xxx.", "xxxxx", "xxxxx", "xxxxx", ".xxx."]
 
 
@@ -145,7 +145,7 @@ def _case(cells: CellArray, data: st.DataObject) -> tuple[Grid, Cell, float]:
 
 
 def _between_corners(cell: Cell, grid: Grid) -> list[float]:
-    """Return one direction between every two corners of cells that follow each other: all rays there meet the same.
+    """Return one direction between each two consecutive corners of cells: all rays between them hit the same cells.
 
     None is along an axis.
     """
@@ -160,7 +160,7 @@ def _between_corners(cell: Cell, grid: Grid) -> list[float]:
 
 
 def _ray(grid: Grid, opaque: CellArray, cell: Cell, angle: float) -> list[int]:
-    """Return the cells that a ray crosses from the centre of `cell` up to and with the first opaque one."""
+    """Return the cells that a ray from the centre of `cell` crosses, up to and including the first opaque one."""
     step_x, step_y = (1 if math.cos(angle) > 0 else -1), (1 if math.sin(angle) > 0 else -1)
     next_x, next_y = abs(0.5 / math.cos(angle)), abs(0.5 / math.sin(angle))
     x, y = cell

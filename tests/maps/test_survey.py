@@ -66,7 +66,7 @@ def test_only_carriers_have_homes() -> None:
     assert found.poses["h_c"] == {"carrier": START}
 
 
-def test_without_return_home_nobody_has_a_home() -> None:
+def test_without_return_home_no_carrier_has_a_home() -> None:
     assert survey(*CARRYING).situation.homes == ()
 
 
@@ -90,7 +90,7 @@ def test_who_comes_home_brings_the_rovers(goal: Goal, asked: SituationGoal) -> N
     assert survey(*CARRYING, rows=CLOSED, goal=goal).situation.goal == asked
 
 
-def test_a_robot_on_its_way_is_free_where_and_when_its_report_says() -> None:
+def test_a_driving_robot_is_free_at_the_reported_place_and_time() -> None:
     found = survey(
         report("c", START, free_at_ms=12_500), report("r", None, "rover", on="c", free_at_ms=12_500), now_ms=10_000
     )
@@ -114,14 +114,14 @@ def test_lost_robots_are_left_out() -> None:
     assert "s_d" not in found.poses
 
 
-def test_a_carrier_that_is_lost_reaches_nothing_and_meets_nobody() -> None:
+def test_a_lost_carrier_has_no_reach_and_no_meeting_points() -> None:
     found = survey(report("c", START, lost=True), report("r", Cell(8, 7), "rover"))
     assert found.meetings == ()
     assert [set(target.viewpoints) for target in found.targets] == [{"rover"}]
     assert survey(report("c", START, lost=True), report("r", None, "rover", on="c", lost=True)).targets == ()
 
 
-def test_who_can_explore_a_target_is_told() -> None:
+def test_a_target_lists_its_explorers() -> None:
     found = survey(*CARRYING)
     (target,), (told,) = found.targets, found.situation.targets
     assert (told.name, told.explorers, told.reveal_m2) == (target.name, {"rover"}, target.reveal_m2)
@@ -131,7 +131,7 @@ def test_who_can_explore_a_target_is_told() -> None:
 @settings(max_examples=25)
 @given(st.integers(0, 9999))
 def test_travel_tables_hold_the_shortest_paths_of_each_type_while_the_map_grows(seed: int) -> None:
-    """There is one type that is as the rover but slow, and one whose diagonal steps are shorter."""
+    """One type is a slow rover, another one has shorter diagonal steps."""
     rng = np.random.default_rng(seed)
     truth = rng.choice([FLOOR, ROUGH, OBSTACLE], (9, 12), p=[0.6, 0.2, 0.2]).astype(np.uint8)
     truth[3:6, 3:8] = FLOOR
@@ -210,7 +210,7 @@ def test_points_in_use_stay() -> None:
     assert found.connects["kept"] == {target.name for target in found.targets}
 
 
-def test_what_remains_is_told_with_reasons() -> None:
+def test_remaining_frontiers_have_reasons() -> None:
     rows = ("#?#####.?", "#.#####.#", *CLOSED)
     rows = tuple(row.ljust(11, "#") for row in rows)
     looking = surveyor(draw(*rows))

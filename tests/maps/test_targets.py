@@ -97,7 +97,7 @@ def test_what_a_target_may_reveal_is_the_unknown_in_sight_from_its_viewpoint() -
     assert target.reveal_m2 == ROVER.sensor_range_m
 
 
-def test_a_target_says_on_the_map_who_can_explore_it() -> None:
+def test_a_target_lists_the_types_that_can_explore_it() -> None:
     (target,) = targets_of(draw("r??"), standing("r", Cell(0, 0), "rover"))
     assert target.on_map() == MapTarget(
         name="t_0_0", cell=Cell(0, 0), explorers=("rover",), reveal_m2=2.0, frontier_cells=1
@@ -178,7 +178,10 @@ def test_a_frontier_no_robot_fits_at_is_refused_as_too_narrow() -> None:
     [
         (("##?##", "##.##", ".....", "..c..", "....."), 1.2),  # it covers the frontier
         (("#?###", "#..##", "#....", "..c..", "....."), 1.2),  # it stands diagonally beside it
-        (("###?###", "###.###", ".......", ".......", "...c...", ".......", "......."), 2.2),  # only its rim gets there
+        (
+            ("###?###", "###.###", ".......", ".......", "...c...", ".......", "......."),
+            2.2,
+        ),  # only the rim of its footprint reaches it
     ],
 )
 def test_a_frontier_beside_which_a_robot_stands_is_not_too_narrow(rows: tuple[str, ...], radius_m: float) -> None:
@@ -191,7 +194,7 @@ MIXED = random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN), smal
 
 
 @given(cells=MIXED, radius=st.sampled_from([0.2, 1.2, 1.5, 2.3]), data=st.data())
-def test_what_is_said_of_a_refused_frontier_fits_where_robots_can_stand(
+def test_the_reason_for_a_refused_frontier_matches_where_robots_can_stand(
     cells: CellArray, radius: float, data: st.DataObject
 ) -> None:
     grid = Grid(cells=cells, resolution_m=1.0)
@@ -201,7 +204,7 @@ def test_what_is_said_of_a_refused_frontier_fits_where_robots_can_stand(
         [Cell(int(x), int(y)) for kind in kinds for y, x in np.argwhere(masks[kind.name])]
         for masks in ({kind.name: footprint_of(grid, kind).standable for kind in kinds}, reach.by_type)
     )
-    # of a group of one cell the cell is known; of larger ones only the middle is told
+    # a group is reported by its middle cell only, so only groups of one cell are known in full
     for cell, count, reason in _refused(finder, reach):
         if count == 1 and any(_beside(cell, at) for at in reached):
             assert reason == "robots can stand beside it, but none gets any farther"
@@ -219,7 +222,7 @@ def test_a_frontier_behind_a_wall_is_refused_as_not_connected() -> None:
 
 
 def test_a_frontier_of_a_diagonal_wall_is_judged_by_its_own_surroundings() -> None:
-    # the box round the frontier holds open ground, the frontier itself is nowhere near it
+    # open ground is in its bounding box only
     rows = (
         "##########",
         "#.......#?",
@@ -235,7 +238,7 @@ def test_a_frontier_of_a_diagonal_wall_is_judged_by_its_own_surroundings() -> No
     assert {reason for _, _, reason in found} == {TOO_NARROW}
 
 
-def test_a_frontier_where_a_robot_might_turn_out_to_fit_is_not_called_too_narrow() -> None:
+def test_a_frontier_where_a_robot_may_fit_is_not_reported_as_too_narrow() -> None:
     rows = (
         "#######???",
         "...####.??",
@@ -340,7 +343,7 @@ def _hopefully_seen(grid: Grid, target: Target) -> set[int]:
 
 
 def _start(truth: CellArray, kind: RobotType, data: st.DataObject) -> tuple[Cell, np.ndarray]:
-    """Clear a place for a robot, and return it with what the robot can reach from there."""
+    """Clear a place for a robot; return the place and the reach from there."""
     height, width = truth.shape
     span = min(int(kind.radius_m) + 1, (height - 1) // 2, (width - 1) // 2)
     start = Cell(data.draw(st.integers(span, width - 1 - span)), data.draw(st.integers(span, height - 1 - span)))
@@ -352,7 +355,7 @@ def _start(truth: CellArray, kind: RobotType, data: st.DataObject) -> tuple[Cell
 
 
 def _sensed(truth: CellArray, known: CellArray, kind: RobotType, at: Cell) -> np.ndarray:
-    """Reveal what a robot sees and touches; return what is new."""
+    """Reveal the cells that a robot sees and touches; return the new ones."""
     seen = Sight(truth, Grid(cells=truth, resolution_m=1.0).opaque_codes()).visible(at, kind.sensor_range_m)
     new = np.unique(np.concatenate([seen, Contact(kind, 1.0).touched(truth, at)]))
     new = new[known.ravel()[new] == UNKNOWN]

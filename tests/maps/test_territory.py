@@ -63,7 +63,7 @@ def test_a_rover_docks_no_farther_than_bodies_reach() -> None:
     assert docking.carrier_at(np.array([5 * 9 + 4, 3 * 9 + 1])).tolist() == [3 * 9 + 4, 2 * 9 + 2]
 
 
-def test_nobody_docks_through_a_wall() -> None:
+def test_no_robot_docks_through_a_wall() -> None:
     rows = ("....", "####", "....", ".c..", "....")
     reach = reach_of(Territory(draw(*rows), (CARRIER, ROVER)), [standing("c", *where("c", *rows)), aboard("r", "c")])
     assert picture(reach.docking["carrier", "rover"].cells) == ["....", "....", "xxxx", "xxxx", "xxxx"]

@@ -58,7 +58,7 @@ def test_ground_behind_doors_too_narrow_for_carriers_is_for_rovers_only_as_well(
     door = "####.####"
     building = draw(*rows, door, *rows)
     team = standing("c", Cell(4, 4)), aboard("r", "c")
-    beyond = 7 * 7 + 1  # where a carrier would have room
+    beyond = 7 * 7 + 1  # where a carrier fits
     assert unseen(building, *team).rovers_only == pytest.approx(
         (beyond + FIRST_GUESS * FIRST_GUESS_M2) / (2 * 81 + 1 + FIRST_GUESS_M2)
     )

@@ -20,7 +20,7 @@ def through_the_unknown(cells: CellArray) -> CellArray:
 
 
 def clusters_of(cells: CellArray, groups: list[Ints], range_cells: float) -> list[tuple[int, list[int]]]:
-    """Find the clusters by their definition."""
+    """Return the clusters by their definition."""
     sight, width = Sight(cells, through_the_unknown(cells)), cells.shape[1]
     free, found = set(np.concatenate(groups).tolist()) if groups else set(), []
     for group in groups:
@@ -44,7 +44,7 @@ def test_what_is_unknown_in_a_view_is_counted() -> None:
 def test_views_stay_those_of_a_fresh_look_while_the_map_is_revealed(
     most: int, truth: CellArray, data: st.DataObject
 ) -> None:
-    """Hidden cells and clusters of what was asked for before and after, with views that are kept or too large."""
+    """Compares hidden cells and clusters for old and new queries, with views that are cached or too large."""
     rng = np.random.default_rng(data.draw(st.integers(0, 9999)))
     cells = np.full_like(truth, UNKNOWN)
     opaque, width = through_the_unknown(cells), truth.shape[1]

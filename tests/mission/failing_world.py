@@ -8,9 +8,9 @@ from marsupial.sim.world import SimulatedWorld
 
 
 class FailingWorld(SimulatedWorld):
-    """Every command for which `fails` (given its number from 1, and its name) says so ends without being done.
+    """Every command for which `fails(number from 1, name)` is true ends without effect.
 
-    Of a drive only the first step is done.
+    Of a drive only the first step is made.
     """
 
     def __init__(

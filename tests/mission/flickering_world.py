@@ -1,4 +1,4 @@
-"""A simulated world whose map flickers: cells that are known become something else, again and again."""
+"""A simulated world whose map flickers: known cells repeatedly change their codes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -18,9 +18,9 @@ Blinks = Callable[["FlickeringWorld", int], Mapping[Cell, int]]
 
 
 class FlickeringWorld(SimulatedWorld):
-    """What `blinks` says of known cells is reported, and what is there as soon as it says nothing of them any more.
+    """Reports for known cells the codes from `blinks`, and the true codes once `blinks` has none for them.
 
-    Cells that it says are unknown stay so until a robot sees them again if `forgets`.
+    With `forgets`, cells reported as unknown stay unknown until a robot sees them again.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""A world that only does what it is told, and strategies that do what a test wants."""
+"""A fake world controlled by tests, and scripted strategies."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -13,7 +13,7 @@ from marsupial.model.world import Manoeuvres, News, RobotReport
 
 
 class FakeWorld:
-    """A `World` that notes commands and lets nothing happen by itself; a test moves the robots by `put`."""
+    """A `World` that records commands and does nothing by itself; tests move robots with `put`."""
 
     def __init__(self, *robots: RobotReport) -> None:
         self.commands: list[tuple[object, ...]] = []
@@ -74,7 +74,7 @@ class Scripted:
 
 
 class Timed:
-    """Another strategy, said to have taken `wall_s` seconds for each decision."""
+    """Another strategy, with a reported time of `wall_s` seconds for each decision."""
 
     def __init__(self, inner: Strategy, wall_s: float) -> None:
         self.name = inner.name
@@ -89,7 +89,7 @@ class Timed:
 
 
 def plan_of(actions: Iterable[Action]) -> Plan:
-    """Return the plan of these actions, one second after the other."""
+    """Return the plan in which these actions start one second apart."""
     return Plan(actions=tuple(replace(action, start_ms=1000 * i) for i, action in enumerate(actions)))
 
 

@@ -116,7 +116,7 @@ def test_one_thing_that_makes_no_sense_any_more_does_not_spoil_the_rest() -> Non
     assert words(carried_over(actions, situation, itself(situation))) == ["(explore c2 c2_start t1)"]
 
 
-def test_nobody_docks_where_the_partner_is_not() -> None:
+def test_no_robot_docks_without_its_partner() -> None:
     situation = replace(bring_them_home(), goal=SituationGoal())
     assert carried_over([meet(DOCK, "r1", "c1", "m1")], situation, {}) is None
     actions = [drive(MOVE, "r2", "m1", "s"), meet(DOCK, "r2", "c1", "m1")]

@@ -18,12 +18,12 @@ TURNING = EnergyModel(metre_j=1.0, stop_j=0.5, turn_j=(0.4, 0.6, 0.8, 1.0))
 
 
 class Judge(Observer):
-    """Compares the energy of each drive with the least that it can take on the map known then.
+    """Compares the energy of each drive with the minimum on the map known at that time.
 
     Attributes
     ----------
     drives
-        The energy of each drive and the least one.
+        Pairs of the energy of each drive and the minimum.
     """
 
     def __init__(self, scenario: Scenario) -> None:

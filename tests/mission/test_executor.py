@@ -46,7 +46,7 @@ class Stage:
         return plan
 
     def commands(self) -> list[tuple[object, ...]]:
-        """Return the commands given since last asked."""
+        """Return the commands since the last call."""
         given, self.world.commands = self.world.commands, []
         return given
 

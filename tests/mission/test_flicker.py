@@ -102,7 +102,7 @@ def test_a_region_that_is_lost_once_is_explored_again() -> None:
 
 
 class Row:
-    """A map of one row of floor, and what flickers of it."""
+    """A map of one row of floor, and its flicker filter."""
 
     def __init__(self) -> None:
         self.told: CellArray = np.full((1, 12), FLOOR, dtype=np.uint8)
@@ -110,7 +110,7 @@ class Row:
         self.now_ms = 0
 
     def tell(self, code: int, cell: int = 5, *, after_ms: int = 1000, under: tuple[int, ...] = ()) -> int:
-        """Let a cell be told to be something; return what it counts as."""
+        """Report a code for a cell; return the code that the filter gives it."""
         self.now_ms += after_ms
         self.told[0, cell] = code
         self.flicker.update(np.array([cell]), self.now_ms, np.array(under, dtype=np.int64))
@@ -145,7 +145,7 @@ def test_a_door_may_close_and_open_twice_and_then_counts_as_closed_until_it_is_s
     assert row.flicker.remaining(row.now_ms + STEADY_MS + 1) == ()
 
 
-def test_a_door_that_opens_and_closes_seldom_is_always_what_it_is_told() -> None:
+def test_a_door_that_rarely_opens_and_closes_always_has_its_reported_code() -> None:
     row = Row()
     for _ in range(3 * MOST_FLIPS):
         assert row.tell(OBSTACLE, after_ms=STEADY_MS + 1) == OBSTACLE
@@ -159,7 +159,7 @@ def test_a_cell_that_flickers_under_a_robot_counts_as_ground() -> None:
     assert (row.tell(OBSTACLE, under=(5,)), row.tell(FLOOR, under=(5,)), row.tell(FLOOR)) == (FLOOR, FLOOR, OBSTACLE)
 
 
-def test_before_a_mission_would_be_over_what_flickers_is_what_it_is_told() -> None:
+def test_before_a_mission_ends_flickering_cells_have_their_reported_codes() -> None:
     row = Row()
     for code in (OBSTACLE, FLOOR) * (MOST_FLIPS // 2 + 1):
         row.tell(code)

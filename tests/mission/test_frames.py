@@ -1,4 +1,4 @@
-"""Missions whose map changes and grows beyond its frame: in the log, played back, and on the page."""
+"""Missions whose map changes and grows beyond its frame: log, playback and page."""
 
 import json
 from dataclasses import replace
@@ -18,7 +18,7 @@ from marsupial.model.frames import in_last_frame, moved_event
 GROWN = growing_mission()
 
 
-def test_a_log_of_a_map_that_changes_reads_as_it_was_written_and_its_lines_say_their_version() -> None:
+def test_a_log_of_a_changing_map_reads_back_and_its_lines_have_their_version() -> None:
     lines = list(log_lines(GROWN))
     assert parse_log("".join(f"{line}\n" for line in lines).encode()).events == GROWN
     told = [(line["event"], line.get("version")) for line in map(json.loads, lines)]

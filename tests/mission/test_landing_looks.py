@@ -61,7 +61,7 @@ def flown(grid: Grid, start: Cell, carrier_range_m: float, strategy: str, sensor
 
 
 class Blind(FieldOfView):
-    """Sees nothing of what is above the hall and the row of cells along it."""
+    """Sees nothing above the hall and the row of cells along it."""
 
     def visible(self, truth: Grid, kind: RobotType, cell: Cell) -> npt.NDArray[np.int64]:
         seen = super().visible(truth, kind, cell)
@@ -110,7 +110,7 @@ def test_what_a_team_explores_does_not_depend_on_who_leads_it(seed: int) -> None
 
 
 def odd_world(rng: random.Random) -> Scenario:
-    """Draw a world with ground of its own for either role, and a team that sees hardly farther than it docks."""
+    """Draw a world with separate ground for each role, and a team that sees little farther than it docks."""
     width, height = rng.randint(7, 11), rng.randint(6, 9)
     cells = np.full((height, width), OBSTACLE, dtype=np.uint8)
     border = rng.randint(2, height - 3)

@@ -53,7 +53,7 @@ def nothing(_briefing: Briefing) -> Plan:
 
 
 def nearest_target(briefing: Briefing) -> Plan:
-    """Send the first carrier to the target nearest to it, nobody else anywhere."""
+    """Send only the first carrier, to its nearest target."""
     situation = briefing.situation
     if not situation.targets:
         return Plan(actions=())
@@ -108,11 +108,11 @@ def test_a_rover_is_set_down_explores_and_is_picked_up_again() -> None:
     assert watcher.faults == []
 
 
-def test_without_the_wish_to_recover_a_mission_is_over_when_all_is_seen() -> None:
+def test_without_recovery_a_mission_is_over_when_all_is_seen() -> None:
     ended, _ = fly(drawn_grid(*ANNEX), [carrier_at(1, 3), rover_on("c1")], greedy_strategy(), goal=LEAVE)
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     assert (ended.aboard, ended.retrievals) == ((), 0)
-    # whoever drives stops at the next cell first
+    # driving robots first stop at the next cell
     assert ended.exploration_ms is not None
     assert ended.t_ms - ended.exploration_ms < 3000
 
@@ -131,7 +131,7 @@ def test_a_team_that_has_to_return_home_does_but_rovers_on_the_ground_have_none(
 
 
 def test_a_mission_is_complete_though_a_robot_that_just_stopped_had_been_given_one_more_thing_to_do() -> None:
-    # at x = 36 the carrier is told to stop; at x = 38, where it stands at last, it sees the end of the hall
+    # the carrier gets the stop command at x = 36; at x = 38, where it stops, it sees the end of the hall
     ended, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], Scripted(nearest_target))
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     assert watcher.faults == []
@@ -145,7 +145,7 @@ def test_a_strategy_that_does_nothing_stalls_and_every_frontier_is_named() -> No
     assert all(ended.reason in left.reason for left in ended.remaining)
 
 
-def test_ground_that_nobody_can_get_to_is_named_even_when_complete() -> None:
+def test_unreachable_ground_is_named_even_when_complete() -> None:
     ended, _ = fly(drawn_grid(*ANNEX), [carrier_at(4, 3)], greedy_strategy())
     assert ended.status is Status.COMPLETE
     assert ended.coverage < 1.0
@@ -164,7 +164,7 @@ def test_ground_that_nobody_can_get_to_is_named_even_when_complete() -> None:
         (("#######", "#..#,,#", "#######"), (rover_at(4, 1),), 1, {}, "no carrier with places can get there"),
     ],
 )  # fmt: skip
-def test_a_mission_that_leaves_a_rover_behind_says_which_and_why(
+def test_a_mission_that_leaves_a_rover_behind_names_it_with_the_reason(
     goal: Goal,
     strategy: Callable[[], Temporal | Heuristic],
     lines: tuple[str, ...],
@@ -243,7 +243,7 @@ def test_an_invalid_plan_is_never_followed() -> None:
 @pytest.mark.parametrize("planning_time", PlanningTime)
 def test_a_strategy_that_runs_on_the_spot_stalls(planning_time: PlanningTime) -> None:
     def on_the_spot(briefing: Briefing) -> Plan:
-        """Move between the meeting points of one and the same place, which takes no time."""
+        """Move between meeting points at the same place, which takes no time."""
         situation = briefing.situation
         here = [m for m in situation.meetings if situation.travel("carrier", "s_c1", m) == 0]
         return Plan(actions=(_timed(drive(ActionName.MOVE, "c1", here[0], "s_c1"), 0, 0),))
@@ -367,13 +367,13 @@ class TestChargedPlanning:
         assert not any(begun < t < ready for begun, ready in windows for t in docks)
 
     @pytest.mark.parametrize("lines", [ANNEX, TWO_ANNEXES])
-    def test_the_mission_is_carried_out_all_the_same(self, lines: tuple[str, ...]) -> None:
+    def test_the_mission_is_still_carried_out(self, lines: tuple[str, ...]) -> None:
         ended, watcher, _ = self.fly(*lines)
         assert (ended.status, ended.coverage, ended.aboard) == (Status.COMPLETE, 1.0, ("r1",))
         assert watcher.faults == []
 
     def test_a_plan_that_was_overtaken_is_made_anew(self) -> None:
-        # the loss of c1 asks for a second plan, which takes so long that c2 has seen the last cells meanwhile
+        # the loss of c1 triggers a second plan, during which c2 sees the last cells
         strategy = Timed(greedy_strategy(), 0.0)
 
         class Slower:

@@ -70,10 +70,10 @@ def test_given_starts_and_carriers_stay_as_they_are() -> None:
     placed = place_team(scenario_of(*team), 1)
     assert placed[0] == PlacedRobot(name="c1", type="carrier", cell=Cell(2, 1))
     assert placed[1] == PlacedRobot(name="r1", type="rover", carrier="c1")
-    assert placed[2].cell in {Cell(1, 1), Cell(3, 1)}  # near to the start that is given
+    assert placed[2].cell in {Cell(1, 1), Cell(3, 1)}  # near the given start
 
 
-def test_a_rover_that_can_not_stand_where_carriers_do_starts_near_them_all_the_same() -> None:
+def test_a_rover_that_can_not_stand_on_carriers_ground_still_starts_near_them() -> None:
     kinds = kinds_of()
     rover = replace(kinds["rover"], terrains=frozenset({2}))
     team = (TeamMember(name="c1", type="carrier", start=Cell(9, 3)), TeamMember(name="r1", type="rover"))

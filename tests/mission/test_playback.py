@@ -27,7 +27,7 @@ def playback() -> Playback:
     return Playback(EVENTS)
 
 
-# Where everybody is.
+# Positions of robots.
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_a_dock_that_failed_leaves_the_rover_outside() -> None:
     assert robots(Playback(events), 26_005)["rover1_1"].carrier is None
 
 
-# What they do.
+# Actions of robots.
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def test_a_mission_of_one_event_can_be_played() -> None:
     assert playback.coverage_at(0).seen_m2 == 0.0
 
 
-# What is known.
+# The known map.
 
 
 @pytest.mark.parametrize("t_ms", [0, 2_000, 12_000, 26_005])

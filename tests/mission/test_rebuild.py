@@ -34,7 +34,7 @@ from marsupial.strategies.temporal import Temporal
 
 
 class Listening:
-    """A strategy that notes the situations it was asked about."""
+    """A strategy that records its situations."""
 
     name = "listening"
 
@@ -64,7 +64,7 @@ def fly(
 
 def assert_rebuilt(events: list[MissionEvent], asked: list[Situation]) -> None:
     plans = [event for event in events if isinstance(event, Planned)]
-    # the last planning may end the mission without a plan to follow
+    # the last replanning may end the mission without a plan
     assert len(asked) - len(plans) in (0, 1)
     assert plans
     last_at = {plan.t_ms: situation for plan, situation in zip(plans, asked, strict=False)}
@@ -94,7 +94,7 @@ def test_a_mission_with_lost_robots_is_rebuilt() -> None:
 
 
 def test_a_mission_in_which_commands_fail_is_rebuilt() -> None:
-    # the pattern may hit every docking in turn, so the mission may last until its time limit
+    # the pattern may hit every docking, so the mission may last until its time limit
     scenario = replace(builtin_scenario("lobby", 2, 2), limits=MissionLimits(time_ms=100_000))
     assert_rebuilt(*fly(scenario, fails=lambda number, name: number % 5 in (1, 3)))
 

@@ -84,7 +84,7 @@ def test_a_limit_that_is_not_reached_changes_nothing() -> None:
         assert watcher.events == as_it_was.events
 
 
-def test_a_team_with_nobody_to_bring_back_explores_until_the_end() -> None:
+def test_a_team_without_rovers_to_recover_explores_until_the_end() -> None:
     grid = drawn_grid("#" * 82, "#" + "." * 80 + "#", "#" * 82)
     ended, _ = fly(grid, [carrier_at(1, 1), rover_on("c1")], greedy_strategy(), time_ms=30_000)
     assert (ended.t_ms, ended.reason) == (30_000, "time limit of 30 s reached")

@@ -34,7 +34,7 @@ def test_one_reader_takes_nothing_from_another() -> None:
     assert early.cells().tolist() == [1, 2]
 
 
-def test_what_everybody_has_read_is_kept_by_nobody() -> None:
+def test_items_that_all_readers_have_read_are_dropped() -> None:
     feed = Feed()
     quick, slow = feed.reader(), feed.reader()
     part = cells(1, 2)

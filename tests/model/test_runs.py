@@ -1,4 +1,4 @@
-"""Runs stand for the cells they were made of."""
+"""Runs encode cells without loss."""
 
 import numpy as np
 import pytest

@@ -10,7 +10,7 @@ DECISION = Decision(plan=Plan(actions=()))
 
 
 class Plain:
-    """The least that a strategy of somebody else may be."""
+    """A minimal strategy of another package."""
 
     name = "plain"
 
@@ -19,7 +19,7 @@ class Plain:
 
 
 class Choosy(Plain):
-    """One that refuses all teams and has a replanning policy."""
+    """A strategy that refuses all teams and has a replanning policy."""
 
     def suits(self, roles: Iterable[Role]) -> None:
         raise ScenarioError("no team is good enough")

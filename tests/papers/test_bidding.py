@@ -36,7 +36,7 @@ def chosen(view: FrontierView, rule: Bidding | Sheng) -> dict[str, Cell]:
 
 
 def unknown_near(grid: Grid, cell: Cell, but: Sequence[Cell] = ()) -> int:
-    """Count the unknown cells no more than one column and row off, but for those as near to other cells."""
+    """Count the unknown neighbours of a cell that are not neighbours of the other cells."""
     count = 0
     for y, x in zip(*np.nonzero(grid.cells == UNKNOWN), strict=True):
         apart = max(abs(x - cell.x), abs(y - cell.y))

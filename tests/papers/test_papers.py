@@ -97,7 +97,7 @@ SPEEDS = {"temporal": 60.0, "segmentation": 80.0, "closest-frontier": 100.0}
 
 
 def of_office(trial: Trial) -> float:
-    """Return a time that gets shorter with the team, of segments above all with 3 robots and in the Cartesium."""
+    """Return a time that falls with the team's size, most for segments with 3 robots and in the Cartesium."""
     share = SPEEDS[trial.contender.strategy]
     if trial.contender.strategy == "segmentation":
         share += 3.0 * abs(trial.case.carriers - 3) - 10.0 * (trial.case.scenario == "cartesium")
@@ -146,7 +146,7 @@ def triple_of(trial: Trial) -> tuple[float, ...]:
     return tuple(float(part.split("=")[1]) for part in trial.contender.strategy.split("/")[1:])
 
 
-def test_triples_of_weights_are_told_by_ratio_and_by_their_greatest() -> None:
+def test_triples_of_weights_are_grouped_by_ratio_and_by_maximum() -> None:
     comparison = triples.EXPERIMENT.comparison(**terms(runs=1))
     assert len(list(comparison.trials())) == 2 * 5**3
 
@@ -197,7 +197,7 @@ def ways_of(trial: Trial) -> tuple[float, float]:
 
 
 def driven(ways: Callable[[Trial], tuple[float, float]], monkeypatch: pytest.MonkeyPatch) -> ComparisonOutcome:
-    """Return an outcome with these distances and energies, and curves that cross; routes are compared on one map."""
+    """Return an outcome with these distances and energies, and crossing curves; routes are compared on one map."""
     pairs = RoutePairs(shortest=np.array([[100.0, 120.0]]), cheapest=np.array([[100.7, 110.0]]))
     monkeypatch.setattr(mei, "path_table", lambda *, cuts_corners: pairs)
     comparison = mei.EXPERIMENT.comparison(**terms())

@@ -39,7 +39,7 @@ def view_of(robots: dict[str, tuple[RobotType, Cell]], *hidden: tuple[slice, sli
 
 
 def places(view: FrontierView, rule: Segments | None = None) -> dict[str, str]:
-    """Return in which part of the floor plan the frontier lies that each robot is sent to."""
+    """Return the part of the floor plan that each robot is sent to."""
     names = {}
     for name, cell in (rule or Segments()).choose(view).items():
         x, y = cell % view.grid.width, cell // view.grid.width
@@ -100,7 +100,7 @@ def test_assignments_are_the_best_of_all(data: st.DataObject, rows: int, columns
     found = assignment(costs)
 
     def worth(chosen: tuple[int, ...] | list[int]) -> tuple[int, int, float]:
-        """How many rows are left out, how uneven the columns are used, what it costs; the least is best."""
+        """Return the objective: number of unassigned rows, unevenness of the columns, cost."""
         used = [c for c in chosen if c >= 0]
         layers = sum(k for c in range(columns) for k in range(used.count(c)))
         return len(chosen) - len(used), layers, float(sum(costs[r, c] for r, c in enumerate(chosen) if c >= 0))

@@ -1,4 +1,4 @@
-"""The paper's own method: the shortest plan for the known targets, and nothing else."""
+"""The method of the paper: the shortest plan for the known targets."""
 
 from dataclasses import replace
 
@@ -64,7 +64,7 @@ def test_new_targets_are_added_to_the_previous_plan_which_gives_way_to_a_shorter
     assert [start for _, _, start in engine.asked] == [slow]
 
 
-def test_targets_that_nobody_can_serve_are_left_out_of_the_problem() -> None:
+def test_targets_that_no_robot_can_serve_are_left_out_of_the_problem() -> None:
     decision = ShortestPlan(Anytime(), Budget(steps=1)).decide(brief(out_of_reach()))
     assert [action.place for action in decision.plan.actions] == ["t1"]
     assert decision.report.detail == "; nobody can serve t2"

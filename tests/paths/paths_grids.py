@@ -27,7 +27,7 @@ def masks(draw: st.DrawFn, most: int = 9) -> Mask:
 
 
 def cells_of(passable: Mask, *, margin: int = 0) -> st.SearchStrategy[Cell]:
-    """Cells of the grid, passable or not, and `margin` cells around it."""
+    """Draw cells of the grid, passable or not, or up to `margin` cells outside it."""
     height, width = passable.shape
     x, y = st.integers(-margin, width - 1 + margin), st.integers(-margin, height - 1 + margin)
     return st.builds(Cell, x, y)
@@ -39,7 +39,7 @@ def is_open(passable: Mask, cell: Cell) -> bool:
 
 
 def is_legal(passable: Mask, a: Cell, b: Cell) -> bool:
-    """Say whether one step leads from `a` to `b` without cutting a corner."""
+    """Return whether one step leads from `a` to `b` without cutting a corner."""
     beside = Cell(a.x, b.y), Cell(b.x, a.y)
     near = max(abs(a.x - b.x), abs(a.y - b.y)) == 1
     return near and all(is_open(passable, cell) for cell in (a, b, *beside))

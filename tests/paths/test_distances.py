@@ -12,7 +12,7 @@ from marsupial.paths.openings import SIDE, openings
 
 
 class Searches:
-    """Distances on a mask, remembered, and how many searches they took."""
+    """Cached distances on a mask, and the number of searches for them."""
 
     def __init__(self, passable: Mask, diagonal: float = SQRT2) -> None:
         self.passable, self.diagonal = passable, diagonal
@@ -35,7 +35,7 @@ class Searches:
 
 
 def rooms(size: int, rng: np.random.Generator) -> Mask:
-    """Draw rooms of 7 x 7 cells with a door or two each, so that there are few ways between most cells."""
+    """Draw rooms of 7 x 7 cells with one or two doors each, so that most cells have few paths between them."""
     mask = np.ones((size, size), dtype=np.bool_)
     mask[7::8], mask[:, 7::8] = False, False
     for low in range(7, size, 8):
@@ -47,7 +47,7 @@ def rooms(size: int, rng: np.random.Generator) -> Mask:
 
 def test_a_diagonal_beside_a_cell_that_was_opened_is_a_new_way() -> None:
     size = 2 * SIDE
-    beside = SIDE * size + SIDE - 1, (SIDE - 1) * size + SIDE  # neither is in the square of the cell
+    beside = SIDE * size + SIDE - 1, (SIDE - 1) * size + SIDE  # neither is in the square around the cell
     mask = np.ones((size, size), dtype=np.bool_)
     mask[SIDE, SIDE] = False
     searches = Searches(mask)
@@ -56,8 +56,8 @@ def test_a_diagonal_beside_a_cell_that_was_opened_is_a_new_way() -> None:
     assert searches.between(*beside)[0, 1] == SQRT2
 
 
-def test_a_search_from_what_is_new_tells_that_the_rest_is_as_it_was() -> None:
-    """On a comb, where the tips of the teeth are near to each other only as the crow flies."""
+def test_a_search_from_new_cells_shows_that_the_other_distances_are_unchanged() -> None:
+    """On a comb, where the tips of the teeth are close only by straight-line distance."""
     mask = np.zeros((9, 41), dtype=np.bool_)
     mask[0], mask[:8, ::5] = True, True
     searches = Searches(mask)
@@ -95,7 +95,7 @@ def test_what_was_apart_is_searched_again_only_where_it_may_be_connected_now() -
 @settings(max_examples=30)
 @given(st.integers(0, 9999), st.sampled_from((1.0, 1.2, SQRT2)))
 def test_distances_stay_those_of_dijkstra_while_rooms_are_opened(seed: int, diagonal: float) -> None:
-    """Opened from one corner, as robots do, a few cells at a time, with places that stay and places that don't."""
+    """Rooms are opened from one corner, a few cells at a time, with permanent and temporary places."""
     rng = np.random.default_rng(seed)
     whole = rooms(19, rng) & (rng.random((19, 19)) < rng.choice([0.85, 1.0]))
     inside = np.flatnonzero(whole)

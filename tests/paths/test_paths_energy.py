@@ -51,7 +51,7 @@ def least_energies(
     def add(start: int, end: int, weight: float) -> None:
         starts.append(start)
         ends.append(end)
-        weights.append(weight + 1e-300)  # an edge of weight 0 is none to scipy
+        weights.append(weight + 1e-300)  # scipy ignores edges of weight 0
 
     for a in (Cell(x, y) for y in range(height) for x in range(width)):
         for ahead, (dx, dy) in enumerate(STEPS):
@@ -65,7 +65,7 @@ def least_energies(
         add(0, node(source, ahead), 0.0 if heading is None else changing(motion, heading, ahead))
     graph = csr_array((weights, (starts, ends)), shape=(1 + 8 * passable.size,) * 2)
     costs = np.asarray(dijkstra(graph, indices=0))[1:].reshape(height, width, 8)
-    # the least at a cell is that of going on as one came
+    # the least energy at a cell is that of the arriving heading
     least = costs.min(axis=2)
     least[source.y, source.x] = 0.0
     return least
@@ -140,7 +140,7 @@ def test_where_stops_and_turns_take_nothing_ways_are_the_shortest(data: st.DataO
 
 
 def test_of_ways_of_the_same_energy_the_shortest_is_taken() -> None:
-    # turning by 45 degrees twice takes what the two cells take that a diagonal saves
+    # two turns of 45 degrees cost as much as the two cells that a diagonal saves
     passable = np.ones((4, 4), dtype=np.bool_)
     search = EnergySearch(passable, MotionCosts(stop=0.0, turn=(2 - SQRT2, 2 * (2 - SQRT2), 9.0, 9.0)))
     assert search.costs(Cell(0, 0), [Cell(2, 1)]) == pytest.approx([3.0])

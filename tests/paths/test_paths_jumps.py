@@ -48,7 +48,7 @@ def test_jumps_find_the_lengths_of_the_search_that_settles_every_cell(mask: Mask
 
 @settings(max_examples=60)
 @given(GROUNDS, st.integers(0, 9999))
-def test_what_is_opened_is_told_and_what_is_closed_as_well(mask: Mask, seed: int) -> None:
+def test_opened_and_closed_cells_are_detected(mask: Mask, seed: int) -> None:
     rng = np.random.default_rng(seed)
     jumps = Jumps(mask.shape, SQRT2)
     before = mask & (rng.random(mask.shape) < 0.7)
@@ -62,8 +62,8 @@ def test_what_is_opened_is_told_and_what_is_closed_as_well(mask: Mask, seed: int
 @settings(max_examples=60)
 @given(st.data(), GROUNDS, st.sampled_from((0.0, fields.RAGGED, 10.0)))
 def test_a_matrix_stays_that_of_dijkstra_while_the_map_grows(data: st.DataObject, whole: Mask, ragged: float) -> None:
-    """With few remembered cells that change, as places do; a map in which something is closed again is one more."""
-    whole = whole[:16, :26]  # the lengths between all cells are many
+    """A few cached cells change, as places do; after cells are closed, the map counts as a new one."""
+    whole = whole[:16, :26]  # a matrix over all cells is large
     rng = np.random.default_rng(data.draw(st.integers(0, 9999)))
     order = rng.permutation(np.flatnonzero(whole))
     mask = np.zeros_like(whole)

@@ -17,7 +17,7 @@ def read_map(file: Path) -> Mask:
 
 
 def problems_of(file: Path) -> list[tuple[str, Cell, Cell, float]]:
-    """Map name, start, goal and optimal length of each line; rows of the file count from the top."""
+    """Return map name, start, goal and optimal length of each line; rows of the file count from the top."""
     problems = []
     for line in filter(str.strip, file.read_text().splitlines()[1:]):
         _, name, _, height, *numbers = line.split()

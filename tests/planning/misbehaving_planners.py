@@ -1,4 +1,4 @@
-"""Searches that misbehave, for the tests of engines in child processes: run in child processes only."""
+"""Misbehaving searches for tests of engines in child processes; run them in child processes only."""
 
 import ctypes
 import os
@@ -29,7 +29,7 @@ def give_up(_: SearchRequest) -> Iterator[Plan]:
 
 
 def never_answer(_: SearchRequest) -> Iterator[Plan]:
-    """Hold the interpreter in C for ever."""
+    """Block the interpreter in C forever."""
     sum(1 for _ in iter(int, 1))
     yield Plan(actions=())
 

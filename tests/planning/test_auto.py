@@ -13,7 +13,7 @@ from marsupial.planning.race import Clock
 
 
 class Prover:
-    """Says at once that no plan is shorter than that."""
+    """Reports a lower bound at once."""
 
     info = AUTO
 

@@ -1,4 +1,4 @@
-"""Situations that no mission should make but files can hold: every engine gives a clear result, none raises."""
+"""Unusual situations from files: every engine gives a clear result, none raises."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -44,7 +44,7 @@ def rover_aboard(targets: dict[str, Spot], meetings: dict[str, Spot]) -> Situati
 
 
 def one_cell() -> Situation:
-    """Return: everything is at the same spot."""
+    """Return: all places are the same."""
     here = Spot(0, {"carrier": 0, "rover": 0})
     robots = [carrier(home="h"), rover(on="c1")]
     return situation_of(robots, {"t1": here}, {"m1": here}, {"c1_start": here}, homes={"h": here}, goal=HOME)
@@ -59,7 +59,7 @@ def cut(situation: Situation, *roads: tuple[str, str, str]) -> Situation:
 
 
 def timed(situation: Situation, ms: int) -> Situation:
-    """Return the situation with every road between two places taking as long."""
+    """Return the situation with the same travel time between all places."""
     tables = {kind: np.where(table > 0, ms, table) for kind, table in situation.travel_ms.items()}
     return replace(situation, travel_ms=tables)
 
@@ -194,7 +194,7 @@ def test_engines_with_processes_give_clear_results_too(name: str, case: str) -> 
 
 @pytest.mark.parametrize("name", PROMPT)
 @pytest.mark.parametrize("targets", [200, pytest.param(1000, marks=pytest.mark.slow)])
-def test_a_great_many_targets_are_no_trouble(name: str, targets: int) -> None:
+def test_engines_handle_very_many_targets(name: str, targets: int) -> None:
     situation = many_rooms(6, 3, targets, 20)
     plans, finished = ask(engine(name), situation)
     if finished.outcome is Outcome.UNSUPPORTED:

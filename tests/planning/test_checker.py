@@ -63,7 +63,7 @@ def verdict(situation: Situation, *actions: Action, targets: frozenset[str] | No
 
 
 def refused(situation: Situation, *actions: Action, targets: frozenset[str] | None = None) -> tuple[Kind, int]:
-    """Return the kind and time of the first violation; there has to be one, and its message may not be empty."""
+    """Return kind and time of the first violation, after checking that it has a message."""
     found = verdict(situation, *actions, targets=targets)
     assert not found.valid
     assert found.violation.message
@@ -87,7 +87,7 @@ def test_an_empty_plan_is_valid_where_nothing_has_to_be_explored() -> None:
     assert verdict(one_room(), targets=frozenset()).valid
 
 
-def test_targets_that_nobody_asked_for_may_be_left() -> None:
+def test_targets_outside_the_goal_may_be_left() -> None:
     assert verdict(one_hall(), explore(0, 10_000, "c1", "c1_start", "t1"), targets=frozenset({"t1"})).valid
 
 
@@ -232,7 +232,7 @@ def test_the_first_violation_in_time_is_reported_whatever_the_order_of_kinds() -
     assert refused(one_room(goal=HOME), *broken) == (Kind.WRONG_DURATION, 19_003)
 
 
-def test_a_violation_says_when_and_in_which_action() -> None:
+def test_a_violation_has_its_time_and_action() -> None:
     found = verdict(one_room(), *with_action(ROOM, 2, duration_ms=5)).violation
     assert str(found) == "15.002 s, (explore r1 m1 t1): takes 4000 ms, not 5 ms"
 

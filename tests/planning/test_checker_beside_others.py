@@ -1,4 +1,4 @@
-"""The checker beside one that knows nothing of it: unified-planning's validator."""
+"""The checker against an independent one: unified-planning's validator."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -25,7 +25,7 @@ def solved(situation: Situation) -> list[Plan]:
 def mutations(situation: Situation, plan: Plan) -> Iterator[tuple[Action, ...]]:
     """Yield plans with one field of one action changed, or one action left out, that are all harmful.
 
-    Later starts are left out, since waiting harms nobody unless it is for too long.
+    Later starts are left out, since waiting is harmless unless it is too long.
     """
     for i, action in enumerate(plan.actions):
         for change in (-1, 1, 1000):
@@ -68,7 +68,7 @@ def test_unified_planning_accepts_what_the_checker_accepts(name: str) -> None:
 @settings(max_examples=60)
 @given(situations(), st.data())
 def test_the_checker_agrees_with_unified_planning(situation: Situation, data: st.DataObject) -> None:
-    """But for actions with an origin or carrier too many, which PDDL leaves out."""
+    """Except for superfluous origins and carriers of actions, which PDDL omits."""
     plan, unserved = serve(situation)
     served = frozenset(target.name for target in situation.targets) - unserved
     situation = situation.restricted(targets=served)

@@ -46,7 +46,7 @@ def first_plan(solver: Engine, situation: Situation) -> Plan:
 def improvements(
     solver: Engine, situation: Situation, seconds: float, objective: Objective = MAKESPAN
 ) -> tuple[list[Plan], Finished]:
-    """Return the plans that are found within a short budget, or within the first longer one that is enough for some."""
+    """Return the plans found within a short budget, doubled until there are some."""
     for budget in doubling_budgets(seconds):
         *improved, last = solver.solve(situation, Budget(seconds=budget), objective=objective)
         assert isinstance(last, Finished)
@@ -103,7 +103,7 @@ def test_every_engine_takes_the_makespan_and_those_of_local_search_priced_arriva
 
 
 @pytest.mark.parametrize("name", ENGINES)
-def test_what_nobody_can_reach_is_proven_unsolvable(name: str) -> None:
+def test_unreachable_targets_are_proven_unsolvable(name: str) -> None:
     (end,) = available(name).solve(out_of_reach(), AMPLE)
     assert end.outcome is Outcome.UNSOLVABLE
     assert "t2" in end.detail
@@ -146,7 +146,7 @@ def test_these_engines_refuse_to_count_steps(name: str) -> None:
 
 
 @pytest.mark.parametrize(("make", "distribution"), [(tamer, "up-tamer"), (aries, "up-aries")])
-def test_an_engine_that_is_not_installed_says_what_to_install(make: object, distribution: str) -> None:
+def test_an_engine_that_is_not_installed_names_the_package(make: object, distribution: str) -> None:
     assert callable(make)
     solver = make(lambda module: None if module.startswith("up_") else object())
     assert f"pip install {distribution}" in solver.info.missing
@@ -154,18 +154,18 @@ def test_an_engine_that_is_not_installed_says_what_to_install(make: object, dist
         solver.solve(one_room(), AMPLE)
 
 
-def test_an_engine_without_time_says_so() -> None:
+def test_an_engine_without_time_reports_a_timeout() -> None:
     (end,) = available("tamer").solve(many_rooms(6, 3, 20, 8), Budget(seconds=0.3))
     assert end.outcome is Outcome.TIMEOUT
 
 
 def planner_processes() -> list[psutil.Process]:
-    """Return the processes of the planner: all but the first one, which is their supervisor."""
+    """Return the processes of the planner, without its supervisor, which is the first one."""
     return sorted(below_launcher(), key=lambda process: process.pid)[1:]
 
 
 @pytest.mark.parametrize("name", NEEDING_PROCESSES)
-def test_a_planner_killed_from_outside_is_told_apart(name: str) -> None:
+def test_a_planner_killed_from_outside_has_its_own_outcome(name: str) -> None:
     situation = many_rooms(3, 2, 8, 4)
     events = available(name).solve(situation, AMPLE)
     for process in wait_until(planner_processes):
@@ -175,7 +175,7 @@ def test_a_planner_killed_from_outside_is_told_apart(name: str) -> None:
     assert end.outcome is Outcome.KILLED
 
 
-def test_an_aries_server_killed_from_outside_is_told_apart() -> None:
+def test_an_aries_server_killed_from_outside_has_its_own_outcome() -> None:
     events = available("aries").solve(many_rooms(3, 2, 8, 4), AMPLE)
     server, *_ = wait_until(lambda: [process for process in planner_processes() if "serve" in process.cmdline()])
     server.kill()
@@ -202,7 +202,7 @@ def test_closing_early_ends_the_planner_at_once() -> None:
         ("give_up", Outcome.NO_PLAN),
     ],
 )
-def test_how_a_planner_ends_is_told_apart(search: str, outcome: Outcome) -> None:
+def test_each_end_of_a_planner_has_its_own_outcome(search: str, outcome: Outcome) -> None:
     memory = {"memory_bytes": GIB // 2} if outcome is Outcome.MEMORY else {}
     solver = ProcessEngine(INFO, getattr(misbehaving_planners, search), (), **memory)
     (end,) = solver.solve(one_room(), Budget(seconds=0.5) if outcome is Outcome.TIMEOUT else AMPLE)
@@ -231,7 +231,7 @@ def test_the_launcher_can_be_warmed_up_beforehand() -> None:
     assert below_launcher() == []
 
 
-def test_an_engine_without_wheels_for_this_python_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_engine_without_wheels_for_this_python_gives_that_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.version_info", (3, 14, 0))
     missing = tamer(lambda module: None if module == "pytamer" else object()).info.missing
     assert missing == "not installed; pytamer has wheels for Python below 3.14 only"

@@ -30,7 +30,7 @@ def test_what_the_checker_refuses_is_noted_and_not_kept() -> None:
 
 
 def orders() -> tuple[Plan, Plan]:
-    """Return the plans that explore the two targets of `one_hall` in the one order and in the other."""
+    """Return the plans that explore the two targets of `one_hall` in either order."""
     near_first, _ = serve(one_hall())
     actions, place = [], "c1_start"
     for target in ("t2", "t1"):

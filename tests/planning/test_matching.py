@@ -1,4 +1,4 @@
-"""Assignments cost the least in sum, and are those of scipy where several do."""
+"""Assignments have the least total cost; ties are broken as by scipy."""
 
 import numpy as np
 import pytest

@@ -35,7 +35,7 @@ def test_the_value_is_the_sum_of_its_prices() -> None:
 
 
 def near_and_far() -> Situation:
-    """Return: a carrier between a target 10 s to the left and one 11 s to the right, both on the way to no other."""
+    """Return: a carrier between a target 10 s to the left and one 11 s to the right."""
     return situation_of([carrier()], {"near": hall(-10), "far": hall(11)}, {}, {"c1_start": hall(0)})
 
 

@@ -19,7 +19,7 @@ SHORT = Budget(seconds=0.01)
 
 
 class Late:
-    """Says nothing, or nothing more after its first plan, until it is released."""
+    """Yields nothing, or only a first plan, until it is released."""
 
     info = EngineInfo(name="late", deterministic_steps=True)
 
@@ -54,7 +54,7 @@ def last_of(engine: Punctual, budget: Budget) -> Finished:
     return end
 
 
-def test_an_engine_that_heeds_no_clock_is_cut_off(late: Late) -> None:
+def test_an_engine_that_ignores_the_clock_is_cut_off(late: Late) -> None:
     (end,) = Punctual(late).solve(two_rooms(), SHORT)
     assert (end.outcome, end.detail) == (Outcome.TIMEOUT, "cut off 0.25 s after its budget of 0.01 s")
 
@@ -70,7 +70,7 @@ def test_it_is_not_asked_again_until_it_has_ended(late: Late) -> None:
     assert end.outcome is Outcome.SATISFICING
 
 
-def test_what_it_said_in_time_counts() -> None:
+def test_plans_within_the_budget_count() -> None:
     late = Late(after_a_plan=True)
     plans = marsupial.plan(two_rooms(), late, budget=10 * HANG_S)
     first = next(plans)

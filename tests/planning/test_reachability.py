@@ -33,9 +33,9 @@ def test_nothing_is_called_impossible_that_has_a_plan(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "robot", "places"),
     [
-        ("relay", "c1", {"c1_start", "m1"}),  # what it can drive to
-        ("relay", "r1", {"m1", "m2", "m3", "t1"}),  # what carriers can take it to, one after the other
-        ("no_capacity", "r1", {"r1_start", "m1", "t2"}),  # nobody takes it anywhere
+        ("relay", "c1", {"c1_start", "m1"}),  # places it can drive to
+        ("relay", "r1", {"m1", "m2", "m3", "t1"}),  # places it reaches by transports in a row
+        ("no_capacity", "r1", {"r1_start", "m1", "t2"}),  # no carrier transports it
     ],
 )
 def test_a_robot_reaches_what_it_can_drive_to_or_be_carried_to(name: str, robot: str, places: set[str]) -> None:
@@ -76,7 +76,7 @@ def test_every_obstacle_is_named_and_rovers_that_are_aboard_keep_their_places() 
     assert [*obstacles(situation)] == ["no place aboard for r1, r3: no carrier with places is left"]
 
 
-def test_a_target_nobody_comes_back_from_can_not_be_explored_where_all_have_to_come_back() -> None:
+def test_a_target_without_a_way_back_can_not_be_explored_if_all_must_return() -> None:
     situation = one_room(goal=SituationGoal(recover_rovers=True))
     assert impossible(situation) is None
     trap = {kind: table.copy() for kind, table in situation.travel_ms.items()}
@@ -98,10 +98,10 @@ def test_a_carrier_has_to_come_home_from_its_targets() -> None:
 @pytest.mark.parametrize(
     ("wanted", "places", "given"),
     [
-        ([[0, 1], [1, 0], [0]], [2, 1], [0, 1, 0]),  # everybody gets the preferred place where there are enough
-        ([[0, 1], [0]], [1, 1], [1, 0]),  # who has a choice gives way
-        ([[0, 1], [1, 2], [0]], [1, 1, 1], [1, 2, 0]),  # along a chain
-        ([[0], [0], [], [1]], [1, 1], [0, -1, -1, 1]),  # who finds no place is left out
+        ([[0, 1], [1, 0], [0]], [2, 1], [0, 1, 0]),  # all get their preferred place if there are enough
+        ([[0, 1], [0]], [1, 1], [1, 0]),  # a rover with a choice yields
+        ([[0, 1], [1, 2], [0]], [1, 1, 1], [1, 2, 0]),  # rovers yield along a chain
+        ([[0], [0], [], [1]], [1, 1], [0, -1, -1, 1]),  # a rover without a place is left out
     ],
 )
 def test_rovers_are_matched_to_places(wanted: list[list[int]], places: list[int], given: list[int]) -> None:

@@ -1,4 +1,4 @@
-"""Jobs that misbehave, for the tests of `marsupial.processes.launcher`: run in child processes only."""
+"""Misbehaving jobs for tests of `marsupial.processes.launcher`; run them in child processes only."""
 
 import ctypes
 import os
@@ -15,7 +15,7 @@ from marsupial.processes.jobs import ToolDied
 
 
 def main(*_: object) -> None:
-    """End at once, as a fork server does not."""
+    """Exit at once, which a fork server must not do."""
 
 
 def count(n: int) -> Iterator[int]:
@@ -58,13 +58,13 @@ def ignore_term(_: object) -> Iterator[int]:
 
 
 def spin_in_native_code(_: object) -> Iterator[int]:
-    """Hold the interpreter in C for ever: no Python signal handler could run."""
+    """Block the interpreter in C forever, so that no Python signal handler can run."""
     yield os.getpid()
     yield sum(1 for _ in iter(int, 1))
 
 
 def escape(_: object) -> Iterator[int]:
-    """Start a child that starts a grandchild in a session of its own which ignores TERM, and end the child."""
+    """Start a child that starts a grandchild in its own session, which ignores TERM, and end the child."""
     code = (
         "import os, signal, time\n"
         "if os.fork(): os._exit(0)\n"
@@ -81,7 +81,7 @@ def escape_and_sleep(_: object) -> Iterator[int]:
 
 
 def rest_and_allocate(block_bytes: int) -> Iterator[int]:
-    """Rest for longer than anybody looks at a job that does nothing."""
+    """Sleep for longer than the sampling interval of idle jobs, then allocate."""
     time.sleep(1.0)
     yield from allocate(block_bytes)
 
@@ -122,14 +122,14 @@ def tool_killed(_: object) -> Iterator[int]:
 
 
 def echo(greeting: str, channel: Channel) -> None:
-    """Send the greeting, then every value that comes, doubled, until None."""
+    """Send the greeting, then every received value doubled, until None."""
     channel.send(greeting)
     while (value := channel.receive()) is not None:
         channel.send(value + value)  # type: ignore[operator]
 
 
 def listen_late(folder: str, channel: Channel) -> None:
-    """Say how many values there were before None, and begin to listen only when there is a file `go`."""
+    """Return the number of values before None; start to listen once the file `go` exists."""
     while not (Path(folder) / "go").exists():
         time.sleep(0.01)
     n = 0

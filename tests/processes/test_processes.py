@@ -40,7 +40,7 @@ def launcher() -> psutil.Process:
 
 
 def left_running() -> list[psutil.Process]:
-    """Return what still lives below the launcher, once it had a moment to collect what has ended."""
+    """Return the processes alive below the launcher, after it had a moment to reap ended ones."""
     end_s = time.monotonic() + HANG_S
     while (left := launcher().children(recursive=True)) and time.monotonic() < end_s:
         time.sleep(0.01)
@@ -112,7 +112,7 @@ def test_a_function_the_worker_can_not_import_is_a_crash(monkeypatch: pytest.Mon
     assert (ended.ending, ended.detail) == (Ending.CRASHED, "ModuleNotFoundError: No module named 'only_here'")
 
 
-def test_a_job_killed_from_outside_is_told_apart() -> None:
+def test_a_job_killed_from_outside_has_its_own_status() -> None:
     run = processes.run(job("sleep"))
     os.kill(int(str(value(run))), signal.SIGKILL)
     (ended,) = run
@@ -175,7 +175,7 @@ def test_messages_wait_for_a_slow_reader() -> None:
 
 def test_a_job_that_talks_sends_and_receives() -> None:
     run = processes.run(job("echo", "hello", talks=True))
-    run.send(21)  # perhaps before it is there
+    run.send(21)  # perhaps before the job listens
     assert value(run) == "hello"
     assert value(run) == 42
     run.send("x" * 3_000_000)
@@ -191,7 +191,7 @@ def test_values_come_all_and_in_order_however_late_they_are_read(tmp_path: Path)
     sending = threading.Thread(target=lambda: [run.send("x" * 1_000_000) for _ in range(50)])
     sending.start()
     sending.join(1.0)
-    assert sending.is_alive()  # nobody keeps more of them than is bearable
+    assert sending.is_alive()  # buffers are bounded
     (tmp_path / "go").touch()
     sending.join()
     run.send(None)
@@ -205,7 +205,7 @@ def test_a_job_that_waits_or_does_not_listen_can_be_cancelled(name: str) -> None
     value(run)
     threading.Timer(0.3, run.cancel).start()
     for _ in range(50 if name == "listen_never" else 0):
-        run.send("x" * 1_000_000)  # in vain, and not for ever
+        run.send("x" * 1_000_000)  # blocks, but not forever
     (ended,) = run
     assert ended.ending in (Ending.CANCELLED, Ending.KILLED)
 
@@ -272,7 +272,7 @@ def test_when_the_launcher_is_killed_its_jobs_end_and_a_new_one_is_started() -> 
 
 
 def killed_while_starting(times: int) -> tuple[list[object], Ended]:
-    """Return the result of a job whose launcher is killed that many times before it is ready."""
+    """Return the result of a job whose launcher is killed `times` times before it is ready."""
     processes.shutdown()
     killed: set[int] = set()
 
@@ -295,7 +295,7 @@ def test_a_launcher_killed_before_it_is_ready_is_replaced() -> None:
     assert killed_while_starting(times=2)[0] == [0]
 
 
-def test_a_launcher_killed_over_and_over_is_said_not_to_start() -> None:
+def test_a_launcher_killed_repeatedly_is_reported_as_not_starting() -> None:
     with pytest.raises(InternalError, match="can't be started: it was ended by signal SIGKILL"):
         killed_while_starting(times=3)
 
@@ -353,5 +353,5 @@ def test_when_the_asker_is_killed_everything_below_it_ends() -> None:
         (1, "", Ending.CRASHED),
     ],
 )
-def test_return_codes_say_how_a_process_ended(returncode: int, output: str, ending: Ending) -> None:
+def test_return_codes_become_statuses(returncode: int, output: str, ending: Ending) -> None:
     assert ending_of(returncode, output) is ending

@@ -1,4 +1,4 @@
-"""The page's own idea of a mission (`model.js`), asked in a JavaScript engine where there is one."""
+"""The page's model of a mission (`model.js`), run in a JavaScript engine if there is one."""
 
 import json
 import shutil
@@ -44,7 +44,7 @@ const ask = (known, t, [width, height, dx, dy]) => {
 
 
 def asked(question: str, events: Sequence[MissionEvent], **given: object) -> Any:
-    """Return what a script answers that finds the log's parsed `lines`, an empty `mission`, and what else is given."""
+    """Return the result of a script that gets the log's parsed `lines`, an empty `mission` and further values."""
     node = shutil.which("node")
     if node is None:
         pytest.skip("no JavaScript engine (node) is installed here")
@@ -70,7 +70,7 @@ def frame_of(events: Sequence[MissionEvent]) -> list[int]:
 
 
 def check(events: Sequence[MissionEvent], times: Sequence[int], answers: Sequence[dict[str, list]]) -> None:
-    """Check what the page says of each moment against what Python says of it."""
+    """Compare the page's answers for each moment with those of Python."""
     playback = Playback(events)
     for t_ms, answer in zip(times, answers, strict=True):
         for robot, seen in zip(playback.robots_at(t_ms), answer["robots"], strict=True):

@@ -48,7 +48,7 @@ def over(browser: Browser, canvas: str, begin: str) -> tuple[str, int, int]:
 
 
 def drawn(browser: Browser) -> None:
-    """Wait for the next picture."""
+    """Wait for the next frame."""
     browser.run(
         "window.drawn = false; requestAnimationFrame(() => requestAnimationFrame(() => { window.drawn = true; }));"
     )
@@ -56,7 +56,7 @@ def drawn(browser: Browser) -> None:
 
 
 @pytest.mark.parametrize(("view", "dark"), [(DESK, False), (PHONE, True)], ids=["light, on a desk", "dark, on a phone"])
-def test_one_mission_and_two_are_drawn_without_a_word_on_the_console(
+def test_one_mission_and_two_are_drawn_without_console_messages(
     browser: Browser, tmp_path: Path, view: View, dark: bool
 ) -> None:
     palette = DARK if dark else LIGHT
@@ -78,9 +78,7 @@ def test_it_opens_playing(browser: Browser, tmp_path: Path) -> None:
     browser.wait("Number(document.querySelector('input[type=range]').value) > 100")
 
 
-def test_where_motion_is_not_wanted_it_opens_still_at_a_moment_with_robots_out(
-    browser: Browser, tmp_path: Path
-) -> None:
+def test_with_reduced_motion_it_opens_paused_at_a_moment_with_robots_out(browser: Browser, tmp_path: Path) -> None:
     browser.look(DESK)
     features = [{"name": "prefers-reduced-motion", "value": "reduce"}]
     browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
@@ -116,9 +114,7 @@ def test_scrubbing_back_shows_what_was_known_then(browser: Browser, tmp_path: Pa
     assert browser.text(".known") == known
 
 
-def test_two_missions_have_one_clock_and_a_sentence_that_says_what_sets_them_apart(
-    browser: Browser, tmp_path: Path
-) -> None:
+def test_two_missions_share_a_clock_and_a_sentence_states_their_difference(browser: Browser, tmp_path: Path) -> None:
     ended = EVENTS[-1]
     explored = (*EVENTS[:-1], replace(ended, exploration_ms=12_400))
     slower = (*OTHER[:-1], replace(ended, exploration_ms=15_600))
@@ -133,7 +129,7 @@ def test_two_missions_have_one_clock_and_a_sentence_that_says_what_sets_them_apa
     assert labels[0].replace("temporal", "heuristic") == labels[1]
 
 
-def test_hovering_tells_what_a_robot_does_and_why_and_how_it_came_out(browser: Browser, tmp_path: Path) -> None:
+def test_hovering_shows_a_robot_s_action_its_reason_and_its_result(browser: Browser, tmp_path: Path) -> None:
     browser.open(written(tmp_path, EVENTS) + "#t=11")
     browser.wait("document.querySelector('canvas.map')?.width > 100")
     drawn(browser)
@@ -144,7 +140,7 @@ def test_hovering_tells_what_a_robot_does_and_why_and_how_it_came_out(browser: B
     assert "outcome: given up for the next plan" in told
 
 
-def test_a_click_on_a_target_tells_who_reaches_it_and_who_does_not(browser: Browser, tmp_path: Path) -> None:
+def test_a_click_on_a_target_shows_which_robots_reach_it(browser: Browser, tmp_path: Path) -> None:
     from selenium.webdriver import ActionChains
 
     browser.open(written(tmp_path, EVENTS) + "#t=11")

@@ -15,13 +15,13 @@ def carriers(palette: Palette) -> list[str]:
 
 
 @PALETTES
-def test_carriers_are_told_apart_by_every_reader_the_first_four_easily(palette: Palette) -> None:
+def test_every_reader_can_distinguish_carriers_the_first_four_easily(palette: Palette) -> None:
     assert nearest(carriers(palette)) >= 10
     assert nearest(carriers(palette)[:4]) >= 14
 
 
 @PALETTES
-def test_a_carrier_and_its_rovers_are_told_apart_by_every_reader(palette: Palette) -> None:
+def test_every_reader_can_distinguish_a_carrier_from_its_rovers(palette: Palette) -> None:
     for family in palette.families:
         assert nearest(list(family)) >= 10
 
@@ -34,7 +34,7 @@ def test_robots_stand_out_from_the_floor(palette: Palette) -> None:
 
 
 @PALETTES
-def test_actions_are_told_apart_by_every_reader_and_are_not_the_colours_of_robots(palette: Palette) -> None:
+def test_every_reader_can_distinguish_actions_from_each_other_and_from_robots(palette: Palette) -> None:
     actions = list(palette.actions.values())
     assert nearest(actions) >= 7
     robots = [colour for family in palette.families for colour in family]
@@ -43,14 +43,14 @@ def test_actions_are_told_apart_by_every_reader_and_are_not_the_colours_of_robot
 
 
 @PALETTES
-def test_ground_is_told_apart_by_every_reader_and_text_can_be_read_on_the_page(palette: Palette) -> None:
+def test_every_reader_can_distinguish_kinds_of_ground_and_read_the_text(palette: Palette) -> None:
     assert nearest([palette.unknown, palette.wall], [palette.free, palette.other]) >= 7
     assert nearest([palette.frontier], [palette.unknown, palette.free, palette.wall, palette.other]) >= 12
     assert contrast(palette.ink, palette.page) >= 7
     assert contrast(palette.dim, palette.page) >= 4.5
 
 
-def test_reach_is_told_apart_by_every_reader() -> None:
+def test_every_reader_can_distinguish_classes_of_reach() -> None:
     assert nearest([*REACH.values(), LIGHT.wall]) >= 10
     assert nearest([LIGHT.unknown], [*REACH.values(), LIGHT.wall]) >= 8
 
@@ -68,7 +68,7 @@ def test_rovers_have_shades_of_the_carrier_they_start_on_and_another_shape() -> 
     assert LIGHT.robot(styles["r3"]) == LIGHT.families[1][1]
 
 
-def test_more_carriers_than_hues_are_told_apart_by_dashes_and_more_rovers_than_shades_by_names() -> None:
+def test_carriers_beyond_the_hues_differ_by_dashes_and_rovers_beyond_the_shades_by_names() -> None:
     styles = robot_styles(team(*((f"c{i}", None) for i in range(9)), *((f"r{i}", "c0") for i in range(4))))
     assert (styles["c8"].hue, styles["c8"].dashed) == (0, True)
     assert not any(style.dashed for name, style in styles.items() if name != "c8")

@@ -23,7 +23,7 @@ NASTY = "</script><script>alert(1)</script><!--<script> {{style}} & \" ' \u2028 
 
 
 class Outline(HTMLParser):
-    """What a browser would make of the page: elements, their attributes, and the text of scripts."""
+    """The elements of the page, their attributes, and the text of scripts."""
 
     def __init__(self, page: str) -> None:
         super().__init__()
@@ -73,7 +73,7 @@ def test_the_page_needs_nothing_from_elsewhere(page: str) -> None:
     outline = Outline(page)
     sources = [attributes.get(name) for _, attributes in outline.elements for name in ("src", "href", "action")]
     assert [source for source in sources if source is not None] == ["data:,"]
-    names = page.replace('"http://www.w3.org/2000/svg"', "")  # which names a language, and is not loaded
+    names = page.replace('"http://www.w3.org/2000/svg"', "")  # a namespace, which is not loaded
     assert not re.search(r"https?://|@import|url\(", names)
     assert not re.search(r"\b(fetch|XMLHttpRequest|WebSocket|EventSource|importScripts)\b", page)
 

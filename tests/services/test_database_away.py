@@ -52,7 +52,7 @@ def test_who_only_finds_connections_broken_connects_again_and_is_served(shared: 
         store.close()
 
 
-def test_a_server_hears_of_keys_and_says_that_it_lives_though_a_read_fails_meanwhile(
+def test_a_server_receives_key_changes_and_renews_its_lease_despite_a_failed_read(
     shared: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     store, other = open_store(shared), open_store(shared)
@@ -79,7 +79,7 @@ def test_a_server_hears_of_keys_and_says_that_it_lives_though_a_read_fails_meanw
         other.close()
 
 
-def test_nobody_is_dead_because_the_database_was(database: PostgresServer) -> None:
+def test_no_server_loses_its_lease_during_an_outage_of_the_database(database: PostgresServer) -> None:
     store = open_store(database.database())
     try:
         store.write(lambda tx: tx.execute("INSERT INTO servers VALUES ('unheard', 0)")).result()
@@ -89,7 +89,7 @@ def test_nobody_is_dead_because_the_database_was(database: PostgresServer) -> No
         store.close()
 
 
-async def test_a_stream_that_can_not_be_read_on_ends_and_says_so() -> None:
+async def test_a_stream_that_can_not_be_read_ends_with_a_message() -> None:
     class Broken:
         stopping = False
 

@@ -170,7 +170,7 @@ def test_what_is_wrong_with_a_map_stands_beside_the_field_that_was_meant(
     assert browser.text(".view > header h1") == "room"
 
 
-def test_what_is_odd_about_a_map_without_room_is_a_warning_and_no_fault_of_the_yaml(
+def test_warnings_about_a_map_without_room_are_not_errors_of_the_yaml(
     browser: Browser, house: Server, tmp_path: Path
 ) -> None:
     yaml, image = tmp_path / "room.yaml", tmp_path / "room.png"
@@ -182,7 +182,7 @@ def test_what_is_odd_about_a_map_without_room_is_a_warning_and_no_fault_of_the_y
     assert not browser.value("document.querySelector('#start-yaml').hasAttribute('aria-invalid')")
 
 
-def test_all_that_is_odd_about_a_map_stands_above_its_mission(browser: Browser, house: Server) -> None:
+def test_all_warnings_about_a_map_are_shown_above_its_mission(browser: Browser, house: Server) -> None:
     picture = io.BytesIO()
     Image.new("L", (48, 36), 254).save(picture, "PNG")
     image = base64.b64encode(picture.getvalue()).decode()
@@ -216,7 +216,7 @@ def test_of_a_mission_that_there_is_not_nothing_is_waited_for(browser: Browser, 
     browser.find(".view.one")
 
 
-def test_a_page_whose_server_is_killed_says_so_and_goes_on_when_it_is_back(browser: Browser, house: Server) -> None:
+def test_a_page_reports_a_killed_server_and_continues_after_its_restart(browser: Browser, house: Server) -> None:
     mission = begun(house, speed=10)
     browser.open(f"{house.url}/#/missions/{mission}")
     browser.wait("Number(document.querySelector('.transport input[type=range]')?.value) > 2000")

@@ -33,7 +33,7 @@ def test_a_service_whose_database_is_locked_is_not_ready_until_it_can_write_agai
         wait_until(lambda: http.get("/readyz").status_code == 200, server.log)
 
 
-def test_a_service_whose_database_is_read_only_is_not_ready_and_says_so_without_addresses(
+def test_a_service_with_a_read_only_database_is_not_ready_and_shows_no_addresses(
     tmp_path: Path, postgres: PostgresServer
 ) -> None:
     url = postgres.database()

@@ -23,7 +23,7 @@ def until_ready(server: Server) -> None:
 @pytest.mark.parametrize(
     ("address", "said"), [("127.0.0.1:{port}", "can't reach 127.0.0.1:"), ("nowhere", "must be HOST:PORT")]
 )
-def test_a_cluster_that_can_not_be_reached_is_told_at_the_start(tmp_path: Path, address: str, said: str) -> None:
+def test_an_unreachable_cluster_is_reported_at_the_start(tmp_path: Path, address: str, said: str) -> None:
     command = [*START, "--port", "0", "--data", str(tmp_path), "--ray", address.format(port=free_port())]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HANG_S)
     assert done.returncode == 2

@@ -90,7 +90,7 @@ def test_lengths_that_contradict_each_other_close_the_connection(strict: Server,
     assert b"healthz" not in answer
 
 
-def test_what_is_no_http_is_told_as_any_problem(strict: Server) -> None:
+def test_requests_that_are_not_http_are_answered_with_a_problem(strict: Server) -> None:
     answer = rest(opened(strict, b"\x16\x03\x01\r\n\r\n"))
     head, body = answer.split(b"\r\n\r\n", 1)
     assert b"application/problem+json" in head
@@ -123,7 +123,7 @@ def test_a_body_that_its_client_cuts_off_is_no_fault_of_the_service(
     assert not any("traceback" in line for line in lines)
 
 
-def test_a_body_that_nobody_asked_for_keeps_no_connection_open(strict: Server) -> None:
+def test_an_unexpected_body_closes_the_connection(strict: Server) -> None:
     line = opened(strict, b"POST /nowhere HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000\r\n\r\n")
     with line:
         assert breaks(line, b"x")
@@ -185,7 +185,7 @@ def test_the_streams_of_a_revoked_key_end(tmp_path: Path) -> None:
             assert list(lines)[-2] == ": the key has expired or was revoked"
 
 
-def test_that_files_run_out_is_said_once_and_the_service_goes_on(tmp_path: Path) -> None:
+def test_a_lack_of_file_descriptors_is_logged_once_and_the_service_continues(tmp_path: Path) -> None:
     with Server(tmp_path) as server, ExitStack() as kept:
         open_now = len(list(Path(f"/proc/{server.process.pid}/fd").iterdir()))
         soft, hard = resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE)
@@ -199,7 +199,7 @@ def test_that_files_run_out_is_said_once_and_the_service_goes_on(tmp_path: Path)
         assert ask(server.port, "GET", "/healthz").status == 200
 
 
-def test_faults_of_the_loop_that_are_not_that_are_all_told(caplog: pytest.LogCaptureFixture) -> None:
+def test_other_errors_of_the_event_loop_are_all_logged(caplog: pytest.LogCaptureFixture) -> None:
     loop = asyncio.new_event_loop()
     faults = LoopErrorHandler()
     with caplog.at_level(logging.ERROR):

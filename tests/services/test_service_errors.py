@@ -70,7 +70,7 @@ def test_a_service_without_keys_answers_to_names_of_its_own_machine_only(http: h
         assert http.get("/v1/limits", headers={"host": host}).status_code == 200
 
 
-def test_a_wrong_method_is_told_the_right_ones(http: httpx.Client) -> None:
+def test_a_wrong_method_is_answered_with_the_allowed_ones(http: httpx.Client) -> None:
     assert http.put("/v1/jobs").headers["allow"] == "GET, POST"
     assert http.delete("/v1/jobs/x").headers["allow"] == "GET"
 

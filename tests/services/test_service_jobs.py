@@ -135,7 +135,7 @@ def test_a_plan_can_be_validated(http: httpx.Client, tiny: dict[str, Any]) -> No
     assert pointers(problem(wrong, 422, "invalid")) == ["/plan/ipc"]
 
 
-def test_answers_are_what_the_document_says(http: httpx.Client, tiny: dict[str, Any]) -> None:
+def test_answers_match_the_openapi_document(http: httpx.Client, tiny: dict[str, Any]) -> None:
     answers.PlannersAnswer.model_validate(http.get("/v1/planners").json())
     answers.DemoListAnswer.model_validate(http.get("/v1/demo-data").json())
     answers.LimitListAnswer.model_validate(http.get("/v1/limits").json())

@@ -83,7 +83,7 @@ def test_beyond_this_machine_keys_are_needed(tmp_path: Path, capsys: pytest.Capt
     assert "create one with 'marsupial serve keys add" in error
 
 
-def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(
+def test_a_key_grants_its_scopes_and_its_owner_s_jobs_only(
     tmp_path: Path, secrets: dict[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert "ann" in serve(capsys, "keys", "list", "--data", str(tmp_path))[1]
@@ -111,9 +111,7 @@ def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(
         assert not any(secret in server.log for secret in secrets.values())
 
 
-def test_a_key_that_has_used_up_its_planning_time_is_told_when_there_is_room(
-    tmp_path: Path, secrets: dict[str, str]
-) -> None:
+def test_a_key_without_planning_time_gets_the_time_to_retry(tmp_path: Path, secrets: dict[str, str]) -> None:
     bearer = {name: {"Authorization": f"Bearer {secret}"} for name, secret in secrets.items()}
     with Server(tmp_path, "--require-keys", "--limit", "key_planning_s=3") as server, client(server) as http:
         demo = http.get("/v1/demo-data/yard", headers=bearer["ann"]).json()

@@ -10,7 +10,7 @@ from marsupial_service.app import create_app
 from marsupial_service.settings import ServiceSettings
 
 
-def test_a_full_queue_takes_no_more_and_says_when_to_come_back(tmp_path: Path) -> None:
+def test_a_full_queue_refuses_jobs_with_a_retry_time(tmp_path: Path) -> None:
     with Server(tmp_path, "--limit", "slots=1", "--limit", "queue=1") as server, client(server) as http:
         body = {**http.get("/v1/demo-data/office-6x3").json(), "planner": "anytime", "budget": {"seconds": 60}}
         running = http.post("/v1/jobs", json=body).json()["links"]

@@ -84,7 +84,7 @@ def test_a_report_sent_again_is_the_same_with_points_in_its_numbers(http: httpx.
     assert pointers(other) == ["/n"]
 
 
-def test_the_situation_of_a_job_is_told_as_whole_numbers(http: httpx.Client) -> None:
+def test_the_situation_of_a_job_is_written_with_whole_numbers(http: httpx.Client) -> None:
     body = http.get("/v1/demo-data/tiny").json()
     job = http.post("/v1/jobs", json={**body, "situation": floats(body["situation"])}).json()
     assert http.get(job["links"]["situation"]).json()["situation"] == body["situation"]

@@ -35,7 +35,7 @@ def test_every_error_of_every_route_is_a_problem(tmp_path: Path) -> None:
             assert all(list(r["content"]) == ["application/problem+json"] for r in errors.values()), (method, path)
 
 
-def test_the_document_says_which_events_there_are(http: httpx.Client) -> None:
+def test_the_document_lists_the_events(http: httpx.Client) -> None:
     paths = http.get("/openapi.json").json()["paths"]
     found = {
         tag: {one["properties"]["event"]["const"] for one in schema["oneOf"]}

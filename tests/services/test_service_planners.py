@@ -71,13 +71,13 @@ def test_it_solves_a_job(asked: httpx.Client) -> None:
     ]
 
 
-def test_a_plan_of_its_that_is_not_valid_is_not_told(asked: httpx.Client) -> None:
+def test_its_invalid_plans_are_not_reported(asked: httpx.Client) -> None:
     body = {**asked.get("/v1/demo-data/tiny").json(), "planner": "scripted"}
     done = asked.post("/v1/jobs", json=body, headers={"Prefer": f"wait={HANG_S:g}"}).json()
     assert (done["state"], done["best"]) == ("failed", None)
 
 
-def test_it_is_asked_by_a_mission_which_never_tells_the_command(asked: httpx.Client) -> None:
+def test_a_mission_uses_it_and_never_shows_the_command(asked: httpx.Client) -> None:
     body = {**EXAMPLES["/v1/missions"](), "planner": "scripted", "budget": {"seconds": 1}}
     links = asked.post("/v1/missions", json=body).json()["links"]
     asked.post(links["reports"], json=EXAMPLES["/v1/missions/{mission}/reports"]())

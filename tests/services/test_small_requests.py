@@ -50,7 +50,7 @@ def test_no_small_report_costs_much(attacked: Server) -> None:
     assert cheap(attacked, "POST", links["cancel"]).status == 200
 
 
-def test_a_map_of_many_runs_is_read_and_told_by_other_processes(attacked: Server) -> None:
+def test_a_map_of_many_runs_is_read_and_written_by_other_processes(attacked: Server) -> None:
     side = 300
     cells = np.arange(side * side)
     runs = np.stack([cells, np.ones_like(cells), 2 - cells % 2], axis=1).ravel().tolist()

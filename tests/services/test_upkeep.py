@@ -21,7 +21,7 @@ from marsupial_service.store import StoreError, StoreInUse, open_store, tables
 from marsupial_service.store.sqlite import FILE
 
 
-async def test_a_mission_goes_on_in_a_folder_that_was_restored_from_a_backup_made_meanwhile(tmp_path: Path) -> None:
+async def test_a_mission_continues_in_a_folder_restored_from_a_backup_during_it(tmp_path: Path) -> None:
     folder, again, file = tmp_path / "data", tmp_path / "again", tmp_path / "backup"
     driver = Driver(team())
     async with open_missions(folder) as missions:
@@ -106,7 +106,7 @@ async def test_what_ended_is_removed_at_once_and_what_is_open_stays(place: str) 
         assert len(await missions.list("me")) == upkeep.info(place).rows["missions"] == 1
 
 
-def test_the_commands_work_beside_a_server_which_says_when_it_is_full(
+def test_the_commands_work_beside_a_server_and_a_full_store_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     data, again, file = tmp_path / "data", tmp_path / "again", str(tmp_path / "backup")

@@ -177,7 +177,7 @@ def test_a_robot_that_makes_room_takes_a_command_as_any_other() -> None:
     assert at(world)["c2"] == Cell(1, 2)
 
 
-def test_a_drive_that_nobody_can_make_room_for_fails() -> None:
+def test_a_drive_for_which_no_robot_can_make_room_fails() -> None:
     lane = ("######", "#....#", "######")
     world = crowd(lane, carrier_at(1, 1, 1), carrier_at(4, 1, 2))
     send(world, "c1", Cell(4, 1))

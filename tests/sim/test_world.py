@@ -51,7 +51,7 @@ def test_at_first_robots_on_the_ground_see_what_is_round_them() -> None:
 
 
 @pytest.mark.parametrize("solid", ["#", "?"])
-def test_obstacles_and_what_the_map_does_not_know_are_seen_as_solid_and_seen_across_by_nobody(solid: str) -> None:
+def test_obstacles_and_unknown_cells_of_the_map_are_seen_as_solid_and_block_sight(solid: str) -> None:
     world = world_of(carrier_at(2, 1), lines=("#######", f"#..{solid}..#", "#######"))
     assert world.grid.cells[1, 3] == OBSTACLE
     assert (4, 1) not in known_cells(world)
@@ -221,7 +221,7 @@ def test_rovers_aboard_a_lost_carrier_are_lost_with_it() -> None:
     assert [robot.lost for robot in world.robots()] == [True, True, False]
 
 
-def test_nobody_is_lost_twice() -> None:
+def test_no_robot_is_lost_twice() -> None:
     failures = {"c1": 100, "r1": 50, "r2": 200}
     world = world_of(carrier_at(1, 1), rover_on("c1", 1), rover_on("c1", 2), capacity=2, failures=failures)
     assert world.advance(LATER).lost == (("r1", "failed"),)
@@ -260,7 +260,7 @@ def test_a_lost_rover_takes_up_no_place_aboard() -> None:
     assert until_finished(world).finished == ("c1", "r2")
 
 
-def test_what_happens_at_the_same_moment_is_told_in_the_order_it_was_begun() -> None:
+def test_events_of_the_same_moment_are_reported_in_the_order_of_their_starts() -> None:
     def news_of_two() -> News:
         world = world_of(carrier_at(1, 1, 1), carrier_at(7, 1, 2), lines=CORRIDOR, carrier_range_m=0.1)
         world.drive("c2", (Cell(7, 1), Cell(6, 1)))

@@ -120,7 +120,7 @@ def test_a_rover_is_no_narrower_in_a_guess() -> None:
         )
 
 
-def test_a_robot_by_itself_has_nobody_to_keep_away_from() -> None:
+def test_a_single_robot_does_not_avoid_others() -> None:
     assert guessed(one_hall(), square("a", 40), t1=10, t2=30).situation == one_hall()
 
 

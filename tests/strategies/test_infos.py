@@ -19,7 +19,7 @@ TEAMS = {
 """What the team of a strategy may be called, by a team that it leads."""
 
 
-def test_every_strategy_is_told_of_once_in_the_order_of_the_registry() -> None:
+def test_every_strategy_has_one_info_in_the_order_of_the_registry() -> None:
     assert [info.name for info in OWN] == list(STRATEGIES)
 
 

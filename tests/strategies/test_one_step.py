@@ -88,7 +88,7 @@ def test_a_rover_of_a_type_that_can_not_explore_the_target_stays_aboard() -> Non
     assert [action for action in decide(situation) if "undock" in action] == ["(undock r2 c1 m1)"]
 
 
-def test_what_nobody_can_explore_is_named_once_there_is_nothing_else() -> None:
+def test_unexplorable_targets_are_named_once_nothing_else_is_left() -> None:
     lonely = out_of_reach().restricted(targets=frozenset({"t2"}))
     decision = OneStep().decide(brief(lonely))
     assert (decision.plan.actions, decision.report.detail) == ((), "no way to explore t2")

@@ -128,12 +128,12 @@ def test_a_rover_that_no_carrier_can_retrieve_hinders_no_plan() -> None:
     assert engine.asked[0][0] == situation
 
 
-def test_an_engine_that_is_not_there_is_no_matter_for_the_fallback() -> None:
+def test_a_missing_engine_does_not_use_the_fallback() -> None:
     with pytest.raises(EngineUnavailable):
         Temporal(MissingEngine(), BUDGET).decide(brief(one_hall()))
 
 
-def test_targets_that_nobody_can_serve_are_named_and_the_others_explored() -> None:
+def test_targets_that_no_robot_can_serve_are_named_and_the_others_explored() -> None:
     engine = FakeEngine(Finished(outcome=Outcome.UNSOLVABLE, detail="no way to t2"))
     decision = Temporal(engine, BUDGET).decide(brief(out_of_reach()))
     assert names(decision.plan) == ["t1"]
@@ -232,7 +232,7 @@ def test_what_many_targets_wait_for_comes_first_though_the_plan_takes_longer() -
     assert decided(situation, short, previous=long) == long
 
 
-def test_a_plan_that_is_hardly_better_is_not_worth_leaving_the_way_for() -> None:
+def test_robots_keep_their_path_for_a_slightly_better_plan() -> None:
     def left(seconds: int) -> str:
         targets = {"left": hall(-seconds), "right": hall(20)}
         situation = situation_of([carrier()], targets, {}, {"c1_start": hall(0)})

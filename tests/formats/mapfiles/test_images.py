@@ -19,7 +19,7 @@ def test_grey_comes_back_as_it_is_top_row_first(tmp_path: Path) -> None:
         assert (image.grey.tolist(), image.opaque, image.coloured) == (SHADES.tolist(), None, 0)
 
 
-def test_alpha_or_a_transparent_colour_says_which_pixels_are_opaque(tmp_path: Path) -> None:
+def test_alpha_or_a_transparent_colour_gives_the_opaque_pixels(tmp_path: Path) -> None:
     alpha = np.array([[255, 254, 0], [255, 1, 255]], dtype=np.uint8)
     Image.fromarray(np.dstack([SHADES, SHADES, SHADES, alpha])).save(tmp_path / "a.png")
     image = read_grey(tmp_path / "a.png")

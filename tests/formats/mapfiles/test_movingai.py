@@ -54,7 +54,7 @@ def test_every_character_has_its_meaning_and_water_is_mentioned(tmp_path: Path) 
     ],
     ids=["crlf", "no final newline", "blank lines at the end", "crlf and a blank line", "width first", "spaces"],
 )
-def test_other_ways_to_write_the_same_map_do_no_harm(tmp_path: Path, text: str) -> None:
+def test_other_ways_to_write_the_same_map_are_accepted(tmp_path: Path, text: str) -> None:
     assert read_movingai(write(tmp_path, text)).grid.cells.tolist() == [[R, O, O], [F, O, F]]
 
 

@@ -101,7 +101,7 @@ def test_scale_spreads_the_greys_between_the_thresholds(tmp_path: Path) -> None:
     assert occupancy_of(path).tolist() == [[0, 13, 50, 100, 100]]  # 100 * (0.2039 - 0.1) / 0.8 = 12.99
 
 
-def test_only_100_is_an_obstacle_in_scale_and_it_is_said(tmp_path: Path) -> None:
+def test_only_100_is_an_obstacle_in_scale_with_a_warning(tmp_path: Path) -> None:
     path = write_map(tmp_path, [[255, 127, 3, 0]], mode="scale", occupied_thresh=1.0, free_thresh=0.0)
     reading = read_nav2(path)
     assert occupancy_of(path).tolist() == [[0, 50, 99, 100]]
@@ -146,14 +146,14 @@ def test_an_alpha_channel_that_older_map_servers_read_otherwise_is_named(tmp_pat
 # Kinds of image
 
 
-def test_rgb_images_of_greys_read_like_grey_images_and_it_is_said(tmp_path: Path) -> None:
+def test_rgb_images_of_greys_read_like_grey_images_with_a_warning(tmp_path: Path) -> None:
     grey = np.array([[254, 0, 205]], dtype=np.uint8)
     reading = read_nav2(write_map(tmp_path, np.dstack([grey] * 3), image="map.png"))
     assert reading.grid.cells.tolist() == [[F, O, U]]
     assert reading.warnings == ("the image is RGB, not grey; none of its pixels is coloured, so nothing is lost",)
 
 
-def test_colours_count_by_their_luma_and_it_is_said(tmp_path: Path) -> None:
+def test_colours_are_converted_by_luma_with_a_warning(tmp_path: Path) -> None:
     # Rec. 709: red 54, green 182, blue 18; a mean of the channels would make all three 85.
     colours = [[[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]]]
     reading = read_nav2(write_map(tmp_path, colours, image="map.png"))
@@ -304,7 +304,7 @@ def test_wrong_values_are_named(tmp_path: Path, key: str, value: object, message
     assert problems_of(write_yaml(tmp_path, HEADER | {key: value}))[key].startswith(message)
 
 
-def test_a_slip_in_the_name_of_a_field_is_named_with_its_line(tmp_path: Path) -> None:
+def test_a_typo_in_a_field_name_is_reported_with_its_line(tmp_path: Path) -> None:
     path = write_map(tmp_path, [[254]])
     path.write_text(path.read_text().replace("resolution:", "resolutoin:").replace("free_thresh:", "free_threshold:"))
     lines = path.read_text().splitlines()
@@ -317,13 +317,13 @@ def test_a_slip_in_the_name_of_a_field_is_named_with_its_line(tmp_path: Path) ->
     assert f"{path}: line " in str(fault_of(path))
 
 
-def test_a_slip_in_the_name_of_the_mode_is_warned_of_as_the_map_server_ignores_it(tmp_path: Path) -> None:
+def test_a_typo_in_the_mode_is_a_warning_as_the_map_server_ignores_it(tmp_path: Path) -> None:
     (warning,) = read_nav2(write_map(tmp_path, [[254]], drop=("mode",), moode="raw")).warnings
     assert re.fullmatch(r"line \d: moode: unknown field, did you mean 'mode'\?; it is ignored", warning)
 
 
 @pytest.mark.parametrize("key", ["free_thresh", "occupied_thresh"])
-def test_a_threshold_in_percent_is_told_how_it_is_written(tmp_path: Path, key: str) -> None:
+def test_a_threshold_in_percent_gets_a_hint(tmp_path: Path, key: str) -> None:
     path = write_map(tmp_path, [[254]], **{key: "65%"})
     assert problems_of(path) == {key: "must be a share from 0 to 1 without a percent sign, as 0.65, got '65%'"}
 
@@ -341,7 +341,7 @@ def test_a_number_without_a_point_in_its_mantissa_is_a_number(tmp_path: Path) ->
     assert grid_of(path).resolution_m == 0.05
 
 
-def test_extra_keys_crlf_and_a_missing_final_newline_do_no_harm(tmp_path: Path) -> None:
+def test_extra_keys_crlf_and_a_missing_final_newline_are_accepted(tmp_path: Path) -> None:
     path = write_map(tmp_path, [[254]], elevation_image="x.pgm", cost_scaling={"a": [1, 2]})
     path.write_bytes(path.read_bytes().rstrip().replace(b"\n", b"\r\n"))
     assert grid_of(path).cells.tolist() == [[F]]

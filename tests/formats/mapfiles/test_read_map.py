@@ -47,7 +47,7 @@ def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
     assert "unknown kind of map '.txt': must be a nav2 map" in error_of(tmp_path / "a.txt")
 
 
-def test_an_image_is_told_that_it_needs_its_yaml_and_which_stands_beside_it(tmp_path: Path) -> None:
+def test_an_image_is_refused_with_the_yaml_beside_it(tmp_path: Path) -> None:
     image = tmp_path / "a.pgm"
     image.touch()
     assert error_of(image).endswith("(an image needs its map.yaml: give that)")

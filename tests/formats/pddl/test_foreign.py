@@ -1,4 +1,4 @@
-"""PDDL of other domains is told in three lines."""
+"""PDDL of other domains is refused with three lines."""
 
 import pytest
 from situations import in_flight, one_room
@@ -32,7 +32,7 @@ def test_a_problem_of_another_domain_lacks_things_in_three_lines(domain: str) ->
     assert third == "line 3: 1200 objects and facts mean nothing here, the first: crate0"
 
 
-def test_a_problem_with_some_strange_words_is_told_line_by_line() -> None:
+def test_a_problem_with_a_few_unknown_words_is_reported_line_by_line() -> None:
     text = (
         problem_text(in_flight()).replace("(on r1 c1)", "(glued r1 c1) (under c1 r1)").replace("t1 - target", "t1 - x")
     )
@@ -43,7 +43,7 @@ def test_a_problem_with_some_strange_words_is_told_line_by_line() -> None:
     assert "t1: type must be one of" in str(caught.value)
 
 
-def test_a_problem_that_only_says_another_domain_lacks_only_the_name() -> None:
+def test_a_problem_with_another_domain_name_lacks_only_the_name() -> None:
     with pytest.raises(SituationError) as caught:
         read_problem(problem_text(one_room()).replace("(:domain marsupial)", "(:domain other)"))
     assert [problem.message for problem in caught.value.problems] == ["the domain must be marsupial, got other"]
@@ -66,7 +66,7 @@ def test_another_domain_lacks_things_in_three_lines() -> None:
     assert third == f"unknown here: name depots; {kinds}"
 
 
-def test_a_domain_with_an_action_missing_is_told_line_by_line() -> None:
+def test_a_domain_without_an_action_is_reported_line_by_line() -> None:
     start = domain_text().index("(:durative-action undock")
     with pytest.raises(SituationError) as caught:
         check_domain(domain_text()[:start] + ")")

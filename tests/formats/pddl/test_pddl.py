@@ -54,7 +54,7 @@ def test_the_domain_is_canonical_whatever_its_layout() -> None:
         ("(domain marsupial)", "(domain logistics)", "which has no name logistics"),
     ],
 )
-def test_another_domain_is_told_apart(old: str, new: str, message: str) -> None:
+def test_another_domain_is_recognised(old: str, new: str, message: str) -> None:
     assert old in domain_text()
     with pytest.raises(SituationError, match=message):
         check_domain(domain_text().replace(old, new, 1))
@@ -68,7 +68,7 @@ def test_a_difference_is_reported_with_its_line() -> None:
     assert [problem.path for problem in caught.value.problems] == [f"line {line}"]
 
 
-def test_a_problem_says_who_is_where_and_how_long_drives_take() -> None:
+def test_a_problem_has_the_positions_of_robots_and_the_durations_of_drives() -> None:
     lines = [line.strip() for line in problem_text(one_room(), name="Demo").splitlines()]
     for line in (
         "(define (problem n--44-emo)",

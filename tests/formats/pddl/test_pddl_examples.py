@@ -1,4 +1,4 @@
-"""The examples in the folder pddl: each valid plan is valid and each invalid one is not, whoever checks."""
+"""The examples in the folder pddl: all checkers accept each valid plan and refuse each invalid one."""
 
 from pathlib import Path
 
@@ -34,7 +34,7 @@ def test_a_problem_is_what_would_be_written_today(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", PLANS)
-def test_a_plan_is_what_its_name_says(name: str) -> None:
+def test_a_plan_is_valid_or_invalid_as_its_name_says(name: str) -> None:
     text = (EXAMPLES / name).read_text(encoding="utf-8")
     situation = _situation(name.partition("/")[0])
     plan = read_plan_text(text, situation)

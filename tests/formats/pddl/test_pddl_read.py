@@ -42,13 +42,13 @@ def test_without_records_the_same_problem_is_read(situation: Situation) -> None:
     assert problem_text(read_problem(text), records=False) == text
 
 
-def test_case_and_layout_do_not_matter() -> None:
+def test_case_and_layout_are_ignored() -> None:
     situation = one_room()
     text = problem_text(situation)
     assert read_problem(text.upper().replace("\n", "\r\n")) == situation
 
 
-def test_flags_are_told_by_the_goal_where_records_are_missing() -> None:
+def test_flags_follow_from_the_goal_if_records_are_missing() -> None:
     situation = one_room(goal=SituationGoal(recover_rovers=True))
     assert read_problem(problem_text(situation, records=False)).goal == SituationGoal(recover_rovers=True)
     situation = one_room(goal=SituationGoal(return_home=True))

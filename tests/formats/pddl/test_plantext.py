@@ -154,7 +154,7 @@ def test_a_smaller_epsilon_than_ours_makes_no_difference(situation: Situation, m
 
 
 def odd_drives() -> Situation:
-    """Return: a carrier beside a target, 1 ms away, and 3 s further another; with the rest of the way 5 ms longer."""
+    """Return: a carrier 1 ms from a target, another 3 s further; its running drive adds 5 ms to the first way."""
     situation = situation_of([carrier()], {"t1": hall(0), "t2": hall(3)}, {}, {"c1_start": hall(0)})
     table = situation.travel_ms["carrier"].copy()
     table[table == 3_000] = 3_005
@@ -170,7 +170,7 @@ def odd_drives() -> Situation:
     ],
     ids=["LPG stdout", "two decimals"],
 )
-def test_times_rounded_to_hundredths_are_mended_to_the_situations_own(text: str) -> None:
+def test_times_rounded_to_hundredths_are_corrected_to_those_of_the_situation(text: str) -> None:
     reading = read_plan(text, odd_drives())
     assert [(action.start_ms, action.duration_ms) for action in reading.plan.actions] == [(0, 1), (2, 3_005)]
     assert reading.mended == (

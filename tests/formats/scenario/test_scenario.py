@@ -1,4 +1,4 @@
-"""Scenario files: what is read, that writing loses nothing, and other teams for a scenario."""
+"""Scenario files: reading, writing without loss, and other teams for a scenario."""
 
 import json
 from dataclasses import replace
@@ -28,7 +28,7 @@ def assert_same(a: Scenario, b: Scenario) -> None:
     assert a.grid.terrains == b.grid.terrains
 
 
-# --- what is read ---------------------------------------------------------------------------------------------------
+# --- reading --------------------------------------------------------------------------------------------------------
 
 
 def test_every_field_is_read_in_the_units_of_the_model(tmp_path: Path) -> None:
@@ -183,7 +183,7 @@ def test_everything_a_scenario_can_hold_survives_writing_and_reading(tmp_path: P
     assert_same(read_scenario(tmp_path / "a.yaml"), scenario)
 
 
-# --- which file is which, and other teams ---------------------------------------------------------------------------
+# --- kinds of files, and other teams --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ def test_everything_a_scenario_can_hold_survives_writing_and_reading(tmp_path: P
         ("a.map", "type octile\n", False),
     ],
 )
-def test_scenario_files_are_told_from_maps(name: str, text: str, is_one: bool, tmp_path: Path) -> None:
+def test_scenario_files_are_distinguished_from_maps(name: str, text: str, is_one: bool, tmp_path: Path) -> None:
     (tmp_path / name).write_text(text, encoding="utf-8")
     assert is_scenario_file(tmp_path / name) is is_one
 

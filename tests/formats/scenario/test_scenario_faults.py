@@ -1,4 +1,4 @@
-"""Scenario files that are wrong: every message in full, all of a file at once, and no input breaks the reader."""
+"""Invalid scenario files: every message in full, all errors of a file at once, and no input breaks the reader."""
 
 from pathlib import Path
 from typing import Any
@@ -234,7 +234,7 @@ BROKEN: list[tuple[Any, ...]] = [
 
 
 @pytest.mark.parametrize(("changes", "expected"), [(case[0], case[1:]) for case in BROKEN])
-def test_a_broken_scenario_is_told_exactly_what_is_wrong(
+def test_a_broken_scenario_is_reported_with_its_exact_errors(
     tmp_path: Path, changes: dict[str, Any], expected: tuple[str, ...]
 ) -> None:
     assert sorted(faults(tmp_path, changed(**changes))) == sorted(expected)
@@ -275,12 +275,12 @@ def test_the_message_names_file_and_line(tmp_path: Path) -> None:
         ("a\0b", "line 1: unacceptable character #x0000"),
     ],
 )
-def test_what_is_no_yaml_is_told_where(tmp_path: Path, text: str, message: str) -> None:
+def test_invalid_yaml_is_reported_with_its_place(tmp_path: Path, text: str, message: str) -> None:
     (only,) = faults(tmp_path, text)
     assert only.startswith(message)
 
 
-def test_what_is_no_text_is_told(tmp_path: Path) -> None:
+def test_a_file_that_is_not_text_is_reported(tmp_path: Path) -> None:
     (tmp_path / "yard.yaml").write_bytes(b"\xff\xfe\x00\x01")
     with pytest.raises(ScenarioError, match="is not UTF-8 text"):
         read_scenario(tmp_path / "yard.yaml")
@@ -297,7 +297,7 @@ def test_aliases_that_multiply_are_refused(tmp_path: Path) -> None:
     assert faults(tmp_path, text) == ["aliases repeat more than 100000 values"]
 
 
-def test_a_missing_map_and_mask_are_told_with_their_fields(tmp_path: Path) -> None:
+def test_a_missing_map_and_mask_are_reported_with_their_fields(tmp_path: Path) -> None:
     (only,) = faults(tmp_path, changed(map={"file": "gone.map"}))
     assert only == f"map.file: {tmp_path}/gone.map: no such file"
     data = changed(map__mask={"file": "gone.png", "greys": {"floor": 255, "lava": 3, "rough": 256}})
@@ -314,7 +314,7 @@ def test_the_scale_of_a_map_that_has_one_is_its_own(tmp_path: Path) -> None:
     assert only.startswith("map.resolution_m: must be positive")
 
 
-def test_a_mask_of_another_size_is_told(tmp_path: Path) -> None:
+def test_a_mask_of_another_size_is_reported(tmp_path: Path) -> None:
     Image.new("L", (3, 3), 255).save(tmp_path / "mask.png")
     (only,) = faults(tmp_path, changed(map__mask={"file": "mask.png", "greys": {"floor": 255}}))
     assert only.startswith("map.mask: ")

@@ -1,4 +1,4 @@
-"""A small scenario file that is right, and ways to make it wrong."""
+"""A small valid scenario file, and functions that make it invalid."""
 
 import copy
 from dataclasses import replace
@@ -54,7 +54,7 @@ def stored(folder: Path, data: object) -> Path:
 
 
 def faults(folder: Path, data: object) -> list[str]:
-    """Return what is wrong with a scenario, without lines."""
+    """Return the errors of a scenario, without line numbers."""
     with pytest.raises(ScenarioError) as caught:
         read_scenario(stored(folder, data))
     assert caught.value.source == str(folder / "yard.yaml")

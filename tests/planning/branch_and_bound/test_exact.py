@@ -1,4 +1,4 @@
-"""The exact engine beside a search that knows nothing of it: every action of every robot is tried, in any order."""
+"""The exact engine against an independent exhaustive search over all actions of all robots in any order."""
 
 import random
 from collections.abc import Iterator
@@ -45,7 +45,7 @@ def solve(
 
 @dataclass(frozen=True)
 class Moment:
-    """Where everybody is (a place, or the name of a carrier), from when, and what is explored."""
+    """A search state: the place or carrier of each robot, the time from which it is free, and the explored targets."""
 
     where: tuple[str, ...]
     ready: tuple[int, ...]
@@ -53,7 +53,7 @@ class Moment:
 
 
 class Everything:
-    """All that a team could do, action by action, as the checker sees it."""
+    """An exhaustive search over the actions of a team, by the checker's rules."""
 
     def __init__(self, situation: Situation) -> None:
         self.situation = situation
@@ -74,7 +74,7 @@ class Everything:
         )
 
     def following(self, now: Moment) -> Iterator[tuple[Moment, int]]:
-        """Yield what there is after each possible action, and when that ends."""
+        """Yield the state after each possible action, and the time of its end."""
         for i, where in enumerate(now.where):
             if where in self.carriers:
                 c = self.carriers[where]
@@ -128,7 +128,7 @@ class Everything:
         return False
 
     def has_plan_before(self, makespan_ms: int) -> bool:
-        """Say whether there is a plan with a shorter makespan."""
+        """Return whether there is a plan with a shorter makespan."""
         seen: dict[tuple[object, ...], list[tuple[int, ...]]] = {}
         pending = [self.beginning()] if makespan_ms > 0 else []
         for now in pending:
@@ -143,7 +143,7 @@ class Everything:
 
 
 def reduced(situation: Situation, configurations: int = 3000) -> Situation:
-    """Return the situation without so many robots, meetings and targets that everything could not be tried."""
+    """Return the situation, reduced until exhaustive search is feasible."""
     for i in count():
         robots = len(situation.robots)
         places = len(situation.places) - robots / 2
@@ -167,7 +167,7 @@ def reduced(situation: Situation, configurations: int = 3000) -> Situation:
 
 
 def disturbed(situation: Situation, data: st.DataObject) -> Situation:
-    """Return the situation with some times changed, so that detours may be shorter, and some roads closed."""
+    """Return the situation with some roads closed and some times changed, so that detours may be shorter."""
     n = len(situation.places)
     changes = data.draw(
         st.lists(
@@ -259,7 +259,7 @@ def test_a_start_that_is_best_is_proven_so() -> None:
     assert finished.outcome is Outcome.OPTIMAL
 
 
-def test_a_better_plan_of_somebody_else_is_gone_on_from() -> None:
+def test_the_search_continues_from_a_better_plan_of_another_engine() -> None:
     situation = replace(many_rooms(2, 1, 6, 4), goal=SituationGoal(recover_rovers=True))
     (poor,) = (event.plan for event in Greedy().solve(situation, Budget(steps=1)) if isinstance(event, Improved))
     best = solve(situation)[0][-1]
@@ -285,9 +285,9 @@ def test_the_same_where_detours_are_shorter_and_roads_are_closed(situation: Situ
 
 
 def drawn(seed: int, rooms: int = 2, pressure: bool = False) -> Situation:
-    """Return a small situation with plans as a rule: rooms with a door or two, any times at all, few closed roads.
+    """Return a small, usually solvable situation: rooms with one or two doors, random times, few closed roads.
 
-    Under `pressure` every room has a target, rovers begin and have to end aboard.
+    With `pressure` every room has a target, and rovers start and end aboard.
     """
     draw = random.Random(seed)
     carriers, rovers = draw.choice([(1, 1), (1, 2), (1, 2), (2, 1), (2, 2)])

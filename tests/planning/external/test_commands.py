@@ -52,7 +52,7 @@ def wait_for(name):
 
 
 def stand_in(folder: Path, body: str, places: str = "{domain} {problem}") -> str:
-    """Write a planner in Python and return its name as an engine."""
+    """Write a fake planner in Python and return its engine name."""
     script = folder / "planner.py"
     script.write_text(PRELUDE + body)
     return f"cmd:{shlex.quote(sys.executable)} -SE {shlex.quote(str(script))} {places}"
@@ -61,7 +61,7 @@ def stand_in(folder: Path, body: str, places: str = "{domain} {problem}") -> str
 def solve(
     name: str, situation: Situation | None = None, budget: Budget = AMPLE, **options: int
 ) -> tuple[list[int], Finished]:
-    """Return the makespans of the plans, each of which is valid, and the end."""
+    """Return the makespans of the plans, after checking that they are valid, and the end."""
     situation = one_hall() if situation is None else situation
     *improved, end = External(name, **options).solve(situation, budget)
     assert isinstance(end, Finished)
@@ -82,7 +82,7 @@ def next_makespan(events: Events) -> int:
 
 
 def one_way() -> Situation:
-    """Return: one rover, two targets, no way back from either: no plan, and no cheap proof of that."""
+    """Return: one rover, two targets without a way back from either; no plan exists, and this is expensive to prove."""
     situation = situation_of(
         [carrier(), rover(on="c1")], {"t1": room(12), "t2": room(14)}, {"m1": door(10)}, {"c1_start": hall(0)}
     )
@@ -107,7 +107,7 @@ def test_a_plan_nothing_follows_counts_while_the_planner_thinks_on(tmp_path: Pat
     events = asked(stand_in(tmp_path, "say(LONG); wait_for('go'); say(GOOD.rstrip())"))
     assert next_makespan(events) == 50_001
     (tmp_path / "go").touch()
-    # Both together are no plan: to read on would be to explore everything twice.
+    # Both together are not a plan: they would explore everything twice.
     (end,) = events
     assert isinstance(end, Finished)
 
@@ -200,7 +200,7 @@ def test_rubbish_is_no_plan(tmp_path: Path) -> None:
     ],
     ids=["wrong and unreadable", "a right one after a wrong one", "an exit code after a plan", "a wrong proof"],
 )  # fmt: skip
-def test_what_is_right_of_what_a_planner_says_is_taken_and_what_is_not_told(
+def test_valid_parts_of_a_planner_s_output_are_used_and_others_reported(
     tmp_path: Path, body: str, makespans: list[int], told: str
 ) -> None:
     found, end = solve(stand_in(tmp_path, body))
@@ -217,13 +217,15 @@ def test_what_is_right_of_what_a_planner_says_is_taken_and_what_is_not_told(
         ("os.kill(os.getpid(), 11)", Outcome.CRASHED, "signal"),
     ],
 )
-def test_how_a_planner_ends_without_a_plan_is_told_apart(tmp_path: Path, body: str, outcome: Outcome, told: str):
+def test_each_end_of_a_planner_without_a_plan_has_its_own_outcome(
+    tmp_path: Path, body: str, outcome: Outcome, told: str
+):
     _, end = solve(stand_in(tmp_path, body))
     assert end.outcome is outcome
     assert told in end.detail
 
 
-def test_a_planner_that_ends_without_a_plan_is_told_with_what_it_said(tmp_path: Path) -> None:
+def test_a_planner_that_ends_without_a_plan_is_reported_with_its_output(tmp_path: Path) -> None:
     usage = "".join(f"\t-{letter}\tOption {letter};\n" for letter in "abcd")
     body = f"print('Reading', file=sys.stderr); say({usage!r}.join(['Unrecognised switch n' + chr(10), '']))"
     _, end = solve(stand_in(tmp_path, body))
@@ -231,7 +233,7 @@ def test_a_planner_that_ends_without_a_plan_is_told_with_what_it_said(tmp_path: 
     assert "saying: Reading || Unrecognised switch n | -b Option b; | -c Option c; | -d Option d;; 0" in end.detail
 
 
-def test_a_planner_whose_time_is_up_without_a_plan_is_told_with_what_it_said(tmp_path: Path) -> None:
+def test_a_planner_without_a_plan_in_time_is_reported_with_its_output(tmp_path: Path) -> None:
     planner = stand_in(tmp_path, "say('one' + chr(10)); (Path(__file__).parent / 'said').touch(); time.sleep(3600)")
     for seconds in doubling_budgets(1):
         _, end = solve(planner, budget=Budget(seconds=seconds))
@@ -325,7 +327,7 @@ while True:
     assert "end of its time" in end.detail
 
 
-def test_a_planner_that_eats_memory_is_told_apart(tmp_path: Path) -> None:
+def test_a_planner_that_exceeds_its_memory_has_its_own_outcome(tmp_path: Path) -> None:
     body = "blocks = []\nwhile True:\n    blocks.append(bytearray(b'x') * (8 << 20)); time.sleep(0.01)"
     _, end = solve(stand_in(tmp_path, body), memory_bytes=200 << 20)
     assert end.outcome is Outcome.MEMORY
@@ -337,7 +339,7 @@ def test_closing_early_ends_the_planner(tmp_path: Path) -> None:
     _supervisor, *rest = sorted(below_launcher(), key=lambda process: process.pid)
     assert len(rest) == 2  # job, planner
     events.close()
-    assert not any(process.is_running() for process in rest)  # the supervisor itself may need a moment more
+    assert not any(process.is_running() for process in rest)  # the supervisor may end a moment later
 
 
 def test_a_known_plan_comes_first_and_only_better_ones_follow(tmp_path: Path) -> None:
@@ -420,7 +422,7 @@ with open(Path(__file__).parent / "calls", "a") as file:
 
 
 def greedy_stand_in(folder: Path) -> str:
-    """Write a planner that reads the PDDL it is given with marsupial's own reader."""
+    """Write a planner that reads its PDDL with marsupial's reader."""
     script = folder / "greedy planner.py"
     script.write_text(PRELUDE + GREEDY)
     return f"cmd:{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{domain}} {{problem}}"

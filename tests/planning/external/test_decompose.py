@@ -77,7 +77,7 @@ def test_only_the_best_meetings_are_kept() -> None:
     )
     (one,) = decompose(situation, PartSize(rovers=1, targets=1, choices=1))
     (two,) = decompose(situation, PartSize(rovers=1, targets=1, choices=2))
-    assert one.meetings == ("m2",)  # 19 s + 2 s: the rover is half as fast
+    assert one.meetings == ("m2",)  # 19 s + 2 s: rovers have half the speed
     assert two.meetings == ("m2", "m4")
 
 
@@ -155,7 +155,7 @@ def test_plans_of_parts_are_valid_together(situation: Situation) -> None:
 
 
 class Fake:
-    """An engine with a script: what happens for a part with that carrier or rover first."""
+    """An engine with a script for each part, keyed by the part's first carrier or rover."""
 
     info = EngineInfo(name="fake", anytime=True, proves_optimality=True)
 
@@ -222,7 +222,7 @@ def test_if_a_part_fails_the_others_still_count() -> None:
     assert end.detail.endswith("part 1: crashed")
 
 
-def test_if_all_parts_fail_the_first_one_says_how() -> None:
+def test_if_all_parts_fail_the_outcome_is_that_of_the_first() -> None:
     (end,) = solve(Fake({"c1": "fail", "c2": "fail"}), two_halls())
     assert end.outcome is Outcome.CRASHED
     assert "fell over" in end.detail

@@ -1,4 +1,4 @@
-"""Runs the planners of docs/external-planners.md that are installed, with the commands that stand there."""
+"""The installed planners of docs/external-planners.md, run with the commands on that page."""
 
 import os
 import re
@@ -35,7 +35,7 @@ SITUATIONS: Mapping[str, Situation] = {
 
 @pytest.fixture(autouse=True)
 def documented_script(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Put the page's script, and LPG where its package is, on the path."""
+    """Put the page's script, and LPG from its package, on the path."""
     script = tmp_path / "tfd.sh"
     script.write_text("\n".join(line.removeprefix("  ") for line in SCRIPT.splitlines()))
     script.chmod(0o700)

@@ -43,7 +43,7 @@ def test_only_actions_that_can_be_carried_out_exist() -> None:
     }
 
 
-def test_a_target_nobody_can_enter_has_no_action() -> None:
+def test_a_target_that_no_robot_can_enter_has_no_action() -> None:
     assert words(out_of_reach()) == {"(explore c1 c1_start t1)"}
 
 

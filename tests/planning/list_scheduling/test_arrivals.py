@@ -10,7 +10,7 @@ def test_robots_on_the_ground_arrive_by_themselves() -> None:
     situation = in_flight()
     known = Arrivals(Timeline.of(situation), Costs(situation))
     assert known.arrive_ms[0].tolist() == [17_001]  # the carrier, busy till 7 s, 10 s away
-    assert known.arrive_ms[1].tolist() == [NEVER]  # a rover aboard goes nowhere by itself
+    assert known.arrive_ms[1].tolist() == [NEVER]  # a rover aboard does not drive
     assert known.aboard.tolist() == [0, -1]
 
 
@@ -53,6 +53,6 @@ def test_following_the_rides_brings_the_rover_there_in_time() -> None:
 
 
 @pytest.mark.parametrize("meeting", ["m2", "m3"])
-def test_a_ride_that_is_not_possible_says_so(meeting: str) -> None:
+def test_an_impossible_transport_raises(meeting: str) -> None:
     timeline = Timeline.of(relay())
     assert not transport(timeline, "r1", Transport(carrier="c1", pickup=None, set_down=meeting, then_to="m3"))

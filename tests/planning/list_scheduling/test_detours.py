@@ -11,7 +11,7 @@ from marsupial.planning.list_scheduling.greedy import Greedy
 
 
 def by_way_of_two() -> Situation:
-    """Return: the carrier gets to the target by way of m1 and m2 only."""
+    """Return: the carrier reaches the target only through m1 and m2."""
     situation = situation_of([carrier()], {"t1": hall(30)}, {"m1": door(10), "m2": door(20)}, {"c1_start": hall(0)})
     table = np.full((4, 4), UNREACHABLE, dtype=np.int64)
     index = situation.place_index
@@ -43,7 +43,7 @@ def test_no_way_round_leads_over_a_target() -> None:
     assert Detours(torn).situation.travel("carrier", "c1_start", "m1") is None
 
 
-def test_the_plan_is_told_in_the_drives_there_are() -> None:
+def test_the_plan_uses_existing_drives_only() -> None:
     situation = by_way_of_two()
     *improved, finished = Greedy().solve(situation, Budget(steps=2))
     assert finished.outcome is Outcome.SATISFICING

@@ -100,7 +100,7 @@ def test_a_far_target_is_not_left_for_the_end() -> None:
 
 
 def test_no_rover_takes_the_only_place_another_one_could_have() -> None:
-    """c1 is nearest for both rovers, but r2 can get to no other carrier."""
+    """c1 is nearest to both rovers, but r2 can reach no other carrier."""
     situation = situation_of(
         [carrier(1), carrier(2), rover(1), rover(2)],
         {},
@@ -113,7 +113,7 @@ def test_no_rover_takes_the_only_place_another_one_could_have() -> None:
 
 
 def test_a_rover_aboard_changes_carriers_if_its_place_is_needed() -> None:
-    """r2 can only go on c1, whose place r1 holds; r1 can drive from m1 to c2."""
+    """r2 can only board c1, whose place is taken by r1; r1 can drive from m1 to c2."""
     situation = situation_of(
         [carrier(1), carrier(2), rover(1, "c1"), rover(2)],
         {},
@@ -129,7 +129,7 @@ def test_a_rover_aboard_changes_carriers_if_its_place_is_needed() -> None:
 
 @pytest.mark.parametrize(("lift", "capacity"), [(1, 2), (2, 3)])
 def test_a_carrier_that_takes_rovers_to_another_is_not_filled_first(lift: int, capacity: int) -> None:
-    """Only the lift gets to where the rovers are, and only at m2 to the carrier; there is just a place for each."""
+    """Only the lift reaches the rovers, and it meets the carrier at m2 only; there is exactly one place for each."""
     number = lift + capacity
     situation = situation_of(
         [RobotState(name="lift", type="lift", place="lift_start"), carrier(), *(rover(i) for i in range(number))],
@@ -229,7 +229,7 @@ def test_a_meeting_off_the_line_is_weighed_by_the_whole_way() -> None:
 
 @given(situations())
 def test_every_plan_passes_the_checker_and_its_absence_is_proven(situation: Situation) -> None:
-    """Where all roads lead both ways, greedy finds a plan unless there is none."""
+    """If all roads are two-way, greedy finds a plan if there is one."""
     plans, finished = solve(situation, Budget(steps=3))
     for plan in plans:
         assert check(situation, plan).valid, check(situation, plan).violation

@@ -63,17 +63,17 @@ def test_a_relay_is_no_insertion_of_one_ride() -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_mended_table_equals_a_new_one_on_a_big_situation(seed: int) -> None:
+def test_an_updated_table_equals_a_new_one_on_a_big_situation(seed: int) -> None:
     mended_equals_new(many_rooms(3, 2, 12, 6, seed=seed))
 
 
 @given(situations(goals=False))
-def test_a_mended_table_equals_a_new_one(situation: Situation) -> None:
+def test_an_updated_table_equals_a_new_one(situation: Situation) -> None:
     mended_equals_new(situation)
 
 
 def mended_equals_new(situation: Situation) -> None:
-    """Explore target by target; each is done when the table said, and then the table is as if made anew."""
+    """Explore target by target: each is done at the time of the table, and the updated table equals a new one."""
     insertions = insertions_of(situation)
     for target in range(len(situation.targets)):
         said = int(insertions.soonest()[0][target])

@@ -30,7 +30,7 @@ def test_a_plan_of_list_scheduling_keeps_its_score() -> None:
 
 
 @given(situations())
-def test_times_mended_step_by_step_are_those_of_the_plan(situation: Situation) -> None:
+def test_incrementally_updated_times_are_those_of_the_plan(situation: Situation) -> None:
     for plan in listed(situation):
         events = events_of(situation, plan)
         if not len(events):

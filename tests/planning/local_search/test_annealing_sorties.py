@@ -57,7 +57,7 @@ def test_rovers_of_a_type_are_as_good_as_each_other() -> None:
 
 
 def doors_apart(robots: list[RobotState]) -> Situation:
-    """Return: three rooms with doors at 10, 14 and 40 s; rovers can't get from one to another."""
+    """Return: three rooms with doors at 10, 14 and 40 s; rovers can't drive between them."""
     return situation_of(
         robots,
         {"t1": room(12, 1), "t2": room(16, 2), "t3": room(38, 3)},
@@ -74,6 +74,6 @@ def test_targets_are_near_that_a_carrier_can_take_rovers_to_from_door_to_door() 
     assert near[t3, :3].tolist() == [t2, t1, -1]
 
 
-def test_nothing_is_near_that_nobody_can_get_to() -> None:
+def test_unreachable_targets_are_never_near() -> None:
     situation = doors_apart([rover()])
     assert (encode(situation).near == -1).all()

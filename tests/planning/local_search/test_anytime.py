@@ -188,7 +188,7 @@ def test_the_budget_in_seconds_is_kept_by_the_clock_given() -> None:
     assert 0.5 <= finished.elapsed_s < 0.6
 
 
-def test_plans_do_not_come_thick_and_fast() -> None:
+def test_plans_are_not_yielded_too_often() -> None:
     events = list(Anytime().solve(many_rooms(6, 3, 20, 8), Budget(steps=30)))
     plans = [event.plan for event in events if isinstance(event, Improved)]
     slight = [one for one, other in pairwise(plans) if other.makespan_ms >= 0.99 * one.makespan_ms]
@@ -219,7 +219,7 @@ def test_one_way_roads_make_no_invalid_plans(situation: Situation) -> None:
 
 @given(situations(goals=False))
 def test_robots_that_are_not_there_are_not_missed(situation: Situation) -> None:
-    """A team of carriers alone never crashes the search, whatever is left of the situation."""
+    """A team of carriers alone never crashes the search, however reduced the situation is."""
     alone = frozenset(robot.name for robot in situation.of_role(Role.CARRIER))
     kept = situation.restricted(robots=alone)
     assert all(check(kept, plan).valid for plan in solve(kept, Budget(steps=1))[0])

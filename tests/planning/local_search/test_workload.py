@@ -1,4 +1,4 @@
-"""The lower bound from the work there is: seen by eye, and never above what a plan takes."""
+"""The lower bound from the workload: checked by hand, and never above the makespan of a plan."""
 
 from dataclasses import replace
 
@@ -30,15 +30,15 @@ def three_rooms(*, carriers: int = 1) -> Situation:
 
 
 def test_one_rover_for_two_rooms_is_set_down_picked_up_carried_and_set_down() -> None:
-    """10 and 20 s from the start, twice 5 s down, 4 s in, once 4 s out and 10 s up, and a pause after each of seven.
+    """10 and 20 s from the start; two undockings of 5 s, 4 s in, 4 s out, a docking of 10 s; 1 ms after each of seven.
 
-    That the way from one room to the other is 30 s long is not seen: only that both are joined to the start.
+    The bound ignores that the way between the rooms takes 30 s: it only connects both with the start.
     """
     assert bound_ms(two_rooms()) == 62_007
 
 
 def test_a_room_waits_for_its_rover_or_is_visited_again() -> None:
-    """30 s of driving, three times 5 + 4 + 4 + 10 s: the carrier waits for the rover, which has no use of going on."""
+    """30 s of driving, three times 5 + 4 + 4 + 10 s: the carrier waits for the rover, as driving on has no benefit."""
     assert 99_000 <= bound_ms(three_rooms()) <= 99_020
 
 
@@ -58,13 +58,13 @@ def test_without_rovers_or_rooms_there_is_no_work_to_share() -> None:
     assert work_bound_ms(encode(one_hall())) == 0
 
 
-def test_the_bound_is_said_by_local_search_where_it_is_the_better_one() -> None:
+def test_local_search_reports_the_workload_bound_where_it_is_higher() -> None:
     *_, end = Anytime().solve(three_rooms(), Budget(steps=5))
     assert (end.outcome, end.lower_bound_ms) == (Outcome.OPTIMAL, bound_ms(three_rooms()))
 
 
 def test_a_ride_from_a_place_in_the_room_itself_counts_for_nothing() -> None:
-    """A rover could drive from where the carrier is to the target, but not to get there: it is set down at a door."""
+    """A rover could drive to the target from the carrier's place, but can't be set down there, only at a door."""
     team, targets = [carrier(1), carrier(2), rover(on="c1")], {"t0": hall(-5), "t1": room(12)}
     situation = situation_of(team, targets, {"m1": door(10)}, {"c1_start": hall(0), "c2_start": hall(-5)})
     road = situation.travel_ms["rover"].copy()

@@ -31,7 +31,7 @@ def explore(start_ms: int, duration_ms: int, origin: str, target: str) -> Action
 
 
 def late(ms: int = 0) -> Plan:
-    """Return the best plan of `one_hall` begun that much later: 10 s to t1, 20 s on to t2."""
+    """Return the best plan of `one_hall`, delayed: 10 s to t1, then 20 s to t2."""
     return Plan.of([explore(ms, 10_000, "c1_start", "t1"), explore(ms + 10_001, 20_000, "t1", "t2")])
 
 
@@ -49,7 +49,7 @@ def optimal(bound_ms: int | None = BEST_MS) -> Finished:
 
 
 class Fake:
-    """An engine that does one thing after the other: tells an event, raises an exception, or calls with its clock."""
+    """An engine with a script of steps: yield an event, raise an exception, or call a function with its clock."""
 
     info = INFO
 
@@ -70,7 +70,7 @@ class Fake:
 
 
 class Listening:
-    """An engine whose events heed `cancel` and no clock."""
+    """An engine that obeys `cancel` but ignores its clock."""
 
     info = INFO
 
@@ -94,7 +94,7 @@ class Listening:
 
 
 def never(clock: Clock) -> None:
-    """Search without an answer until the time is over."""
+    """Search without a result until the time is up."""
     end_s = clock() + HANG_S
     while clock() < end_s:
         time.sleep(0.001)
@@ -108,7 +108,7 @@ def member(
 
 
 class Watch:
-    """A clock that stands still until it leaps, as the last step of an engine."""
+    """A clock that stands still until `leap`, the last step of an engine."""
 
     def __init__(self) -> None:
         self._now_s = 0.0
@@ -117,7 +117,7 @@ class Watch:
         return self._now_s
 
     def leap(self, clock: Clock) -> None:
-        """Leap beyond a short budget."""
+        """Advance beyond a short budget."""
         self._now_s = 1.0
 
 
@@ -178,7 +178,7 @@ def test_an_engine_that_crashes_costs_nothing_and_is_named(before: tuple[Improve
 
 
 @pytest.mark.parametrize("budget", BOTH)
-def test_where_all_crash_that_is_said(budget: Budget) -> None:
+def test_if_all_engines_crash_that_is_the_outcome(budget: Budget) -> None:
     plans, finished = solve(member("a", ValueError("one")), member("b", ValueError("two")), budget=budget)
     assert plans == []
     assert finished.outcome is Outcome.CRASHED

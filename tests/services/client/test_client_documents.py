@@ -25,7 +25,7 @@ def test_the_types_of_events_are_those_of_the_service() -> None:
     assert (set(JOB_EVENTS), set(MISSION_EVENTS)) == (set(JobEventType), set(EventType))
 
 
-def test_the_events_of_a_job_are_as_their_schemas_say(server: Server) -> None:
+def test_the_events_of_a_job_match_their_schemas(server: Server) -> None:
     document: dict[str, Any] = json.loads(stored_text())
     seen = set()
     with Client(server.url) as client:

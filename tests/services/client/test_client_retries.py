@@ -109,7 +109,7 @@ def test_retry_after_is_waited_for_but_who_is_to_be_asked_at_once_is_not_asked_w
     assert sum(PAUSES[2:]) > 3.0
 
 
-def test_one_who_is_busy_for_longer_than_patience_is_told_at_once() -> None:
+def test_a_service_busy_for_longer_than_the_patience_raises_at_once() -> None:
     transport = Scripted(httpx2.Response(429, headers={"Retry-After": "3600"}))
     with pytest.raises(Busy) as caught:
         service(transport).ask("GET", "/v1/limits")
@@ -131,7 +131,7 @@ def test_patience_ends(failure: Answer, error: type[Exception]) -> None:
         (problem(503, "not-ready"), "the service refused the request (503): d"),
     ],
 )
-def test_who_waits_is_told_once_each_time_the_service_is_missed(failure: Answer, told: str) -> None:
+def test_the_callback_is_called_once_per_outage(failure: Answer, told: str) -> None:
     missed: list[str] = []
     transport = Scripted(*[failure] * 9, OK, *[failure] * 2, OK, *[failure] * 9, OK)
     asked = service(transport, missed=missed)
@@ -192,7 +192,7 @@ def test_one_request_has_one_idempotency_key_and_two_have_two() -> None:
 
 
 @pytest.mark.parametrize("url", ["ftp://somewhere", "http://", "://", "http://a b:x"])
-def test_an_address_that_is_none_is_told(url: str) -> None:
+def test_an_invalid_address_is_reported(url: str) -> None:
     with pytest.raises(ValueError, match="must be like"):
         Client(url)
     with pytest.raises(ValueError, match="must be like"):
@@ -253,7 +253,7 @@ def test_a_stream_whose_events_have_no_numbers_is_taken_up_again(number: str) ->
     assert followed(Scripted(broken_one, stream((1, "end")))) == [(1, "end")]
 
 
-def test_event_data_that_is_no_json_is_told() -> None:
+def test_event_data_that_is_not_json_raises() -> None:
     text = "id: 1\nevent: state\ndata: {broken\n\n"
     with pytest.raises(ClientError, match=r"event 1 \(state\) is not JSON"):
         followed(Scripted(httpx2.Response(200, text=text, headers=EVENTS)))
@@ -272,7 +272,7 @@ def test_an_answer_that_drips_is_given_up_when_patience_ends() -> None:
     assert sum(PAUSES) < 62
 
 
-def test_a_stream_that_is_refused_is_told() -> None:
+def test_a_refused_stream_raises() -> None:
     with pytest.raises(NotFound):
         followed(Scripted(problem(404, "not-found")))
 

@@ -50,7 +50,7 @@ def test_reports_are_taken_longer_than_entries(stored: int, entries: bool, repor
     assert not refuses(StoreCapacity(math.inf), held, of_reports=False)
 
 
-def test_it_says_whose_part_is_full() -> None:
+def test_the_message_names_the_full_part() -> None:
     with pytest.raises(StoreFull, match=r"^your part of the store is full: your jobs and missions take 1000 bytes"):
         StoreCapacity(9999, 900).check(Held(2000), "me")
 

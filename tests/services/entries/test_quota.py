@@ -194,7 +194,7 @@ def test_servers_charge_the_same_owner_at_the_same_time_and_nothing_is_lost(post
             store.close()
 
 
-def test_without_a_quota_nothing_is_kept_and_nobody_waits(house: QuotaHouse) -> None:
+def test_without_a_quota_nothing_is_recorded_and_no_job_waits(house: QuotaHouse) -> None:
     house.do(lambda tx: NO_QUOTA.charge(tx, "me", 10**9, 0))
     rows = house.do(lambda tx: tx.execute("SELECT * FROM documents").fetchall())
     assert len(rows) == 0
@@ -228,9 +228,7 @@ async def until_told(driver: Driver) -> None:
 
 
 @pytest.mark.parametrize("killed", [False, True])
-async def test_a_mission_beyond_the_quota_waits_and_tells_so_and_goes_on_as_if_nothing_had_been(
-    place: str, killed: bool
-) -> None:
+async def test_a_mission_beyond_the_quota_waits_reports_it_and_continues_unchanged(place: str, killed: bool) -> None:
     driver = Driver(team())
     async with open_missions(place, key_planning_s=3600.0) as missions:
         record = await started(missions)

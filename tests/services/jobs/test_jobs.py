@@ -32,7 +32,7 @@ pytestmark = pytest.mark.usefixtures("nothing_left")
 MIB = 1 << 20
 
 
-async def test_a_job_goes_from_queued_to_its_end_and_tells_every_step(place: str) -> None:
+async def test_a_job_reports_every_state_from_queued_to_its_end(place: str) -> None:
     async with open_jobs(place) as jobs:
         submitted = await jobs.submit(request(), owner="me")
         assert (submitted.record.state, submitted.replayed) == (JobState.QUEUED, False)
@@ -51,7 +51,7 @@ async def test_a_job_goes_from_queued_to_its_end_and_tells_every_step(place: str
         assert (end["state"], end["outcome"], end["plans"]) == ("succeeded", "satisficing", 1)
 
 
-async def test_revisions_improve_strictly_are_valid_and_are_what_events_told(place: str) -> None:
+async def test_revisions_improve_strictly_are_valid_and_equal_the_events(place: str) -> None:
     situation = many_rooms(2, 2, 12, 5)
     async with open_jobs(place) as jobs:
         job = await submit(jobs, request(situation, "anytime", seconds=None, steps=300))
@@ -157,7 +157,7 @@ async def test_cancelling_at_any_moment_leads_to_one_end(place: str) -> None:
             assert events == await told(jobs, job)
 
 
-async def test_who_cancels_or_waits_for_a_job_there_is_not_is_told(place: str) -> None:
+async def test_cancelling_or_awaiting_an_unknown_job_raises(place: str) -> None:
     async with open_jobs(place) as jobs:
         with pytest.raises(UnknownEntry):
             await jobs.cancel("nobody")
@@ -279,7 +279,7 @@ async def surely_submitted(jobs: Jobs, key: str) -> str:
             return (await jobs.submit(request(), owner="me", idempotency_key=key)).record.id
 
 
-async def test_jobs_that_a_server_has_got_without_being_told_so_are_run_all_the_same(place: str) -> None:
+async def test_jobs_whose_claim_lost_its_confirmation_still_run(place: str) -> None:
     async with open_jobs(place) as jobs:
         answers = LostAnswers(jobs._store, "claimed_ms = ?")
         made = [await surely_submitted(jobs, str(number)) for number in range(3)]

@@ -28,7 +28,7 @@ def outcome(*plans: Plan, end: Outcome) -> tuple[list[int], JobOutcome]:
     return [one.makespan_ms for one in found if isinstance(one, Found)], closed.outcome
 
 
-def test_only_valid_plans_that_are_better_are_told() -> None:
+def test_only_valid_and_better_plans_are_reported() -> None:
     best = GOOD.makespan_ms
     assert outcome(SHIFTED, SHIFTED, WRONG, GOOD, SHIFTED, end=Outcome.SATISFICING)[0] == [best + 500, best]
 
@@ -76,7 +76,7 @@ def test_the_worker_reads_what_was_sent() -> None:
     assert closed.outcome is JobOutcome.SATISFICING
 
 
-def test_a_job_that_is_larger_than_limits_that_were_lowered_ends_and_says_why() -> None:
+def test_a_job_beyond_lowered_limits_ends_with_the_reason() -> None:
     (closed,) = work_on(job_source(one_room()), places=1)
     assert isinstance(closed, Closed)
     assert closed.outcome is JobOutcome.INVALID_INPUT

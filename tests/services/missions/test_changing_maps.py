@@ -244,7 +244,7 @@ def look_at(team: RoamingTeam, batch: MissionBatch, going: set[str], barred: set
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_whatever_the_map_does_nobody_drives_into_an_obstacle_and_the_log_goes_on(seed: int) -> None:
+def test_no_robot_drives_into_an_obstacle_and_the_log_continues_however_the_map_changes(seed: int) -> None:
     team = RoamingTeam(*brief_of_a_part(), seed)
     inputs, batches = fly(team)
     lines = [event.data for batch in batches for event in batch.events if event.type is EventType.LOG]

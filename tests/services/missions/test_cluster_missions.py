@@ -16,7 +16,7 @@ pytestmark = needs_ray
 @pytest.mark.parametrize(
     ("word", "times"), [("fork_server", 4), pytest.param("ray::NodeAgent", 4, marks=pytest.mark.slow)]
 )
-async def test_a_mission_on_a_cluster_goes_on_as_if_nothing_had_happened(
+async def test_a_mission_on_a_cluster_has_the_same_log_after_kills(
     tmp_path: Path, nodes: Nodes, cluster: ClusterRunner, word: str, times: int
 ) -> None:
     async with open_missions(tmp_path, cluster) as missions:

@@ -74,7 +74,7 @@ def test_going_on_at_once_is_no_stop_and_going_on_later_is_one() -> None:
     assert house.made() == (1, (0, 0, 0, 0))
 
 
-def test_off_its_route_nobody_knows_which_way_a_robot_faces() -> None:
+def test_the_heading_of_a_robot_off_its_route_is_unknown() -> None:
     house = House()
     house.drive((5, 5), (6, 5), (7, 5))
     house.report(1000, Cell(2, 9))

@@ -111,9 +111,7 @@ async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_missi
 
 
 @pytest.mark.parametrize("commit", range(1, 5))
-async def test_whichever_commit_fails_the_mission_comes_out_as_if_nothing_had_happened(
-    tmp_path: Path, commit: int
-) -> None:
+async def test_the_log_is_the_same_whichever_commit_fails(tmp_path: Path, commit: int) -> None:
     async with serving(tmp_path) as service:
         driver = HttpDriver(team(), http=service.http)
         record = await begun(service)

@@ -72,7 +72,7 @@ def long(place: str, monkeypatch: pytest.MonkeyPatch) -> Store:
     return store
 
 
-def test_a_long_mission_is_removed_little_by_little_and_is_not_seen_meanwhile(long: Store) -> None:
+def test_a_long_mission_is_removed_in_steps_and_is_hidden_meanwhile(long: Store) -> None:
     told: list[str] = []
     long.listen(lambda topics: told.extend(topics or ()))
     assert long.write(lambda tx: MISSIONS.remove_old(tx, 0.0, 10_000, 101)).result() == 1

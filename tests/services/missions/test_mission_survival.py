@@ -18,7 +18,7 @@ from marsupial_service.schemas.enums import MissionPhase
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 9))])
-async def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_happened(place: str, seed: int) -> None:
+async def test_a_mission_whose_processes_are_killed_has_the_same_log(place: str, seed: int) -> None:
     async with open_missions(place) as missions:
         record = await started(missions)
         driver = Driver(team())
@@ -82,7 +82,7 @@ async def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(
     assert runner.times < 0
 
 
-async def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(place: str) -> None:
+async def test_a_mission_whose_process_dies_repeatedly_fails_with_the_reason(place: str) -> None:
     async with open_missions(place, memory_bytes=1 << 20) as missions:
         record = await started(missions)
         events = [event async for event in followed(missions, record.id)]

@@ -114,7 +114,7 @@ def test_a_mission_can_be_looked_at(server: Server, mission: str) -> None:
         ({"n": 1, "t_ms": 0, "colour": "red"}, 422, "/colour"),
     ],
 )
-def test_a_report_that_is_wrong_is_told_where_and_changes_nothing(
+def test_an_invalid_report_is_refused_with_pointers_and_changes_nothing(
     server: Server, mission: str, report: dict[str, Any], status: int, pointer: str
 ) -> None:
     before = server.ask("GET", mission)[2], server.ask("GET", f"{mission}/map")
@@ -138,9 +138,7 @@ def test_a_report_that_is_wrong_is_told_where_and_changes_nothing(
         ({"team": [{"name": "a", "type": "rover", "carrier": "b"}]}, "/team/0/carrier"),
     ],
 )
-def test_a_mission_that_is_wrong_is_refused_and_told_where(
-    server: Server, change: dict[str, Any], pointer: str
-) -> None:
+def test_an_invalid_mission_is_refused_with_pointers(server: Server, change: dict[str, Any], pointer: str) -> None:
     status, kind, problem = server.ask("POST", "/v1/missions", body() | change)
     assert (status, kind) == (422, "application/problem+json")
     assert problem["errors"][0]["pointer"] == pointer
@@ -193,14 +191,14 @@ def test_a_mission_whose_client_wants_to_end_ends_with_its_report(server: Server
     assert ended.remaining
 
 
-def test_a_server_that_is_not_there_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_server_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(UsageError, match="can't be reached"):
         explore("http://127.0.0.1:9", LogLines(), patience_s=0.1)
     assert main(["run", "lobby", "--server", "ftp://somewhere"]) == 2
     assert "--server: must be like" in capsys.readouterr().err
 
 
-def test_who_waits_for_a_server_is_told_and_may_leave_at_once() -> None:
+def test_waiting_for_a_server_is_reported_and_can_be_interrupted_at_once() -> None:
     command = [sys.executable, "-m", "marsupial.cli.main", "run", "lobby", "--server", "http://127.0.0.1:9"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
         told = next(line for line in process.stderr if "trying" in line)

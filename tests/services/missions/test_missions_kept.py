@@ -88,7 +88,7 @@ async def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: 
     assert (log.events[-1].status, log.events[-1].coverage, log.events[-1].t_ms) == (Status.COMPLETE, 1.0, 0)
 
 
-async def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(place: str) -> None:
+async def test_a_mission_without_reports_or_a_valid_key_is_cancelled(place: str) -> None:
     good = {"me", "you"}
     async with open_missions(place, idle_s=2.0, has_valid_key=lambda owner: owner in good) as missions:
         idle = await started(missions)
@@ -113,7 +113,7 @@ async def test_one_owner_has_so_many_missions_and_no_more(place: str) -> None:
 
 
 @pytest.mark.parametrize("lost", ["batches = ?", "INSERT INTO missions"])
-async def test_a_mission_of_which_a_server_has_stored_more_than_it_was_told_goes_on(place: str, lost: str) -> None:
+async def test_a_mission_continues_after_commits_whose_confirmation_was_lost(place: str, lost: str) -> None:
     async with open_missions(place) as missions:
         answers = LostAnswers(missions._store, lost, 1)
         while True:

@@ -95,7 +95,7 @@ def test_the_frame_grows_to_hold_what_is_reported_and_cells_are_of_the_frame_nam
     assert server.ask("GET", f"{mission}/map")[2] == grown
 
 
-def test_every_event_that_is_sent_is_as_its_schema_says(server: Server, mission: str) -> None:
+def test_every_event_matches_its_schema(server: Server, mission: str) -> None:
     document = json.loads(stored_text())
     events = document["paths"]["/v1/missions/{mission}/events"]["get"]["responses"]["200"]
     variants = events["content"]["text/event-stream"]["itemSchema"]["oneOf"]

@@ -75,7 +75,7 @@ def _take_over(tx: object, record: MissionRecord) -> MissionRecord:
     return table.MISSIONS.existing(tx, record.id)  # type: ignore[arg-type]
 
 
-async def test_a_server_that_dies_without_a_word_is_followed_by_another(shared: str) -> None:
+async def test_another_server_takes_over_from_a_killed_one(shared: str) -> None:
     async with open_missions(shared) as second:
         store = open_store(shared)
         first = Missions(store, MissionSettings())

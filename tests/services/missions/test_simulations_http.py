@@ -42,7 +42,7 @@ def test_what_can_be_simulated_is_listed_with_what_holds_by_default(http: httpx.
     assert (found["defaults"]["strategy"], found["defaults"]["budget"]) == ("temporal", {"seconds": 1.0})
 
 
-def test_a_simulation_is_a_mission_that_says_how_it_is_simulated(http: httpx.Client) -> None:
+def test_a_simulation_is_a_mission_with_its_simulation_settings(http: httpx.Client) -> None:
     answer = http.post("/v1/simulations", json={**SMALL, "seed": 7})
     mission = answer.json()
     assert answer.status_code == 201
@@ -62,7 +62,7 @@ def test_the_same_request_with_the_same_key_is_one_simulation(http: httpx.Client
 
 
 @pytest.mark.parametrize("form", ["PNG", "PPM"])
-def test_an_uploaded_map_is_explored_and_what_is_odd_about_it_is_told(http: httpx.Client, form: str) -> None:
+def test_an_uploaded_map_is_explored_and_its_warnings_are_shown(http: httpx.Client, form: str) -> None:
     mission = http.post("/v1/simulations", json=on_map(image=picture(free=205, form=form))).json()
     assert mission["name"] == "room"
     assert any("205" in warning for warning in mission["simulation"]["warnings"])
@@ -84,7 +84,7 @@ def test_a_map_is_warned_of_as_run_warns_of_its_files(http: httpx.Client, tmp_pa
     http.post(mission["links"]["cancel"])
 
 
-def test_where_no_robot_can_stand_what_is_odd_about_the_map_is_a_warning_after_that(http: httpx.Client) -> None:
+def test_without_room_for_a_robot_warnings_about_the_map_follow_the_error(http: httpx.Client) -> None:
     refused = problem(http.post("/v1/simulations", json=on_map(image=picture(free=0))), 422, "invalid")
     first, *others = refused["errors"]
     assert "no room" in refused["detail"]
@@ -130,7 +130,7 @@ def test_the_image_has_to_be_the_one_that_the_yaml_names(http: httpx.Client, cho
         ({"carriers": 1}, "/scenario", "must have one of the fields scenario, map"),
     ],
 )
-def test_what_is_wrong_is_told_by_the_field_that_was_meant(
+def test_errors_are_reported_by_the_field_that_caused_them(
     http: httpx.Client, body: dict[str, Any], pointer: str, said: str
 ) -> None:
     refused = problem(http.post("/v1/simulations", json=body), 422, "invalid")

@@ -124,7 +124,7 @@ async def test_a_user_who_stops_twice_leaves_at_once_with_all_goals_cancelled(se
 
 
 @pytest.mark.parametrize("repeats", [False, True])
-async def test_a_carrier_that_is_silent_or_repeats_its_transforms_is_told_and_lost_with_its_rover(
+async def test_a_carrier_that_is_silent_or_repeats_its_transforms_is_reported_and_lost_with_its_rover(
     server: Server, tmp_path: Path, repeats: bool
 ) -> None:
     async with robots_in_rooms(waits="{silent_s: 5, lost_s: 15, stuck_s: 1000}") as (ros, user):
@@ -156,7 +156,7 @@ async def test_a_robot_that_shuffles_and_gets_nowhere_is_stuck_and_the_mission_g
     assert not any(text.startswith("carrier1: drive failed") for text in user.said)
 
 
-async def test_what_is_missing_before_a_mission_is_told_by_name(server: Server, tmp_path: Path) -> None:
+async def test_missing_topics_before_a_mission_are_named(server: Server, tmp_path: Path) -> None:
     async with robots_in_rooms() as (ros, user):
         ros.bodies["carrier2"].mute = True
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))

@@ -27,7 +27,7 @@ def test_a_robot_that_moves_but_gets_no_nearer_is_stuck() -> None:
     assert judged([5.0 - 0.01 * i for i in range(40)]) is None
 
 
-def test_a_robot_that_stands_is_stuck_whatever_its_action_tells() -> None:
+def test_a_standing_robot_is_stuck_whatever_its_action_reports() -> None:
     progress = Progress()
     for now_s in range(40):
         progress.apply_position((0.0, 0.0), now_s)
@@ -56,7 +56,7 @@ def test_recoveries_that_bring_a_robot_no_nearer_are_as_good_as_standing() -> No
     assert progress.fault(MOST_RECOVERIES, 30.0) is None
 
 
-def test_what_was_told_long_ago_counts_no_more() -> None:
+def test_old_feedback_is_ignored() -> None:
     progress = Progress()
     progress.apply_feedback({"distance_remaining": 5.0}, 0.0)
     for now_s in range(100):
@@ -74,7 +74,7 @@ def test_feedback_that_is_none_leaves_moves_to_count_alone(odd: Any) -> None:
     assert progress == Progress()
 
 
-def test_a_drive_whose_action_tells_no_progress_is_given_up_though_the_robot_moves(house: House) -> None:
+def test_a_drive_without_reported_progress_is_aborted_although_the_robot_moves(house: House) -> None:
     house.drive()
     for now_s in range(123):
         house.at("carrier1", 2.5 + 0.2 * (now_s % 2), 2.5, now_s)

@@ -131,7 +131,7 @@ async def test_a_mission_that_no_service_ends_is_left(tmp_path: Path, monkeypatc
     assert (tmp_path / "state").exists()
 
 
-async def test_goals_that_do_not_end_keep_the_bridge_for_a_while_only_and_are_told(
+async def test_goals_that_do_not_end_delay_the_bridge_briefly_and_are_reported(
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(bridges, "LEAVE_S", 0.2)

@@ -87,7 +87,7 @@ def test_a_map_with_too_few_cells_is_refused() -> None:
 # the tracker
 
 
-def test_changed_cells_are_told_once_and_by_the_nearest_robot() -> None:
+def test_changed_cells_are_reported_once_and_by_the_nearest_robot() -> None:
     tracker = tracker_of([0, -1, -1, 0])
     frame, revealed = tracker.changes({"a": (0.0, 0.5), "b": (4.0, 0.5)})
     assert frame == {"width": 4, "height": 1, "origin_m": [0.0, 0.0, 0.0]}
@@ -98,7 +98,7 @@ def test_changed_cells_are_told_once_and_by_the_nearest_robot() -> None:
     assert tracker.changes({"a": (0.0, 0.5)}) == (None, [])
 
 
-def test_a_map_that_grows_on_all_sides_tells_only_what_is_new() -> None:
+def test_a_map_that_grows_on_all_sides_reports_only_new_cells() -> None:
     tracker = tracker_of([0, 100])
     tracker.changes({"a": (0.0, 0.0)})
     grown = grid_message([[100, -1, -1, -1], [-1, 0, 100, 0], [-1, -1, -1, 0]], x=-1, y=-1)
@@ -123,7 +123,7 @@ def test_an_update_outside_the_map_is_refused() -> None:
         tracker_of([0]).update(update_in({"x": 1, "y": 0, "width": 1, "height": 1, "data": [0]}))
 
 
-def test_a_mission_taken_up_tells_only_what_it_does_not_know() -> None:
+def test_a_resumed_mission_reports_only_unknown_cells() -> None:
     tracker = MapTracker(TERRAINS, FilterMasks(), 0.25, 0.65)
     first = {"width": 2, "height": 1, "resolution_m": 1.0, "origin_m": [0, 0, 0]}
     known: Any = {"width": 3, "height": 1, "resolution_m": 1.0, "origin_m": [-1, 0, 0], "runs": [0, 2, FLOOR]}
@@ -205,7 +205,7 @@ def test_a_stop_is_repeated_until_the_robot_stands(house: House) -> None:
     assert house.fleet.report()["finished"] == [1]
 
 
-def test_a_drive_that_fails_says_why_in_the_words_of_the_action(house: House) -> None:
+def test_a_failed_drive_gives_the_reason_of_the_action(house: House) -> None:
     house.drive()
     house.fleet.ended(ActionResult("m:1:0.1", 6, {"error_code": 104, "error_msg": "no valid path"}))
     (failed,) = house.fleet.report()["failed"]
@@ -331,7 +331,7 @@ def test_fragments_are_put_together_in_their_order() -> None:
     assert exchange(*reversed(fragments))[0].heard == [("/a", {"data": "x" * 50})]
 
 
-def test_what_is_no_message_is_told_and_passed_over() -> None:
+def test_invalid_messages_are_reported_and_ignored() -> None:
     listener, _ = exchange(
         "no json",
         b"\xff\xff",
@@ -452,7 +452,7 @@ def test_what_is_no_state_is_refused(tmp_path: Path, text: str) -> None:
         Journal(tmp_path / "state").read()
 
 
-def test_a_state_that_could_not_be_kept_is_told_before_a_mission_begins(tmp_path: Path) -> None:
+def test_an_unwritable_state_file_is_reported_before_a_mission_begins(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="can't be written"):
         Journal(tmp_path / "missing" / "state").read()
 

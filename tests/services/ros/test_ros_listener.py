@@ -79,7 +79,7 @@ class Ears:
         ({}, "info"),
     ],
 )
-def test_an_odd_first_map_is_passed_over_and_a_fitting_one_taken(tmp_path: Path, odd: Any, why: str) -> None:
+def test_an_unsuitable_first_map_is_ignored_and_a_suitable_one_used(tmp_path: Path, odd: Any, why: str) -> None:
     ears = Ears(tmp_path)
     ears.listener.message("/map", odd)
     assert ears.tracker.grid is None
@@ -164,7 +164,7 @@ def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) ->
     assert [text.startswith("/tf: message ignored") for text in ears.said] == [True]
 
 
-def test_a_clock_that_tells_no_number_is_passed_over(tmp_path: Path) -> None:
+def test_a_clock_message_without_a_number_is_ignored(tmp_path: Path) -> None:
     path = tmp_path / "fleet.yaml"
     house = House(tmp_path)
     path.write_text(path.read_text() + "clock: /clock\n")

@@ -89,7 +89,7 @@ def test_a_write_that_refuses_takes_back_its_own_changes_only(store: Store) -> N
     assert (names(store), undone) == (["a", "b", "c"], ["refused"])
 
 
-def test_a_listener_that_fails_is_told_again_and_stops_no_writes(place: str) -> None:
+def test_a_failing_listener_is_notified_again_and_stops_no_writes(place: str) -> None:
     store, told = open_store(place), list[frozenset[str] | None]()
     try:
 
@@ -119,7 +119,7 @@ def test_on_a_full_disk_a_write_fails_clearly_and_leaves_nothing_of_itself(store
     assert names(store) == ["after", "before"]
 
 
-def test_when_the_disk_fails_everybody_in_the_group_is_told(tmp_path: Path) -> None:
+def test_a_failed_commit_raises_for_every_write_of_its_group(tmp_path: Path) -> None:
     store = open_store(tmp_path)
     failpoints.arm("before_commit=disk_full@2")
     held = Held(store)
@@ -147,7 +147,7 @@ def test_a_read_can_not_write(store: Store) -> None:
         store.read(lambda connection: connection.execute(NEW, ("a",))).result()
 
 
-def test_a_closed_store_says_so(tmp_path: Path) -> None:
+def test_a_closed_store_raises(tmp_path: Path) -> None:
     store = open_store(tmp_path)
     store.close()
     with pytest.raises(StoreError, match="closed"):

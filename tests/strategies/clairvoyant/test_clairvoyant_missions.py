@@ -52,7 +52,7 @@ def test_two_rovers_share_what_is_behind_the_door() -> None:
     assert (ended.exploration_ms, ended.deployments) == (14_000, 2)
 
 
-def test_without_a_wish_for_rovers_the_mission_ends_when_all_is_seen() -> None:
+def test_without_recovery_the_mission_ends_when_all_is_seen() -> None:
     ended, _ = flown(drawn_scenario(*ANNEX, team=team_at((4, 3), rovers=1), goal=Goal(recover_rovers=False)))
     assert (ended.status, ended.exploration_ms, ended.t_ms, ended.retrievals) == (Status.COMPLETE, 17_000, 17_000, 0)
 
@@ -65,7 +65,7 @@ def test_the_team_comes_home_if_asked_to() -> None:
     assert watcher.cell["c1"] == Cell(1, 3)
 
 
-def test_what_nobody_can_reach_is_left_out() -> None:
+def test_unreachable_cells_are_left_out() -> None:
     ended, _ = flown(drawn_scenario("########", "#...#..#", "########", team=team_at((1, 1))))
     assert (ended.status, ended.coverage, ended.reachable_area_m2) == (Status.COMPLETE, 1.0, 3.0)
 

@@ -48,7 +48,7 @@ def test_what_is_seen_from_a_cell_is_what_the_world_reveals_there(ground: Ground
         assert ground.view("carrier", cell).bit_count() == np.count_nonzero(known & reachable)
 
 
-def test_a_cover_sees_all_that_is_wanted_from_its_stops(ground: Ground, begun: Outline) -> None:
+def test_a_cover_sees_all_wanted_cells_from_its_stops(ground: Ground, begun: Outline) -> None:
     seen = 0
     for stop in begun.stops:
         kind, cell = next(iter(stop.viewpoints.items()))
