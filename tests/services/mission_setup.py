@@ -185,7 +185,7 @@ class Hosted:
         return batch
 
 
-def again(
+def replayed(
     brief: MissionBrief, inputs: Sequence[MissionReport | Control], batches: Sequence[MissionBatch]
 ) -> list[MissionBatch]:
     """Return what a new process makes of the same inputs and decisions."""

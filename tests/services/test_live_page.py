@@ -22,7 +22,7 @@ MAPS = ".panes canvas.map, .panes canvas"
 
 
 @pytest.fixture(scope="module")
-def house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+def pages(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with Server(tmp_path_factory.mktemp("page"), "--limit", "simulations=20") as server:
         yield server
 
@@ -93,8 +93,8 @@ def is_live(browser: Browser) -> bool:
     return browser.value("document.querySelector('.transport .live').getAttribute('aria-pressed')") == "true"
 
 
-def test_a_mission_is_run_from_the_form_scrubbed_and_followed_live_to_its_end(browser: Browser, house: Server) -> None:
-    (mission,) = start(browser, house, speed=5, budget=0.1)
+def test_a_mission_is_run_from_the_form_scrubbed_and_followed_live_to_its_end(browser: Browser, pages: Server) -> None:
+    (mission,) = start(browser, pages, speed=5, budget=0.1)
     browser.wait("Number(document.querySelector('.transport input[type=range]').value) > 3000")
     assert is_live(browser)
     assert drawn(browser)
@@ -111,21 +111,21 @@ def test_a_mission_is_run_from_the_form_scrubbed_and_followed_live_to_its_end(br
     browser.wait(f"Number(document.querySelector('.transport input[type=range]').value) > {before}")
     assert is_live(browser)
     browser.wait("document.querySelector('.followed .badge').textContent === 'complete'")
-    assert house.ask("GET", f"/v1/missions/{mission}").document["status"] == "complete"
+    assert pages.ask("GET", f"/v1/missions/{mission}").document["status"] == "complete"
     browser.wait("document.querySelector('.view > header .badge').textContent === 'complete'")
     assert browser.value("document.querySelector('.speed select').value") == "1", "all of it in 45 s at most"
     assert browser.value("window.ahead") <= 0, "no moment is shown before it is known"
     browser.run("URL.createObjectURL = (blob) => { blob.text().then((text) => { window.saved = text; }); return '#'; }")
     browser.click(".view > header button[title^=Save]")
-    assert browser.wait("window.saved") == house.ask("GET", f"/v1/missions/{mission}/log").document
+    assert browser.wait("window.saved") == pages.ask("GET", f"/v1/missions/{mission}/log").document
     assert browser.errors() == []
 
 
-def test_two_strategies_are_shown_side_by_side_at_the_same_moment(browser: Browser, house: Server) -> None:
-    missions = start(browser, house, beside="heuristic", speed=100, budget=0.1)
+def test_two_strategies_are_shown_side_by_side_at_the_same_moment(browser: Browser, pages: Server) -> None:
+    missions = start(browser, pages, beside="heuristic", speed=100, budget=0.1)
     assert len(missions) == 2
     choose_speed(browser, "20")
-    told = [house.ask("GET", f"/v1/missions/{mission}").document for mission in missions]
+    told = [pages.ask("GET", f"/v1/missions/{mission}").document for mission in missions]
     assert [one["strategy"] for one in told] == ["temporal", "heuristic"]
     assert told[0]["simulation"]["seed"] == told[1]["simulation"]["seed"]
     browser.wait("[...document.querySelectorAll('.followed .badge')].every((one) => one.textContent === 'complete')")
@@ -140,12 +140,12 @@ def test_two_strategies_are_shown_side_by_side_at_the_same_moment(browser: Brows
 
 
 def test_what_is_wrong_with_a_map_stands_beside_the_field_that_was_meant(
-    browser: Browser, house: Server, tmp_path: Path
+    browser: Browser, pages: Server, tmp_path: Path
 ) -> None:
     yaml, image = tmp_path / "room.yaml", tmp_path / "room.png"
     yaml.write_text(YAML.replace("resolution", "resolutoin"))
     image.write_bytes(b"no image")
-    browser.open(f"{house.url}/")
+    browser.open(f"{pages.url}/")
     choose(browser, scenario="")
     browser.click("form.start button.first")
     browser.wait("document.querySelector('#start-yaml-problem').textContent.includes('choose')")
@@ -171,35 +171,35 @@ def test_what_is_wrong_with_a_map_stands_beside_the_field_that_was_meant(
 
 
 def test_warnings_about_a_map_without_room_are_not_errors_of_the_yaml(
-    browser: Browser, house: Server, tmp_path: Path
+    browser: Browser, pages: Server, tmp_path: Path
 ) -> None:
     yaml, image = tmp_path / "room.yaml", tmp_path / "room.png"
     yaml.write_text(YAML)
     Image.new("L", (48, 36), 0).save(image)
-    upload(browser, house, yaml, image)
+    upload(browser, pages, yaml, image)
     browser.wait("document.querySelector('form.start > [role=alert]').textContent.includes('warning: ')")
     assert browser.text("form.start > [role=alert]").startswith("no room")
     assert not browser.value("document.querySelector('#start-yaml').hasAttribute('aria-invalid')")
 
 
-def test_all_warnings_about_a_map_are_shown_above_its_mission(browser: Browser, house: Server) -> None:
+def test_all_warnings_about_a_map_are_shown_above_its_mission(browser: Browser, pages: Server) -> None:
     picture = io.BytesIO()
     Image.new("L", (48, 36), 254).save(picture, "PNG")
     image = base64.b64encode(picture.getvalue()).decode()
     body = {"map": {"name": "hall", "yaml": YAML, "image_base64": image}, "planner": "greedy", "speed": 10}
-    mission = house.ask("POST", "/v1/simulations", body).document
-    browser.open(f"{house.url}/#/missions/{mission['id']}")
+    mission = pages.ask("POST", "/v1/simulations", body).document
+    browser.open(f"{pages.url}/#/missions/{mission['id']}")
     browser.find(".view")
     said = browser.text(".missions-page > .said")
     assert len(mission["simulation"]["warnings"]) > 1
     for warning in mission["simulation"]["warnings"]:
         assert warning in said
-    house.ask("POST", mission["links"]["cancel"])
+    pages.ask("POST", mission["links"]["cancel"])
 
 
-def test_two_missions_of_the_list_are_shown_side_by_side(browser: Browser, house: Server) -> None:
-    missions = [begun(house, speed=100, seed=seed) for seed in (1, 2)]
-    browser.open(f"{house.url}/")
+def test_two_missions_of_the_list_are_shown_side_by_side(browser: Browser, pages: Server) -> None:
+    missions = [begun(pages, speed=100, seed=seed) for seed in (1, 2)]
+    browser.open(f"{pages.url}/")
     for mission in missions:
         browser.click(f".list input[value='{mission}']")
     browser.click(".list .beside")
@@ -207,52 +207,52 @@ def test_two_missions_of_the_list_are_shown_side_by_side(browser: Browser, house
     assert browser.value("location.hash") == f"#/missions/{','.join(missions)}"
 
 
-def test_of_a_mission_that_there_is_not_nothing_is_waited_for(browser: Browser, house: Server) -> None:
-    mission = begun(house, speed=100)
-    browser.open(f"{house.url}/#/missions/nothing")
+def test_of_a_mission_that_there_is_not_nothing_is_waited_for(browser: Browser, pages: Server) -> None:
+    mission = begun(pages, speed=100)
+    browser.open(f"{pages.url}/#/missions/nothing")
     browser.wait("document.querySelector('.said').textContent.includes('mission not found')")
     assert browser.text("#content") == "mission not found; it may have been removed"
-    browser.open(f"{house.url}/#/missions/nothing,{mission}")
+    browser.open(f"{pages.url}/#/missions/nothing,{mission}")
     browser.find(".view.one")
 
 
-def test_a_page_reports_a_killed_server_and_continues_after_its_restart(browser: Browser, house: Server) -> None:
-    mission = begun(house, speed=10)
-    browser.open(f"{house.url}/#/missions/{mission}")
+def test_a_page_reports_a_killed_server_and_continues_after_its_restart(browser: Browser, pages: Server) -> None:
+    mission = begun(pages, speed=10)
+    browser.open(f"{pages.url}/#/missions/{mission}")
     browser.wait("Number(document.querySelector('.transport input[type=range]')?.value) > 2000")
-    house.kill()
+    pages.kill()
     browser.wait("document.querySelector('#connection').textContent === 'connection lost, trying again'")
-    house.start()
+    pages.start()
     browser.wait("document.querySelector('#connection').textContent === 'back'")
     at = shown_ms(browser)
     browser.wait(f"Number(document.querySelector('.transport input[type=range]').value) > {at + 1000}")
     browser.wait("document.querySelector('.followed .badge').textContent === 'complete'")
-    assert house.ask("GET", f"/v1/missions/{mission}/log").document == reference_log("lobby")
+    assert pages.ask("GET", f"/v1/missions/{mission}/log").document == reference_log("lobby")
     assert browser.errors(network=False) == []
 
 
-def test_a_mission_is_paused_resumed_and_cancelled_from_the_page(browser: Browser, house: Server) -> None:
-    mission = begun(house, speed=1)
-    browser.open(f"{house.url}/#/missions/{mission}")
+def test_a_mission_is_paused_resumed_and_cancelled_from_the_page(browser: Browser, pages: Server) -> None:
+    mission = begun(pages, speed=1)
+    browser.open(f"{pages.url}/#/missions/{mission}")
     browser.wait("document.querySelector('.view')")
     for number, state in ((1, "paused"), (1, "running"), (2, "cancelled")):
         browser.click(f".followed button:nth-of-type({number})")
         browser.wait(f"document.querySelector('.followed .badge').textContent === '{state}'")
-    assert house.ask("GET", f"/v1/missions/{mission}").document["state"] == "ended"
+    assert pages.ask("GET", f"/v1/missions/{mission}").document["state"] == "ended"
     assert browser.value("[...document.querySelectorAll('.followed button')].every((one) => one.hidden)")
     assert browser.errors() == []
 
 
-def test_a_job_is_shown_with_its_map_its_best_plan_and_its_falling_makespan(browser: Browser, house: Server) -> None:
-    demo = house.ask("GET", "/v1/demo-data/yard").document
-    job = house.ask("POST", "/v1/jobs", {**demo, "planner": "anytime", "budget": {"seconds": 1}}).document
-    browser.open(f"{house.url}/")
+def test_a_job_is_shown_with_its_map_its_best_plan_and_its_falling_makespan(browser: Browser, pages: Server) -> None:
+    demo = pages.ask("GET", "/v1/demo-data/yard").document
+    job = pages.ask("POST", "/v1/jobs", {**demo, "planner": "anytime", "budget": {"seconds": 1}}).document
+    browser.open(f"{pages.url}/")
     browser.find(f".list a[href$='{job['id']}']")
     sizes = "[...document.querySelectorAll('.list td')].map((one) => getComputedStyle(one).fontSize)"
     assert len(set(browser.value(sizes))) == 1
-    browser.open(f"{house.url}/#/jobs/{job['id']}")
+    browser.open(f"{pages.url}/#/jobs/{job['id']}")
     browser.wait("document.querySelector('.job-page .badge')?.textContent === 'satisficing'")
-    best = house.ask("GET", job["links"]["self"]).document["best"]
+    best = pages.ask("GET", job["links"]["self"]).document["best"]
     browser.wait(f"document.querySelector('.makespan').dataset.revision === '{best['revision']}'")
     pictures = [".job-map canvas", ".plot canvas", ".job-lanes canvas"]
     for picture in pictures:
@@ -261,7 +261,7 @@ def test_a_job_is_shown_with_its_map_its_best_plan_and_its_falling_makespan(brow
     assert browser.errors() == []
 
 
-def test_missions_and_jobs_are_listed_whoever_has_begun_them(browser: Browser, house: Server) -> None:
+def test_missions_and_jobs_are_listed_whoever_has_begun_them(browser: Browser, pages: Server) -> None:
     frame = {"width": 8, "height": 6, "resolution_m": 0.5}
     kind = {"name": "carrier", "role": "carrier", "speed_mps": 1.0, "sensor_range_m": 3.0, "radius_m": 0.2}
     body = {
@@ -272,15 +272,15 @@ def test_missions_and_jobs_are_listed_whoever_has_begun_them(browser: Browser, h
         "planner": "greedy",
         "budget": {"steps": 1},
     }
-    mission = house.ask("POST", "/v1/missions", body).document
-    browser.open(f"{house.url}/")
+    mission = pages.ask("POST", "/v1/missions", body).document
+    browser.open(f"{pages.url}/")
     browser.wait("[...document.querySelectorAll('.list a')].some((one) => one.textContent === 'elsewhere')")
     assert "robots elsewhere" in browser.text(".lists")
     report = {"n": 1, "t_ms": 0, "revealed": [{"robot": "mother", "runs": [9, 4, 1, 17, 4, 1]}]}
-    assert house.ask("POST", mission["links"]["reports"], report).status == 200
+    assert pages.ask("POST", mission["links"]["reports"], report).status == 200
     browser.run("location.hash = `/missions/${arguments[0]}`", mission["id"])
     browser.wait("document.querySelector('.view > header h1')?.textContent === 'elsewhere'")
-    assert house.ask("POST", mission["links"]["cancel"]).status == 200
+    assert pages.ask("POST", mission["links"]["cancel"]).status == 200
     browser.wait("document.querySelector('.followed .badge').textContent === 'cancelled'")
     assert browser.errors() == []
 
@@ -304,8 +304,8 @@ def test_a_service_with_keys_asks_for_one_and_keeps_it_for_the_tab(browser: Brow
 
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("view", [DESK, PHONE])
-def test_every_word_of_the_start_page_can_be_read(browser: Browser, house: Server, view: Any, dark: bool) -> None:
-    browser.open(f"{house.url}/", view, dark=dark)
+def test_every_word_of_the_start_page_can_be_read(browser: Browser, pages: Server, view: Any, dark: bool) -> None:
+    browser.open(f"{pages.url}/", view, dark=dark)
     browser.find("#start-seed")
     faint = browser.run(_FAINT)
     assert faint == []

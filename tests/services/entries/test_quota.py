@@ -1,4 +1,4 @@
-"""How much a key may plan in an hour, over all servers of a store."""
+"""The quota of planning time of a key per hour, over all servers of a store."""
 
 import asyncio
 from collections.abc import Callable, Iterator
@@ -38,8 +38,8 @@ MINUTE_MS = 60_000
 
 
 @dataclass
-class QuotaHouse:
-    """A store, asked and changed at a moment that the test says."""
+class QuotaStore:
+    """A store, read and written at times set by the test."""
 
     store: Store
 
@@ -62,87 +62,87 @@ class QuotaHouse:
 
 
 @pytest.fixture
-def house(place: str) -> Iterator[QuotaHouse]:
+def quota(place: str) -> Iterator[QuotaStore]:
     store = open_store(place)
-    yield QuotaHouse(store)
+    yield QuotaStore(store)
     store.close()
 
 
-def test_jobs_reserve_their_budgets_and_what_goes_beyond_is_refused_until_there_is_room(house: QuotaHouse) -> None:
-    house.add("a", 0, seconds=15.0)
-    house.add("b", 0, steps=1000)
-    assert house.left_s(0) == 5.0
+def test_jobs_reserve_their_budgets_and_what_goes_beyond_is_refused_until_there_is_room(quota: QuotaStore) -> None:
+    quota.add("a", 0, seconds=15.0)
+    quota.add("b", 0, steps=1000)
+    assert quota.left_s(0) == 5.0
     said = r"60 s per hour \(key_planning_s\) .*; 10 s may be available in 300 s$"
     with pytest.raises(TooMany, match=said) as caught:
-        house.add("c", 0)
+        quota.add("c", 0)
     assert caught.value.retry_after_s == 300
-    house.add("c", 0, seconds=5.0)
-    house.add("of_another", 0, owner="you", seconds=60.0)
+    quota.add("c", 0, seconds=5.0)
+    quota.add("of_another", 0, owner="you", seconds=60.0)
 
 
-def test_what_planning_took_is_charged_when_it_ends_and_comes_back_within_an_hour(house: QuotaHouse) -> None:
-    house.add("a", 0, seconds=30.0)
-    claim = house.claim(1000)
-    assert house.left_s(1000) == 30.0
-    assert house.do(lambda tx: table.finish(tx, claim, DONE, SETTINGS, 13_000))
-    assert house.left_s(13_000) == pytest.approx(48.0)
-    assert house.left_s(13_000 + 3 * MINUTE_MS) == pytest.approx(51.0)
-    assert house.left_s(13_000 + 12 * MINUTE_MS) == pytest.approx(60.0)
-    assert house.left_s(13_000 + 90 * MINUTE_MS) == 60.0
+def test_what_planning_took_is_charged_when_it_ends_and_comes_back_within_an_hour(quota: QuotaStore) -> None:
+    quota.add("a", 0, seconds=30.0)
+    claim = quota.claim(1000)
+    assert quota.left_s(1000) == 30.0
+    assert quota.do(lambda tx: table.finish(tx, claim, DONE, SETTINGS, 13_000))
+    assert quota.left_s(13_000) == pytest.approx(48.0)
+    assert quota.left_s(13_000 + 3 * MINUTE_MS) == pytest.approx(51.0)
+    assert quota.left_s(13_000 + 12 * MINUTE_MS) == pytest.approx(60.0)
+    assert quota.left_s(13_000 + 90 * MINUTE_MS) == 60.0
 
 
-def test_a_job_that_is_cancelled_is_charged_once_if_it_ran(house: QuotaHouse) -> None:
-    house.add("b", 0)
-    house.do(lambda tx: table.cancel(tx, "b", SETTINGS, 9000))
-    assert house.left_s(9000) == 60.0
-    house.add("a", 0)
-    claim = house.claim(0)
+def test_a_job_that_is_cancelled_is_charged_once_if_it_ran(quota: QuotaStore) -> None:
+    quota.add("b", 0)
+    quota.do(lambda tx: table.cancel(tx, "b", SETTINGS, 9000))
+    assert quota.left_s(9000) == 60.0
+    quota.add("a", 0)
+    claim = quota.claim(0)
     for now_ms in (6000, 8000):
-        house.do(lambda tx, now_ms=now_ms: table.cancel(tx, "a", SETTINGS, now_ms))  # type: ignore[misc]
-    assert not house.do(lambda tx: table.finish(tx, claim, DONE, SETTINGS, 9000))
-    assert house.left_s(6000) == pytest.approx(54.0)
+        quota.do(lambda tx, now_ms=now_ms: table.cancel(tx, "a", SETTINGS, now_ms))  # type: ignore[misc]
+    assert not quota.do(lambda tx: table.finish(tx, claim, DONE, SETTINGS, 9000))
+    assert quota.left_s(6000) == pytest.approx(54.0)
 
 
 def test_one_that_began_again_from_nothing_is_charged_for_all_attempts_and_reserves_nothing_beyond(
-    house: QuotaHouse,
+    quota: QuotaStore,
 ) -> None:
-    house.add("a", 0)
+    quota.add("a", 0)
     for begun_ms in (0, 8000):
-        claim = house.do(lambda tx, at=begun_ms: table.claim(tx, RESTARTING, at))  # type: ignore[misc]
-        house.do(lambda tx, c=claim, at=begun_ms: table.requeue(tx, c, "", SETTINGS, at + 8000, 8000))  # type: ignore[misc]
-    assert house.left_s(16_000) == pytest.approx(44.0, abs=0.3)
+        claim = quota.do(lambda tx, at=begun_ms: table.claim(tx, RESTARTING, at))  # type: ignore[misc]
+        quota.do(lambda tx, c=claim, at=begun_ms: table.requeue(tx, c, "", SETTINGS, at + 8000, 8000))  # type: ignore[misc]
+    assert quota.left_s(16_000) == pytest.approx(44.0, abs=0.3)
 
 
-def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget(house: QuotaHouse) -> None:
-    house.add("a", 0)
-    claim = house.claim(0)
-    assert house.do(lambda tx: table.requeue(tx, claim, "", SETTINGS, 4000))
-    assert house.left_s(4000) == pytest.approx(50.0)
-    again = house.claim(5000)
+def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget(quota: QuotaStore) -> None:
+    quota.add("a", 0)
+    claim = quota.claim(0)
+    assert quota.do(lambda tx: table.requeue(tx, claim, "", SETTINGS, 4000))
+    assert quota.left_s(4000) == pytest.approx(50.0)
+    again = quota.claim(5000)
     assert again.budget.seconds == pytest.approx(6.0)
-    house.do(lambda tx: table.finish(tx, again, DONE, SETTINGS, 7000))
-    assert house.left_s(7000) == pytest.approx(54.0, abs=0.1)
+    quota.do(lambda tx: table.finish(tx, again, DONE, SETTINGS, 7000))
+    assert quota.left_s(7000) == pytest.approx(54.0, abs=0.1)
 
 
 def test_an_attempt_whose_server_died_long_ago_is_charged_no_more_than_its_budget_and_preparation(
-    house: QuotaHouse,
+    quota: QuotaStore,
 ) -> None:
-    house.add("a", 0)
-    house.claim(0)
+    quota.add("a", 0)
+    quota.claim(0)
 
     def recover(tx: Transaction) -> None:
         tx.execute("DELETE FROM servers")  # in the same transaction, as the next heartbeat brings the server back
         table.recover(tx, SETTINGS, 50 * MINUTE_MS)
 
-    house.do(recover)
-    assert house.left_s(50 * MINUTE_MS) == pytest.approx(39.0)
+    quota.do(recover)
+    assert quota.left_s(50 * MINUTE_MS) == pytest.approx(39.0)
 
 
-def test_a_small_budget_reserves_what_preparing_for_it_takes(house: QuotaHouse) -> None:
+def test_a_small_budget_reserves_what_preparing_for_it_takes(quota: QuotaStore) -> None:
     for i in range(60):
-        house.add(f"job{i}", 0, seconds=0.001)
+        quota.add(f"job{i}", 0, seconds=0.001)
     with pytest.raises(TooMany, match="key_planning_s"):
-        house.add("one_too_many", 0, seconds=0.001)
+        quota.add("one_too_many", 0, seconds=0.001)
 
 
 def wanted(seconds: float) -> PackedRequest:
@@ -194,11 +194,11 @@ def test_servers_charge_the_same_owner_at_the_same_time_and_nothing_is_lost(post
             store.close()
 
 
-def test_without_a_quota_nothing_is_recorded_and_no_job_waits(house: QuotaHouse) -> None:
-    house.do(lambda tx: NO_QUOTA.charge(tx, "me", 10**9, 0))
-    rows = house.do(lambda tx: tx.execute("SELECT * FROM documents").fetchall())
+def test_without_a_quota_nothing_is_recorded_and_no_job_waits(quota: QuotaStore) -> None:
+    quota.do(lambda tx: NO_QUOTA.charge(tx, "me", 10**9, 0))
+    rows = quota.do(lambda tx: tx.execute("SELECT * FROM documents").fetchall())
     assert len(rows) == 0
-    assert house.do(lambda tx: NO_QUOTA.wait_s(tx, "me", 1e9, 0)) == 0.0
+    assert quota.do(lambda tx: NO_QUOTA.wait_s(tx, "me", 1e9, 0)) == 0.0
 
 
 async def test_it_holds_after_a_restart(place: str) -> None:
@@ -238,7 +238,7 @@ async def test_a_mission_beyond_the_quota_waits_reports_it_and_continues_unchang
         await until_told(driver)
         if killed:
             ending.cancel()
-        await use_up(missions, -60.0)  # room for the whole mission, so that it waits once however slow the machine is
+        await use_up(missions, -60.0)  # enough for the rest of the mission on any machine
         await asyncio.wait([ending])
         assert killed or ending.result()
     async with open_missions(place, key_planning_s=3600.0) as missions:
@@ -261,7 +261,7 @@ async def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: 
         await until_told(driver)
         with pytest.raises(TooMany, match=r"key_planning_s"):
             await started(missions)
-        ending.cancel()  # its next report could cross with the end
+        ending.cancel()  # its next report could arrive after the end
         await asyncio.wait([ending])
         await missions.control(record, Control.CANCEL)
         told = [event.type async for event in followed(missions, record.id, driver.after)]

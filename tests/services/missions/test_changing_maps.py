@@ -1,4 +1,4 @@
-"""Robots that report one by one by a map that changes and grows: nobody drives into what is reported as an obstacle."""
+"""Robots with their own reports on a changing, growing map: none drives into a reported obstacle."""
 
 import json
 import random
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mission_setup import Hosted, again, body, brief_from
+from mission_setup import Hosted, body, brief_from, replayed
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
@@ -31,11 +31,11 @@ from marsupial_service.missions.values import (
 from marsupial_service.schemas.enums import EventType
 
 SIGHT = 6
-"""Cells that a robot sees on each side."""
+"""Cells that a robot sees in each direction."""
 
 
-def brief_of_a_part(margin: int = 8) -> tuple[MissionBrief, CellArray, Cell]:
-    """Return a mission that knows a part of the lobby's frame around its team, the lobby, and where the part begins."""
+def partial_brief(margin: int = 8) -> tuple[MissionBrief, CellArray, Cell]:
+    """Return a mission in the part of the lobby around its team, the lobby's cells, and the part's corner."""
     asked = body("lobby")
     truth = builtin_scenario("lobby").grid.solid().cells
     starts = [robot["cell"] for robot in asked["team"] if "cell" in robot]
@@ -50,8 +50,8 @@ def brief_of_a_part(margin: int = 8) -> tuple[MissionBrief, CellArray, Cell]:
 
 
 @dataclass
-class Rover:
-    """A robot as its own computer knows it: where it is on the lattice, and how far it is on its drive."""
+class ReportingRobot:
+    """The state of a robot on its own computer: its lattice cell and the rest of its drive."""
 
     at: Cell | None
     count: int = 0
@@ -62,7 +62,7 @@ class Rover:
 
 
 class RoamingTeam:
-    """Does what it is commanded; `report` returns what one of its robots, or the team, says next."""
+    """A team that executes commands; `report` returns the next report of one robot or of the team."""
 
     def __init__(self, brief: MissionBrief, truth: CellArray, corner: Cell, seed: int) -> None:
         self.draw = random.Random(seed)
@@ -71,7 +71,7 @@ class RoamingTeam:
         self.slam = truth.copy()
         self.state = MissionState(brief)
         self.last = self.state.map.cells.copy()
-        self.robots = {robot.name: Rover(robot.cell) for robot in brief.robots}
+        self.robots = {robot.name: ReportingRobot(robot.cell) for robot in brief.robots}
         self.kinds = {robot.name: next(k for k in brief.kinds if k.name == robot.type) for robot in brief.robots}
         self.handovers: dict[int, tuple[str, str, Cell | None]] = {}
         self.frame = MissionFrame.of(brief.grid)
@@ -97,22 +97,22 @@ class RoamingTeam:
             put = None if cell is None else Cell(cell[0] + frame.x, cell[1] + frame.y)
             self.handovers[command["id"]] = (command["robot"], command["carrier"], put)
 
-    def driving(self) -> Iterator[tuple[str, Rover]]:
-        """Yield who drives on, not told to stop."""
+    def driving(self) -> Iterator[tuple[str, ReportingRobot]]:
+        """Yield driving robots without a stop command."""
         for name, robot in self.robots.items():
             if robot.drive is not None and not robot.stopped:
                 yield name, robot
 
-    def tell(self, report: MissionReport) -> None:
+    def apply_report(self, report: MissionReport) -> None:
         before = self.state.map.frame
         self.state.apply(report, b"")
-        told = self.state.map.cells
-        self.last = np.where(told == UNKNOWN, embedded(self.last, before, self.state.map.frame), told)
+        cells = self.state.map.cells
+        self.last = np.where(cells == UNKNOWN, embedded(self.last, before, self.state.map.frame), cells)
 
-    def barred(self, name: str, *, lost: bool = True) -> bool:
-        """Say whether a robot drives to where it can't stand, by what was reported, beyond its next cell.
+    def blocked(self, name: str, *, lost: bool = True) -> bool:
+        """Return whether, on the reported map, a robot can't stand on its route beyond its next cell.
 
-        Both cells beside a diagonal step count; cells that are `lost` bar it, or else count as what they were.
+        Both cells beside a diagonal step count. Lost cells block the route if `lost`, else they have their last code.
         """
         frame, way = self.state.map.frame, self.robots[name].way[1:]
         grid = frame.grid(self.brief.grid, self.state.map.cells if lost else self.last)
@@ -121,37 +121,37 @@ class RoamingTeam:
         return not fits(grid, self.kinds[name], *(Cell(x - frame.x, y - frame.y) for x, y in ahead))
 
     def report(self) -> MissionReport:
-        """Let a robot, or now and then the team, get on for a moment, and return what it says."""
+        """Advance one robot, or sometimes the team, and return its report."""
         team = self.draw.random() < 0.15
         names = list(self.robots) if team or not self.n else [self.draw.choice(list(self.robots))]
         self.now_ms += self.draw.choice([0, 100, 400])
         finished: list[int] = []
         for name in names:
-            finished += self._get_on(name)
+            finished += self._advance(name)
         if self.n and self.draw.random() < 0.3:
-            self._flip(self.robots[names[0]])
+            self._change_map(self.robots[names[0]])
         seen = [(name, self._view(self.robots[name].at)) for name in names if self.robots[name].at is not None]
         frame = self._frame_for([cells for _, cells in seen])
-        notes = tuple(self._note(name, frame) for name in names if self.robots[name].at is not None)
+        notes = tuple(self._position_update(name, frame) for name in names if self.robots[name].at is not None)
         robot = self.robots[names[0]]
-        more: dict[str, Any] = {"n": robot.count + 1, "robot": names[0], "t_ms": max(robot.t_ms, self._lagging())}
+        more: dict[str, Any] = {"n": robot.count + 1, "robot": names[0], "t_ms": max(robot.t_ms, self._delayed_ms())}
         if len(names) > 1:
             self.n += 1
             more = {"n": self.n, "t_ms": max(self.now_ms, self.state.t_ms)}
         else:
             robot.count, robot.t_ms = more["n"], more["t_ms"]
         revealed = {name: self._runs(cells, frame) for name, cells in seen}
-        if len(names) > 1:  # they look at one map
+        if len(names) > 1:  # they share one map
             revealed = dict(list(revealed.items())[:1])
         return MissionReport(
             revealed=tuple(revealed.items()), robots=notes, finished=tuple(finished), frame=frame, **more
         )
 
-    def _lagging(self) -> int:
-        """Return the time on a robot's clock: a little late at times."""
+    def _delayed_ms(self) -> int:
+        """Return the time on a robot's clock, which is sometimes slightly late."""
         return max(0, self.now_ms - self.draw.choice([0, 0, 30, 300]))
 
-    def _get_on(self, name: str) -> list[int]:
+    def _advance(self, name: str) -> list[int]:
         robot, over = self.robots[name], []
         if robot.drive is not None:
             steps = 1 if robot.stopped else self.draw.randint(1, 3)
@@ -167,12 +167,12 @@ class RoamingTeam:
                 self.robots[rover].at = put
         return over
 
-    def _flip(self, teller: Rover) -> None:
-        """Let some cells of the map be something else, or what they are again; often ahead of who tells of it."""
+    def _change_map(self, reporter: ReportingRobot) -> None:
+        """Change some cells of the SLAM map, or restore their true codes; often ahead of the reporting robot."""
         height, width = self.slam.shape
         x, y = self.draw.randrange(width), self.draw.randrange(height)
-        if teller.drive is not None and self.draw.random() < 0.5:
-            ahead = self.draw.choice(teller.way[:SIGHT])
+        if reporter.drive is not None and self.draw.random() < 0.5:
+            ahead = self.draw.choice(reporter.way[:SIGHT])
             x, y = max(0, ahead.x + self.corner.x), max(0, ahead.y + self.corner.y)
         part = slice(y, y + self.draw.randint(1, 3)), slice(x, x + self.draw.randint(1, 3))
         code = self.draw.choice([OBSTACLE, FLOOR, UNKNOWN, None, None])
@@ -182,7 +182,7 @@ class RoamingTeam:
         return MissionFrame(at.x - SIGHT, at.y - SIGHT, 2 * SIGHT + 1, 2 * SIGHT + 1)
 
     def _frame_for(self, views: list[MissionFrame]) -> MissionFrame:
-        """Return a frame that holds what is told: that of the mission as the robot knows it, or only what it needs."""
+        """Return a frame that contains these views: the mission's frame as known so far, or the smallest one."""
         frame = views[0] if views and self.draw.random() < 0.3 else self.frame
         for view in views:
             frame = frame.grown(view)
@@ -190,19 +190,19 @@ class RoamingTeam:
         return frame
 
     def _runs(self, view: MissionFrame, frame: MissionFrame) -> Runs:
-        """Return what the map shows in a window, and what it doesn't show any more, in a frame."""
+        """Return the runs of a view in a frame; unknown cells have the code of lost ones."""
         cells = np.full((view.height, view.width), OBSTACLE, dtype=np.uint8)
         x, y = view.x + self.corner.x, view.y + self.corner.y
         low, left = max(0, y), max(0, x)
         part = self.slam[low : max(low, y + view.height), left : max(left, x + view.width)]
         cells[low - y : low - y + part.shape[0], left - x : left - x + part.shape[1]] = part
-        cells[cells == UNKNOWN] = 254  # as `known_runs` leaves out what is unknown
+        cells[cells == UNKNOWN] = 254  # `known_runs` omits unknown cells
         runs = list(known_runs(embedded(cells, view, frame)))
         runs[2::3] = [UNKNOWN if code == 254 else code for code in runs[2::3]]
         return tuple(runs)
 
-    def _note(self, name: str, frame: MissionFrame) -> RobotUpdate:
-        """Say where a robot is, or would be if it were told to stop."""
+    def _position_update(self, name: str, frame: MissionFrame) -> RobotUpdate:
+        """Return where a robot is, or where it would stop."""
         robot = self.robots[name]
         assert robot.at is not None
         cell = robot.way[1] if robot.drive is not None else robot.at
@@ -212,8 +212,8 @@ class RoamingTeam:
 SEEDS = [1, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 40))]
 
 
-def fly(team: RoamingTeam, most: int = 150) -> tuple[list[MissionReport | Control], list[MissionBatch]]:
-    """Return the inputs of a mission and its batches, looked at one by one."""
+def run_mission(team: RoamingTeam, most: int = 150) -> tuple[list[MissionReport | Control], list[MissionBatch]]:
+    """Run a mission and check each batch; return all inputs and batches."""
     inputs: list[MissionReport | Control] = []
     with Hosted(team.brief) as hosted:
         batches = [hosted.batch(PendingInput(input=None))]
@@ -222,42 +222,42 @@ def fly(team: RoamingTeam, most: int = 150) -> tuple[list[MissionReport | Contro
             going = {name for name, _ in team.driving()}
             report = team.report()
             team.state.check(report)
-            team.tell(report)
-            barred = {name for name, _ in team.driving() if name in going and team.barred(name)}
+            team.apply_report(report)
+            blocked = {name for name, _ in team.driving() if name in going and team.blocked(name)}
             inputs.append(report if len(batches) < most else Control.CANCEL)
             batches.append(hosted.batch(PendingInput(input=inputs[-1])))
             team.obey(batches[-1])
             if not batches[-1].over:
-                look_at(team, batches[-1], going, barred)
+                check_batch(team, batches[-1], going, blocked)
     return inputs, batches
 
 
-def look_at(team: RoamingTeam, batch: MissionBatch, going: set[str], barred: set[str]) -> None:
-    """Nobody goes on to where it can't stand; without a new plan only those are stopped who would.
+def check_batch(team: RoamingTeam, batch: MissionBatch, going: set[str], blocked: set[str]) -> None:
+    """Check that no robot drives on to where it can't stand, and that only such robots stop without a new plan.
 
-    Cells that are lost over and over bar nobody, if they did not before.
+    Repeatedly lost cells block no robot unless they blocked it before.
     """
-    assert not [name for name, _ in team.driving() if team.barred(name, lost=False)]
+    assert not [name for name, _ in team.driving() if team.blocked(name, lost=False)]
     stopped = {name for name in going if team.robots[name].stopped}
     planned = any(e.type is EventType.LOG and e.data.startswith('{"event":"plan"') for e in batch.events)
-    assert planned or stopped <= barred
+    assert planned or stopped <= blocked
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_no_robot_drives_into_an_obstacle_and_the_log_continues_however_the_map_changes(seed: int) -> None:
-    team = RoamingTeam(*brief_of_a_part(), seed)
-    inputs, batches = fly(team)
+    team = RoamingTeam(*partial_brief(), seed)
+    inputs, batches = run_mission(team)
     lines = [event.data for batch in batches for event in batch.events if event.type is EventType.LOG]
     log = parse_log("".join(f"{line}\n" for line in lines).encode())
     assert isinstance(log.events[-1], MissionEnded)
-    told = {json.loads(line)["event"] for line in lines}
-    assert {"change", "frame", "drive", "plan"} <= told
-    assert np.array_equal(Playback(log.events).cells_at(log.events[-1].t_ms), told_map(team, inputs))
-    assert again(team.brief, inputs, batches) == batches
+    kinds = {json.loads(line)["event"] for line in lines}
+    assert {"change", "frame", "drive", "plan"} <= kinds
+    assert np.array_equal(Playback(log.events).cells_at(log.events[-1].t_ms), stored_map(team, inputs))
+    assert replayed(team.brief, inputs, batches) == batches
 
 
-def told_map(team: RoamingTeam, inputs: list[MissionReport | Control]) -> np.ndarray:  # type: ignore[type-arg]
-    """Return the map by a state made from what is stored: commands before reports."""
+def stored_map(team: RoamingTeam, inputs: list[MissionReport | Control]) -> np.ndarray:  # type: ignore[type-arg]
+    """Return the map of a state rebuilt from the stored inputs."""
     state = MissionState(team.brief)
     for one in inputs:
         if isinstance(one, MissionReport):

@@ -1,4 +1,4 @@
-"""Headings, stops and turns of robots that are known by their reports only."""
+"""Headings, stops and turns of robots, derived from their reports."""
 
 from collections import deque
 
@@ -11,7 +11,7 @@ from marsupial_service.missions.world import RemoteWorld
 
 
 class Reports:
-    """A desk at which reports come in as a test has put them there."""
+    """A queue of reports, filled by tests."""
 
     def __init__(self) -> None:
         self.coming: deque[MissionReport] = deque()
@@ -23,12 +23,12 @@ class Reports:
         return self.coming.popleft()
 
 
-class House:
-    """A carrier of the lobby that drives, and reports when and where it is told to."""
+class ReportedCarrier:
+    """A carrier of the lobby whose drives and reports are scripted by a test."""
 
     def __init__(self) -> None:
-        self.desk = Reports()
-        self.world = RemoteWorld(brief("lobby"), self.desk)
+        self.inbox = Reports()
+        self.world = RemoteWorld(brief("lobby"), self.inbox)
         self.reports = self.drives = 0
         self.report(0)
 
@@ -36,7 +36,7 @@ class House:
         self.reports += 1
         notes = () if cell is None else (RobotUpdate(name="carrier1", cell=cell),)
         done = (self.drives,) if finished else ()
-        self.desk.coming.append(MissionReport(n=self.reports, t_ms=t_ms, robots=notes, finished=done))
+        self.inbox.coming.append(MissionReport(n=self.reports, t_ms=t_ms, robots=notes, finished=done))
         self.world.advance(t_ms)
 
     def drive(self, *cells: tuple[int, int]) -> None:
@@ -52,30 +52,30 @@ class House:
 
 
 def test_turns_are_counted_along_the_route_up_to_where_the_robot_is() -> None:
-    house = House()
-    assert house.heading() is None
-    house.drive((5, 5), (6, 5), (7, 6), (7, 7), (6, 7))
-    assert (house.heading(), house.made()) == (0, (0, (0, 0, 0, 0)))
-    house.report(3000, Cell(7, 7))
-    assert (house.heading(), house.made()) == (2, (2, (2, 0, 0, 0)))
-    house.report(4000, Cell(6, 7), finished=True)
-    assert (house.heading(), house.made()) == (4, (3, (2, 1, 0, 0)))
+    carrier = ReportedCarrier()
+    assert carrier.heading() is None
+    carrier.drive((5, 5), (6, 5), (7, 6), (7, 7), (6, 7))
+    assert (carrier.heading(), carrier.made()) == (0, (0, (0, 0, 0, 0)))
+    carrier.report(3000, Cell(7, 7))
+    assert (carrier.heading(), carrier.made()) == (2, (2, (2, 0, 0, 0)))
+    carrier.report(4000, Cell(6, 7), finished=True)
+    assert (carrier.heading(), carrier.made()) == (4, (3, (2, 1, 0, 0)))
 
 
 def test_going_on_at_once_is_no_stop_and_going_on_later_is_one() -> None:
-    house = House()
-    house.drive((5, 5), (6, 5))
-    house.report(1000, Cell(6, 5), finished=True)
-    house.drive((6, 5), (7, 5))
-    assert house.made() == (0, (0, 0, 0, 0))
-    house.report(2000, Cell(7, 5), finished=True)
-    house.report(5000)
-    house.drive((7, 5), (8, 5))
-    assert house.made() == (1, (0, 0, 0, 0))
+    carrier = ReportedCarrier()
+    carrier.drive((5, 5), (6, 5))
+    carrier.report(1000, Cell(6, 5), finished=True)
+    carrier.drive((6, 5), (7, 5))
+    assert carrier.made() == (0, (0, 0, 0, 0))
+    carrier.report(2000, Cell(7, 5), finished=True)
+    carrier.report(5000)
+    carrier.drive((7, 5), (8, 5))
+    assert carrier.made() == (1, (0, 0, 0, 0))
 
 
 def test_the_heading_of_a_robot_off_its_route_is_unknown() -> None:
-    house = House()
-    house.drive((5, 5), (6, 5), (7, 5))
-    house.report(1000, Cell(2, 9))
-    assert (house.heading(), house.made()) == (None, (0, (0, 0, 0, 0)))
+    carrier = ReportedCarrier()
+    carrier.drive((5, 5), (6, 5), (7, 5))
+    carrier.report(1000, Cell(2, 9))
+    assert (carrier.heading(), carrier.made()) == (None, (0, (0, 0, 0, 0)))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mission_setup import Driver, Hosted, again, body, brief_from, open_missions, send, started, team
+from mission_setup import Driver, Hosted, body, brief_from, open_missions, replayed, send, started, team
 from pydantic import ValidationError
 from reference_missions import reference_log
 
@@ -66,9 +66,9 @@ async def test_what_is_wrong_is_refused_and_changes_nothing(tmp_path: Path, seed
             ended = [number for report in driver.reports for number in report["finished"]]
             if ended:
                 last = driver.reports[-1]
-                again = {"n": last["n"] + 1, "t_ms": last["t_ms"], "finished": [draw.choice(ended)]}
+                sent = {"n": last["n"] + 1, "t_ms": last["t_ms"], "finished": [draw.choice(ended)]}
                 with pytest.raises(ReportConflict, match="is unknown or has ended"):
-                    await send(missions, record, again)
+                    await send(missions, record, sent)
         assert await missions.log(record) == reference_log("lobby")
 
 
@@ -168,4 +168,4 @@ def test_a_mission_survives_whatever_the_ledger_lets_pass_and_can_be_gone_throug
             batches.append(hosted.batch(PendingInput(input=inputs[-1])))
     lines = [event.data for batch in batches for event in batch.events if event.type is EventType.LOG]
     assert isinstance(parse_log("".join(f"{line}\n" for line in lines).encode()).events[-1], MissionEnded)
-    assert again(brief, inputs, batches) == batches
+    assert replayed(brief, inputs, batches) == batches

@@ -7,11 +7,11 @@ import pytest
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from ros_parts import House
+    from ros_parts import FleetBench
 
 
 @pytest.fixture
-def house(tmp_path: Path) -> House:
-    from ros_parts import House  # it needs the extra `ros`
+def bench(tmp_path: Path) -> FleetBench:
+    from ros_parts import FleetBench  # it needs the extra `ros`
 
-    return House(tmp_path)
+    return FleetBench(tmp_path)

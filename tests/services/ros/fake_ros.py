@@ -1,7 +1,7 @@
-"""A small rosbridge with simple robots behind it: the published protocol, as far as a bridge of missions needs it.
+"""A fake rosbridge with simple simulated robots: the part of the published protocol that the bridge uses.
 
-Its time is simulated and told on ``/clock``. Robots drive along the paths they are given, see what is in line of sight
-and draw one map, which covers what is known so far and so grows and shifts; every second one comes as an update.
+Simulated time is published on ``/clock``. Robots follow their paths and sense cells in line of sight. They share one
+map, which covers the known area and so grows and shifts; every second map is published as an update.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from marsupial.sim.sensors import FieldOfView
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 STEP_S = 0.1
 JITTER_M = 0.02
-SHORT_M = 0.1
-"""Robots stop so far from where they should: controllers have tolerances."""
+STOP_SHORT_M = 0.1
+"""Robots stop this far from their goals, as controllers with tolerances do."""
 
-BESIDE_M = 1.0
+DOCK_RANGE_M = 1.0
 SHUFFLE_M = 0.15
 SPEEDUP = 40.0
 
@@ -40,54 +40,55 @@ Message = dict[str, Any]
 
 
 @dataclass
-class Body:
-    """A robot as it really is."""
+class SimulatedRobot:
+    """The true state of a robot."""
 
     name: str
     kind: RobotType
     at: tuple[float, float]
     carrier: str | None = None
     yaw: float = 0.0
-    mute: bool = False
+    silent: bool = False
     stamp_s: float | None = None
-    """The stamp of its transforms, if they are always the same ones."""
-    wedged: bool = False
-    """It turns and shuffles, but gets nowhere."""
+    """A constant stamp for all its transforms; None for current stamps."""
+    stuck: bool = False
+    """Whether it moves to and fro without progress."""
     goal: Goal | None = None
 
 
 @dataclass
 class Goal:
-    """A goal under way."""
+    """A goal in progress."""
 
     id: str
     action: str
     args: Message
-    robot: Body
+    robot: SimulatedRobot
     path: list[tuple[float, float]] = field(default_factory=list)
     until_s: float = 0.0
-    line: ServerConnection | None = None
+    connection: ServerConnection | None = None
     feedback: bool = False
 
 
 @dataclass
 class Client:
-    """Who is connected, and what is subscribed to, with the compression asked for."""
+    """A connected client, and the compression of each topic that it has subscribed to."""
 
-    line: ServerConnection
+    connection: ServerConnection
     topics: dict[str, str] = field(default_factory=dict)
 
 
 class FakeRos:
-    """Runs within a block; `goals` lists all that were sent, `cancelled` the names of those that were to end.
+    """A server that runs within an `async with` block.
 
-    `speedup` seconds pass there in one. `closes` are the codes that connections were closed with by the other end,
-    `redraw` changes maps before they are told, and so many requests to cancel as `stubborn` says are passed over.
+    `goals` are all received goals, `cancelled` the ids of all cancel requests, `closes` the clients' close codes.
+    Simulated time runs `speedup` times as fast; `edit_map` changes maps before they are published; the next
+    `ignored_cancels` cancel requests are ignored.
     """
 
-    def __init__(self, truth: Grid, bodies: list[Body], *, speedup: float = SPEEDUP) -> None:
+    def __init__(self, truth: Grid, robots: list[SimulatedRobot], *, speedup: float = SPEEDUP) -> None:
         self.truth = truth
-        self.bodies = {body.name: body for body in bodies}
+        self.robots = {robot.name: robot for robot in robots}
         self.known = np.full_like(truth.cells, UNKNOWN)
         self.now_s = 100.0
         self.goals: list[Message] = []
@@ -95,8 +96,8 @@ class FakeRos:
         self.unknown_ops: list[str] = []
         self.connections = 0
         self.closes: list[int | None] = []
-        self.redraw: Callable[[Message], Message] = lambda message: message
-        self.stubborn = 0
+        self.edit_map: Callable[[Message], Message] = lambda message: message
+        self.ignored_cancels = 0
         self.port = 0
         self.done: dict[tuple[str, int], int] = {}
         self.speedup = speedup
@@ -116,44 +117,44 @@ class FakeRos:
         return [goal.action for goal in self._running.values()]
 
     async def __aenter__(self) -> FakeRos:
-        self._server = await serve(self._client, "127.0.0.1", self.port, max_size=None)
+        self._server = await serve(self._serve_client, "127.0.0.1", self.port, max_size=None)
         self.port = self._server.sockets[0].getsockname()[1]
-        self._look()  # before anybody can ask for the map
-        self._life = asyncio.ensure_future(self._live())
+        self._sense()  # before a client can subscribe to the map
+        self._loop = asyncio.ensure_future(self._run())
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        self._life.cancel()
-        await asyncio.gather(self._life, return_exceptions=True)
+        self._loop.cancel()
+        await asyncio.gather(self._loop, return_exceptions=True)
         self._server.close()
         await self._server.wait_closed()
 
     async def cut(self) -> None:
-        """Break all connections; goals go on, and their ends are told to nobody."""
+        """Break all connections; goals continue, and their results are lost."""
         for client in list(self._clients):
-            client.line.transport.abort()
+            client.connection.transport.abort()
         await asyncio.sleep(0)
 
-    # the protocol
+    # protocol
 
-    async def _client(self, line: ServerConnection) -> None:
+    async def _serve_client(self, connection: ServerConnection) -> None:
         self.connections += 1
-        client = Client(line)
+        client = Client(connection)
         self._clients.append(client)
         try:
-            async for text in line:
-                await self._hear(client, json.loads(text))
+            async for text in connection:
+                await self._handle(client, json.loads(text))
         except ConnectionClosed:
             pass
         finally:
             self._clients.remove(client)
-            self.closes.append(line.close_code)
+            self.closes.append(connection.close_code)
 
-    async def _hear(self, client: Client, message: Message) -> None:
+    async def _handle(self, client: Client, message: Message) -> None:
         operation = message["op"]
         if operation == "subscribe":
             client.topics[message["topic"]] = message.get("compression", "none")
-            await self._latched(client, message["topic"])
+            await self._send_latched(client, message["topic"])
         elif operation == "send_action_goal":
             await self._accept(client, message)
         elif operation == "cancel_action_goal":
@@ -161,18 +162,18 @@ class FakeRos:
         else:
             self.unknown_ops.append(operation)
             text = f"Unknown operation: {operation}."
-            await client.line.send(json.dumps({"op": "status", "level": "error", "msg": text}))
+            await client.connection.send(json.dumps({"op": "status", "level": "error", "msg": text}))
 
     async def _accept(self, client: Client, message: Message) -> None:
         self.goals.append(message)
         name = message["action"].split("/")[1]
-        body = self.bodies[name]
-        goal = Goal(message["id"], message["action"], message["args"], body, line=client.line)
+        robot = self.robots[name]
+        goal = Goal(message["id"], message["action"], message["args"], robot, connection=client.connection)
         goal.feedback = message.get("feedback", False)
         kind = message["action"].rsplit("/", 1)[1]
         if kind in ("dock", "undock"):
             key = (goal.args["mission"], goal.args["command"])
-            if key in self.done:  # sent again: it is the same goal
+            if key in self.done:  # a repetition of the same goal
                 await self._end(goal, self.done[key], {"success": self.done[key] == SUCCEEDED, "message": ""})
                 return
             before = next((g for g in self._running.values() if self._key(g) == key), None)
@@ -180,11 +181,11 @@ class FakeRos:
             if before is not None:
                 del self._running[before.id]
         else:
-            if body.goal is not None:  # a new path takes the place of the one before
-                await self._end(body.goal, ABORTED, {})
+            if robot.goal is not None:  # a new path replaces the previous one
+                await self._end(robot.goal, ABORTED, {})
             poses = goal.args["path"]["poses"] if kind == "follow_path" else [goal.args["pose"]]
             goal.path = [(p["pose"]["position"]["x"], p["pose"]["position"]["y"]) for p in poses]
-            body.goal = goal
+            robot.goal = goal
         self._running[goal.id] = goal
 
     @staticmethod
@@ -197,8 +198,8 @@ class FakeRos:
 
     async def _cancel(self, name: str) -> None:
         self.cancelled.append(name)
-        if self.stubborn:
-            self.stubborn -= 1
+        if self.ignored_cancels:
+            self.ignored_cancels -= 1
         elif name in self._running:
             await self._end(self._running[name], CANCELED, {})
 
@@ -210,12 +211,12 @@ class FakeRos:
         if key is not None and status != CANCELED:
             self.done[key] = status
         document = {"op": "action_result", "id": goal.id, "action": goal.action, "values": values, "status": status}
-        assert goal.line is not None
-        await self._answer(goal.line, {**document, "result": True})
+        assert goal.connection is not None
+        await self._send_json(goal.connection, {**document, "result": True})
 
-    async def _answer(self, line: ServerConnection, document: Message) -> None:
+    async def _send_json(self, connection: ServerConnection, document: Message) -> None:
         with suppress(ConnectionClosed):
-            await line.send(json.dumps(document))
+            await connection.send(json.dumps(document))
 
     async def _publish(self, topic: str, message: Message) -> None:
         for client in list(self._clients):
@@ -229,77 +230,77 @@ class FakeRos:
                 if "data" in message:
                     packed = cbor2.CBORTag(72, np.asarray(message["data"], np.int8).tobytes())
                     document = {**document, "msg": {**message, "data": packed}}
-                await client.line.send(cbor2.dumps(document))
+                await client.connection.send(cbor2.dumps(document))
             else:
-                await client.line.send(json.dumps(document))
+                await client.connection.send(json.dumps(document))
         except ConnectionClosed:
             pass
 
-    async def _latched(self, client: Client, topic: str) -> None:
-        """Send what is held for those who come later."""
+    async def _send_latched(self, client: Client, topic: str) -> None:
+        """Send the latched message of a topic to a new subscriber."""
         if topic == "/map":
             await self._send(client, topic, self._map())
         if topic == "/tf_static":
             links = [_link("map", "odom", (0.0, 0.0), 0.0, 0.0)]
             await self._send(client, topic, {"transforms": links})
 
-    # the world
+    # simulation
 
-    async def _live(self) -> None:
+    async def _run(self) -> None:
         while True:
             await asyncio.sleep(STEP_S / self.speedup)
             self.now_s += STEP_S
             for goal in list(self._running.values()):
-                await self._work(goal)
-            self._look()
-            await self._tell()
+                await self._advance(goal)
+            self._sense()
+            await self._publish_state()
 
-    async def _work(self, goal: Goal) -> None:
+    async def _advance(self, goal: Goal) -> None:
         if goal.path:
-            if goal.feedback and goal.line is not None:
+            if goal.feedback and goal.connection is not None:
                 left_m = sum(math.dist(a, b) for a, b in pairwise([goal.robot.at, *goal.path]))
                 values = {"distance_to_goal": left_m, "speed": goal.robot.kind.speed_mps}
-                await self._answer(goal.line, {"op": "action_feedback", "id": goal.id, "values": values})
-            if goal.robot.wedged:
+                await self._send_json(goal.connection, {"op": "action_feedback", "id": goal.id, "values": values})
+            if goal.robot.stuck:
                 goal.robot.at = (goal.robot.at[0] + (SHUFFLE_M if self._drawn % 2 else -SHUFFLE_M), goal.robot.at[1])
-            elif _drive(goal.robot, goal.path, goal.robot.kind.speed_mps * STEP_S):
+            elif _follow_path(goal.robot, goal.path, goal.robot.kind.speed_mps * STEP_S):
                 await self._end(goal, SUCCEEDED, {"error_code": 0})
             return
         if self.now_s < goal.until_s:
             return
-        rover, carrier = self.bodies[goal.args["rover"]], self.bodies[goal.args["carrier"]]
+        rover, carrier = self.robots[goal.args["rover"]], self.robots[goal.args["carrier"]]
         if goal.action.endswith("/dock"):
-            near = math.dist(rover.at, carrier.at) <= BESIDE_M and rover.carrier is None
+            near = math.dist(rover.at, carrier.at) <= DOCK_RANGE_M and rover.carrier is None
             rover.carrier = carrier.name if near else None
         else:
             near = rover.carrier == carrier.name
             place = goal.args["pose"]["pose"]["position"]
             rover.carrier, rover.at = None, (place["x"], place["y"])
-        said = {"success": near, "message": "" if near else "not beside each other"}
-        await self._end(goal, SUCCEEDED if near else ABORTED, said)
+        values = {"success": near, "message": "" if near else "not beside each other"}
+        await self._end(goal, SUCCEEDED if near else ABORTED, values)
 
-    def _look(self) -> None:
-        for body in self.bodies.values():
-            if body.carrier is None:
-                self._see(body)
+    def _sense(self) -> None:
+        for robot in self.robots.values():
+            if robot.carrier is None:
+                self._sense_from(robot)
 
-    def _see(self, body: Body) -> None:
-        cell = self.truth.cell_at_m(*body.at)
-        contact = Contact(body.kind, self.truth.resolution_m)
-        for seen in (self._sensor.visible(self.truth, body.kind, cell), contact.touched(self.truth.cells, cell)):
+    def _sense_from(self, robot: SimulatedRobot) -> None:
+        cell = self.truth.cell_at_m(*robot.at)
+        contact = Contact(robot.kind, self.truth.resolution_m)
+        for seen in (self._sensor.visible(self.truth, robot.kind, cell), contact.touched(self.truth.cells, cell)):
             self.known.ravel()[seen] = self.truth.cells.ravel()[seen]
 
-    async def _tell(self) -> None:
+    async def _publish_state(self) -> None:
         await self._publish("/clock", {"clock": _time(self.now_s)})
         links = []
-        for body in self.bodies.values():
-            at = self.bodies[body.carrier].at if body.carrier else body.at
-            shaken = (at[0] + self._draw.uniform(-1, 1) * JITTER_M, at[1] + self._draw.uniform(-1, 1) * JITTER_M)
-            if not body.mute:
-                stamp_s = self.now_s if body.stamp_s is None else body.stamp_s
-                links.append(_link("odom", f"{body.name}/base_footprint", shaken, body.yaw, stamp_s))
+        for robot in self.robots.values():
+            at = self.robots[robot.carrier].at if robot.carrier else robot.at
+            noisy = (at[0] + self._draw.uniform(-1, 1) * JITTER_M, at[1] + self._draw.uniform(-1, 1) * JITTER_M)
+            if not robot.silent:
+                stamp_s = self.now_s if robot.stamp_s is None else robot.stamp_s
+                links.append(_link("odom", f"{robot.name}/base_footprint", noisy, robot.yaw, stamp_s))
                 links.append(
-                    _link(f"{body.name}/base_footprint", f"{body.name}/base_link", (0.0, 0.0), 0.0, self.now_s)
+                    _link(f"{robot.name}/base_footprint", f"{robot.name}/base_link", (0.0, 0.0), 0.0, self.now_s)
                 )
         await self._publish("/tf", {"transforms": links})
         self._drawn += 1
@@ -328,21 +329,21 @@ class FakeRos:
         origin = {"position": _xyz(x, y), "orientation": _turned(0.0)}
         resolution = float(np.float32(self.truth.resolution_m))
         info = {"resolution": resolution, "width": right - left, "height": high - low, "origin": origin}
-        return self.redraw({"header": {"frame_id": "map"}, "info": info, "data": data.ravel().tolist()})
+        return self.edit_map({"header": {"frame_id": "map"}, "info": info, "data": data.ravel().tolist()})
 
 
-def _drive(body: Body, path: list[tuple[float, float]], step_m: float) -> bool:
-    """Let a robot get on along its path, and say whether it is at the end, or near enough."""
+def _follow_path(robot: SimulatedRobot, path: list[tuple[float, float]], step_m: float) -> bool:
+    """Move a robot along its path; return whether it has arrived within tolerance."""
     while path and step_m > 0:
-        gap = math.dist(body.at, path[0])
-        if len(path) == 1 and gap <= SHORT_M:
+        gap = math.dist(robot.at, path[0])
+        if len(path) == 1 and gap <= STOP_SHORT_M:
             path.clear()
         elif gap <= step_m:
-            body.at, step_m = path.pop(0), step_m - gap
+            robot.at, step_m = path.pop(0), step_m - gap
         else:
             share = step_m / gap
-            body.yaw = math.atan2(path[0][1] - body.at[1], path[0][0] - body.at[0])
-            body.at = tuple(a + share * (b - a) for a, b in zip(body.at, path[0], strict=True))  # type: ignore[assignment]
+            robot.yaw = math.atan2(path[0][1] - robot.at[1], path[0][0] - robot.at[0])
+            robot.at = tuple(a + share * (b - a) for a, b in zip(robot.at, path[0], strict=True))  # type: ignore[assignment]
             step_m = 0.0
     return not path
 
@@ -391,28 +392,28 @@ ROVER = replace(rover(radius_m=0.1, range_m=2.5), terrains=frozenset({FLOOR}), d
 
 
 def rooms() -> Grid:
-    """Return a hall with rooms whose doors, 0.5 m wide, only a rover fits through; 10 x 5 m."""
+    """Return a map of 10 x 5 m: a hall, and rooms whose doors (0.5 m) only a rover fits through."""
     return replace(draw(*ROOMS, resolution_m=0.25), origin_m=(-2.0, 1.0, 0.0))
 
 
-def team(grid: Grid, carriers: int = 2) -> list[Body]:
+def team(grid: Grid, carriers: int = 2) -> list[SimulatedRobot]:
     """Return carriers in the hall, each with a rover aboard."""
-    bodies = []
+    robots = []
     for i in range(1, carriers + 1):
         at = grid.centre_m(Cell(6 + 26 * (i - 1), 8))
-        bodies.append(Body(f"carrier{i}", CARRIER, (at[0] + 0.03, at[1] - 0.02)))
-        bodies.append(Body(f"rover{i}", ROVER, at, carrier=f"carrier{i}"))
-    return bodies
+        robots.append(SimulatedRobot(f"carrier{i}", CARRIER, (at[0] + 0.03, at[1] - 0.02)))
+        robots.append(SimulatedRobot(f"rover{i}", ROVER, at, carrier=f"carrier{i}"))
+    return robots
 
 
-def settings_text(url: str, bodies: list[Body], more: Mapping[str, str] | None = None) -> str:
-    """Return settings for such a team, and further lines by the field they are of."""
-    return "\n".join(_settings_lines(url, bodies, more or {})) + "\n"
+def settings_text(url: str, robots: list[SimulatedRobot], more: Mapping[str, str] | None = None) -> str:
+    """Return settings for a team; `more` maps further fields to their YAML."""
+    return "\n".join(_settings_lines(url, robots, more or {})) + "\n"
 
 
-def _settings_lines(url: str, bodies: list[Body], more: Mapping[str, str]) -> Iterator[str]:
+def _settings_lines(url: str, robots: list[SimulatedRobot], more: Mapping[str, str]) -> Iterator[str]:
     yield from ("format: marsupial-ros", "version: 1", "name: rooms", f"rosbridge: {url}", "clock: /clock")
-    usual = {"waits": "{silent_s: 60, lost_s: 120, stuck_s: 120, handover_s: 120}"}
+    defaults = {"waits": "{silent_s: 60, lost_s: 120, stuck_s: 120, handover_s: 120}"}
     yield "planning: {planner: greedy, budget_s: 0.05}"
     yield "robot_types:"
     for kind in (CARRIER, ROVER):
@@ -422,8 +423,8 @@ def _settings_lines(url: str, bodies: list[Body], more: Mapping[str, str]) -> It
             f"sensor_range_m: {kind.sensor_range_m}, terrains: [floor], {own}}}"
         )
     yield "robots:"
-    for body in bodies:
-        aboard = f", carrier: {body.carrier}" if body.carrier else ""
-        yield f"  - {{name: {body.name}, type: {body.kind.name}{aboard}}}"
-    for key, value in {**usual, **more}.items():
+    for robot in robots:
+        aboard = f", carrier: {robot.carrier}" if robot.carrier else ""
+        yield f"  - {{name: {robot.name}, type: {robot.kind.name}{aboard}}}"
+    for key, value in {**defaults, **more}.items():
         yield f"{key}: {value}"

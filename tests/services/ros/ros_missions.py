@@ -25,7 +25,7 @@ class BridgeUser:
         self, server: Server, ros: FakeRos, folder: Path, state: Path | None = None
     ) -> tuple[Bridge, AsyncClient]:
         path = folder / "fleet.yaml"
-        path.write_text(settings_text(ros.url, list(ros.bodies.values()), self.more))
+        path.write_text(settings_text(ros.url, list(ros.robots.values()), self.more))
         client = AsyncClient(server.url)
         return Bridge(read_settings(path), client, Journal(state), self.said.append, lambda: self.stops), client
 

@@ -1,4 +1,4 @@
-"""Parts of the bridge for tests that need no mission."""
+"""Parts of the bridge for tests without a mission."""
 
 import math
 from collections.abc import Mapping
@@ -35,7 +35,7 @@ def tracker_of(*rows: list[int]) -> MapTracker:
 
 
 class Actions:
-    """Remembers what is asked of ROS."""
+    """Records goals and cancel requests."""
 
     def __init__(self) -> None:
         self.sent: list[tuple[str, str, Mapping[str, Any]]] = []
@@ -48,7 +48,7 @@ class Actions:
         self.cancelled.append(goal)
 
 
-class House:
+class FleetBench:
     """A fleet of one carrier with a rover aboard, on bare floor."""
 
     def __init__(self, folder: Path, more: Mapping[str, str] | None = None, extra: str = "") -> None:

@@ -21,7 +21,7 @@ async def test_a_team_explores_the_rooms_and_comes_back_aboard(server: Server, t
     async with robots_in_rooms() as (ros, user):
         outcome = await drive(*user.bridge(server, ros, tmp_path))
     assert outcome.ended["status"] == "complete", (outcome, user.said)
-    assert [body.carrier is not None for body in ros.bodies.values() if body.kind.name == "rover"] == [True, True]
+    assert [robot.carrier is not None for robot in ros.robots.values() if robot.kind.name == "rover"] == [True, True]
     actions = [goal["action"].rsplit("/", 1)[1] for goal in ros.goals]
     assert actions.count("undock") >= 2
     assert actions.count("dock") == actions.count("undock")
@@ -68,11 +68,11 @@ async def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server:
         await wait_until_async(lambda: "/carrier1/follow_path" in ros.running)
         first.cancel()
         await asyncio.gather(first, return_exceptions=True)
-        ros.redraw = coarser
+        ros.edit_map = coarser
         second = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path, state)))
         passed = "/map: message ignored: the resolution of the map has changed: it was 0.25 m, now 0.5 m"
         await wait_until_async(lambda: {passed, "waiting for a map on /map"} <= set(user.said) or second.done())
-        ros.redraw = lambda message: message
+        ros.edit_map = lambda message: message
         outcome = await second
     assert outcome.ended["status"] == "complete", (outcome, user.said)
 
@@ -131,9 +131,9 @@ async def test_a_carrier_that_is_silent_or_repeats_its_transforms_is_reported_an
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
         await wait_until_async(lambda: "/carrier2/follow_path" in ros.running)
         if repeats:
-            ros.bodies["carrier2"].stamp_s = ros.now_s
+            ros.robots["carrier2"].stamp_s = ros.now_s
         else:
-            ros.bodies["carrier2"].mute = True
+            ros.robots["carrier2"].silent = True
         await work
     missing = "no new map -> carrier2/base_link on /tf for"
     assert any(text.startswith(f"carrier2: {missing}") for text in user.said)
@@ -147,9 +147,9 @@ async def test_a_robot_that_shuffles_and_gets_nowhere_is_stuck_and_the_mission_g
     async with robots_in_rooms(waits="{silent_s: 60, lost_s: 120, stuck_s: 20, handover_s: 120}") as (ros, user):
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
         await wait_until_async(lambda: "/carrier2/follow_path" in ros.running)
-        ros.bodies["carrier2"].wedged = True
+        ros.robots["carrier2"].stuck = True
         await wait_until_async(lambda: "carrier2: drive failed: no progress for 20 s" in user.said or work.done())
-        ros.bodies["carrier2"].wedged = False
+        ros.robots["carrier2"].stuck = False
         outcome = await work
     assert outcome.ended["status"] == "complete", (outcome, user.said)
     assert "carrier2: drive failed: no progress for 20 s" in user.said
@@ -158,7 +158,7 @@ async def test_a_robot_that_shuffles_and_gets_nowhere_is_stuck_and_the_mission_g
 
 async def test_missing_topics_before_a_mission_are_named(server: Server, tmp_path: Path) -> None:
     async with robots_in_rooms() as (ros, user):
-        ros.bodies["carrier2"].mute = True
+        ros.robots["carrier2"].silent = True
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
         await wait_until_async(lambda: any("carrier2" in text for text in user.said))
         user.stops = 1

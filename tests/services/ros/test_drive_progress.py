@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("websockets")
 
-from ros_parts import House
+from ros_parts import FleetBench
 
 from marsupial_ros.robots import MOST_RECOVERIES, Progress
 from marsupial_ros.rosbridge import ActionResult
@@ -74,48 +74,48 @@ def test_feedback_that_is_none_leaves_moves_to_count_alone(odd: Any) -> None:
     assert progress == Progress()
 
 
-def test_a_drive_without_reported_progress_is_aborted_although_the_robot_moves(house: House) -> None:
-    house.drive()
+def test_a_drive_without_reported_progress_is_aborted_although_the_robot_moves(bench: FleetBench) -> None:
+    bench.drive()
     for now_s in range(123):
-        house.at("carrier1", 2.5 + 0.2 * (now_s % 2), 2.5, now_s)
-        house.fleet.apply_feedback("m:1:0.1", {"distance_to_goal": 6.0}, now_s)
-        house.fleet.watch(float(now_s))
-    assert house.fleet.report()["failed"] == [{"id": 1, "reason": "no progress for 120 s"}]
-    assert house.actions.cancelled == ["m:1:0.1"]
+        bench.at("carrier1", 2.5 + 0.2 * (now_s % 2), 2.5, now_s)
+        bench.fleet.apply_feedback("m:1:0.1", {"distance_to_goal": 6.0}, now_s)
+        bench.fleet.watch(float(now_s))
+    assert bench.fleet.report()["failed"] == [{"id": 1, "reason": "no progress for 120 s"}]
+    assert bench.actions.cancelled == ["m:1:0.1"]
 
 
-def test_feedback_of_an_earlier_goal_or_of_none_counts_for_nothing(house: House) -> None:
-    house.drive()
-    house.fleet.connected(0.0)  # the drive is sent again
+def test_feedback_of_an_earlier_goal_or_of_none_counts_for_nothing(bench: FleetBench) -> None:
+    bench.drive()
+    bench.fleet.connected(0.0)  # the drive is sent again
     for now_s in range(130):
-        house.at("carrier1", 2.5 + 0.05 * now_s, 2.5, now_s)
-        house.fleet.apply_feedback("m:1:0.1", {"number_of_recoveries": now_s, "distance_to_goal": 6.0}, now_s)
-        house.fleet.apply_feedback("None", {"distance_to_goal": 6.0}, now_s)
-        house.fleet.watch(float(now_s))
-    assert house.fleet.driving
-    house.fleet.ended(ActionResult("m:1:0.2", 4, {}))
-    house.fleet.apply_feedback("m:1:0.2", {"distance_to_goal": 6.0}, 131.0)
-    assert house.fleet.report()["finished"] == [1]
+        bench.at("carrier1", 2.5 + 0.05 * now_s, 2.5, now_s)
+        bench.fleet.apply_feedback("m:1:0.1", {"number_of_recoveries": now_s, "distance_to_goal": 6.0}, now_s)
+        bench.fleet.apply_feedback("None", {"distance_to_goal": 6.0}, now_s)
+        bench.fleet.watch(float(now_s))
+    assert bench.fleet.driving
+    bench.fleet.ended(ActionResult("m:1:0.2", 4, {}))
+    bench.fleet.apply_feedback("m:1:0.2", {"distance_to_goal": 6.0}, 131.0)
+    assert bench.fleet.report()["finished"] == [1]
 
 
-def test_a_robot_that_is_to_stop_has_stopped_when_it_stands_and_not_when_it_gets_no_nearer(house: House) -> None:
-    house.drive()
-    house.command(1, "stop")
+def test_a_robot_that_is_to_stop_has_stopped_when_it_stands_and_not_when_it_gets_no_nearer(bench: FleetBench) -> None:
+    bench.drive()
+    bench.command(1, "stop")
     for now_s in range(10):
-        house.at("carrier1", 2.5 + 0.2 * now_s, 2.5, now_s)
-        house.fleet.apply_feedback("m:1:0.1", {"distance_to_goal": 6.0}, now_s)
-        house.fleet.watch(float(now_s))
-    assert house.fleet.driving
+        bench.at("carrier1", 2.5 + 0.2 * now_s, 2.5, now_s)
+        bench.fleet.apply_feedback("m:1:0.1", {"distance_to_goal": 6.0}, now_s)
+        bench.fleet.watch(float(now_s))
+    assert bench.fleet.driving
 
 
-def test_a_drive_that_was_given_up_is_cancelled_again_until_it_is_known_to_have_ended(house: House) -> None:
-    house.drive()
+def test_a_drive_that_was_given_up_is_cancelled_again_until_it_is_known_to_have_ended(bench: FleetBench) -> None:
+    bench.drive()
     for now_s in (1.0, 122.0):
-        house.at("carrier1", 2.5, 2.5, now_s)
-        house.fleet.watch(now_s)
-    house.fleet.connected(123.0)
-    house.fleet.cancel_all(124.0)
-    assert house.actions.cancelled == ["m:1:0.1"] * 3
-    house.fleet.ended(ActionResult("m:1:0.1", 5, {}))
-    house.fleet.cancel_all(125.0)
-    assert house.actions.cancelled == ["m:1:0.1"] * 3
+        bench.at("carrier1", 2.5, 2.5, now_s)
+        bench.fleet.watch(now_s)
+    bench.fleet.connected(123.0)
+    bench.fleet.cancel_all(124.0)
+    assert bench.actions.cancelled == ["m:1:0.1"] * 3
+    bench.fleet.ended(ActionResult("m:1:0.1", 5, {}))
+    bench.fleet.cancel_all(125.0)
+    assert bench.actions.cancelled == ["m:1:0.1"] * 3

@@ -94,7 +94,7 @@ async def test_a_bridge_that_goes_leaves_no_goal_and_closes_as_normal(
         work = asyncio.ensure_future(drive(bridge, client))
         await wait_until_async(lambda: under_way(ros))
         ros.speedup = 1.0  # so that nothing ends by itself
-        ros.stubborn = len(ros.running)  # the first requests to cancel are passed over
+        ros.ignored_cancels = len(ros.running)  # the first requests to cancel are passed over
         await end(user, bridge, work)
         assert ros.running == []
         await wait_until_async(lambda: ros.closes)
@@ -136,9 +136,11 @@ async def test_goals_that_do_not_end_delay_the_bridge_briefly_and_are_reported(
 ) -> None:
     monkeypatch.setattr(bridges, "LEAVE_S", 0.2)
     async with robots_in_rooms() as (ros, user):
+        for robot in ros.robots.values():
+            robot.stuck = True
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
         await wait_until_async(lambda: len(ros.running) == 2)
-        ros.speedup, ros.stubborn = 0.1, 10**6
+        ros.speedup, ros.ignored_cancels = 0.1, 10**6
         user.stops = 2
         await work
         await wait_until_async(lambda: ros.closes)
@@ -173,7 +175,7 @@ async def test_a_command_that_is_asked_to_end_twice_cancels_its_goals(
 ) -> None:
     async with robots_in_rooms() as (ros, _):
         path = tmp_path / "fleet.yaml"
-        path.write_text(settings_text(ros.url, list(ros.bodies.values())))
+        path.write_text(settings_text(ros.url, list(ros.robots.values())))
         command = [sys.executable, "-m", "marsupial.cli.main", "ros", str(path), "--server", server.url]
         quiet = asyncio.subprocess.DEVNULL
         process = await asyncio.create_subprocess_exec(

@@ -15,7 +15,7 @@ pytest.importorskip("websockets")
 
 import numpy as np
 from fake_ros import CARRIER
-from ros_parts import House, grid_message, moved, settings_of, tracker_of
+from ros_parts import FleetBench, grid_message, moved, settings_of, tracker_of
 from waiting import HANG_S
 from websockets.asyncio.server import ServerConnection, serve
 
@@ -144,122 +144,122 @@ def test_a_robot_beside_where_it_can_stand_is_put_there() -> None:
 # the fleet
 
 
-def test_what_a_robot_finished_before_it_was_lost_is_reported_first(house: House) -> None:
-    house.fleet.unreported.finished.append(1)
-    house.fleet.unreported.lost.append({"robot": "carrier1", "reason": "silent"})
-    first, second = house.fleet.report(), house.fleet.report()
+def test_what_a_robot_finished_before_it_was_lost_is_reported_first(bench: FleetBench) -> None:
+    bench.fleet.unreported.finished.append(1)
+    bench.fleet.unreported.lost.append({"robot": "carrier1", "reason": "silent"})
+    first, second = bench.fleet.report(), bench.fleet.report()
     assert (first["finished"], first.get("lost")) == ([1], None)
     assert (second.get("finished"), second["lost"]) == (None, [{"robot": "carrier1", "reason": "silent"}])
-    assert not house.fleet.unreported.any
+    assert not bench.fleet.unreported.any
 
 
-def test_a_lost_robot_carries_out_no_command(house: House) -> None:
-    house.fleet.robots["carrier1"].lost = True
-    house.command(1, "drive", route=[], route_m=[[2.5, 2.5]])
-    assert "finished" not in house.fleet.report()
+def test_a_lost_robot_carries_out_no_command(bench: FleetBench) -> None:
+    bench.fleet.robots["carrier1"].lost = True
+    bench.command(1, "drive", route=[], route_m=[[2.5, 2.5]])
+    assert "finished" not in bench.fleet.report()
 
 
-def test_a_drive_ends_at_the_end_of_its_route(house: House) -> None:
-    house.drive()
-    ((goal, action, values),) = house.actions.sent
+def test_a_drive_ends_at_the_end_of_its_route(bench: FleetBench) -> None:
+    bench.drive()
+    ((goal, action, values),) = bench.actions.sent
     assert (goal, action, len(values["path"]["poses"])) == ("m:1:0.1", "/carrier1/follow_path", 7)
-    house.at("carrier1", 5.7, 2.6)
-    assert house.fleet.report()["robots"] == [{"name": "carrier1", "pose_m": [5.5, 2.5]}]
-    house.at("carrier1", 8.3, 2.4)
-    house.fleet.ended(ActionResult("m:1:0.1", 4, {}))
-    news = house.fleet.report()
+    bench.at("carrier1", 5.7, 2.6)
+    assert bench.fleet.report()["robots"] == [{"name": "carrier1", "pose_m": [5.5, 2.5]}]
+    bench.at("carrier1", 8.3, 2.4)
+    bench.fleet.ended(ActionResult("m:1:0.1", 4, {}))
+    news = bench.fleet.report()
     assert (news["finished"], news["robots"]) == ([1], [{"name": "carrier1", "pose_m": [8.5, 2.5]}])
-    assert not house.fleet.driving
+    assert not bench.fleet.driving
 
 
-def test_a_new_connection_has_the_rest_of_a_drive_sent_again(house: House) -> None:
-    house.drive()
-    house.at("carrier1", 6.4, 2.5)
-    house.fleet.connected(1.0)
-    goal, _, values = house.actions.sent[-1]
+def test_a_new_connection_has_the_rest_of_a_drive_sent_again(bench: FleetBench) -> None:
+    bench.drive()
+    bench.at("carrier1", 6.4, 2.5)
+    bench.fleet.connected(1.0)
+    goal, _, values = bench.actions.sent[-1]
     assert (goal, values["path"]["poses"][0]["pose"]["position"]["x"]) == ("m:1:0.2", 6.5)
-    house.fleet.ended(ActionResult("m:1:0.1", 6, {}))  # the first goal, whose place was taken
-    assert house.fleet.driving
-    house.at("carrier1", 8.5, 2.5)
-    house.fleet.connected(2.0)
-    assert house.fleet.report()["finished"] == [1]
+    bench.fleet.ended(ActionResult("m:1:0.1", 6, {}))  # the first goal, whose place was taken
+    assert bench.fleet.driving
+    bench.at("carrier1", 8.5, 2.5)
+    bench.fleet.connected(2.0)
+    assert bench.fleet.report()["finished"] == [1]
 
 
-def test_a_drive_that_was_stopped_ends_where_the_robot_is(house: House) -> None:
-    house.drive()
-    house.at("carrier1", 4.4, 2.5)
-    house.command(1, "stop")
-    house.fleet.ended(ActionResult("m:1:0.1", 5, {}))
-    news = house.fleet.report()
+def test_a_drive_that_was_stopped_ends_where_the_robot_is(bench: FleetBench) -> None:
+    bench.drive()
+    bench.at("carrier1", 4.4, 2.5)
+    bench.command(1, "stop")
+    bench.fleet.ended(ActionResult("m:1:0.1", 5, {}))
+    news = bench.fleet.report()
     assert (news["finished"], news["robots"]) == ([1], [{"name": "carrier1", "pose_m": [4.5, 2.5]}])
 
 
-def test_a_stop_is_repeated_until_the_robot_stands(house: House) -> None:
-    house.drive()
-    house.command(1, "stop")
+def test_a_stop_is_repeated_until_the_robot_stands(bench: FleetBench) -> None:
+    bench.drive()
+    bench.command(1, "stop")
     for now_s in range(1, 6):
-        house.at("carrier1", 2.5 + min(now_s, 2), 2.5, now_s)
-        house.fleet.watch(float(now_s))
-    assert len(house.actions.cancelled) > 1
-    house.fleet.watch(2.0 + SETTLED_S + 0.1)
-    assert house.fleet.report()["finished"] == [1]
+        bench.at("carrier1", 2.5 + min(now_s, 2), 2.5, now_s)
+        bench.fleet.watch(float(now_s))
+    assert len(bench.actions.cancelled) > 1
+    bench.fleet.watch(2.0 + SETTLED_S + 0.1)
+    assert bench.fleet.report()["finished"] == [1]
 
 
-def test_a_failed_drive_gives_the_reason_of_the_action(house: House) -> None:
-    house.drive()
-    house.fleet.ended(ActionResult("m:1:0.1", 6, {"error_code": 104, "error_msg": "no valid path"}))
-    (failed,) = house.fleet.report()["failed"]
+def test_a_failed_drive_gives_the_reason_of_the_action(bench: FleetBench) -> None:
+    bench.drive()
+    bench.fleet.ended(ActionResult("m:1:0.1", 6, {"error_code": 104, "error_msg": "no valid path"}))
+    (failed,) = bench.fleet.report()["failed"]
     assert failed == {"id": 1, "reason": "/carrier1/follow_path: aborted (no valid path, error 104)"}
 
 
-def test_a_drive_without_progress_is_given_up(house: House) -> None:
-    house.drive()
+def test_a_drive_without_progress_is_given_up(bench: FleetBench) -> None:
+    bench.drive()
     for now_s in (1.0, 60.0, 122.0):
-        house.at("carrier1", 2.55, 2.5, now_s)
-        house.fleet.watch(now_s)
-    assert house.fleet.report()["failed"] == [{"id": 1, "reason": "no progress for 120 s"}]
-    assert house.actions.cancelled == ["m:1:0.1"]
+        bench.at("carrier1", 2.55, 2.5, now_s)
+        bench.fleet.watch(now_s)
+    assert bench.fleet.report()["failed"] == [{"id": 1, "reason": "no progress for 120 s"}]
+    assert bench.actions.cancelled == ["m:1:0.1"]
 
 
-def test_a_drive_of_one_point_is_over_at_once(house: House) -> None:
-    house.command(1, "drive", route=[], route_m=[[2.5, 2.5]])
-    assert (house.fleet.report()["finished"], house.actions.sent) == ([1], [])
+def test_a_drive_of_one_point_is_over_at_once(bench: FleetBench) -> None:
+    bench.command(1, "drive", route=[], route_m=[[2.5, 2.5]])
+    assert (bench.fleet.report()["finished"], bench.actions.sent) == ([1], [])
 
 
-def test_an_undocking_that_reports_no_success_has_failed(house: House) -> None:
-    house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
-    _, action, values = house.actions.sent[-1]
+def test_an_undocking_that_reports_no_success_has_failed(bench: FleetBench) -> None:
+    bench.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
+    _, action, values = bench.actions.sent[-1]
     assert (action, values["rover"], values["carrier"]) == ("/rover1/undock", "rover1", "carrier1")
     assert values["command"] == 2
-    house.fleet.ended(ActionResult("m:2:0.1", 4, {"success": False, "message": "ramp blocked"}))
-    assert house.fleet.report()["failed"] == [{"id": 2, "reason": "/rover1/undock: succeeded (ramp blocked)"}]
-    assert house.fleet.robots["rover1"].aboard == "carrier1"
+    bench.fleet.ended(ActionResult("m:2:0.1", 4, {"success": False, "message": "ramp blocked"}))
+    assert bench.fleet.report()["failed"] == [{"id": 2, "reason": "/rover1/undock: succeeded (ramp blocked)"}]
+    assert bench.fleet.robots["rover1"].aboard == "carrier1"
 
 
-def test_a_rover_that_was_set_down_is_on_the_ground_and_aboard_again_when_it_docked(house: House) -> None:
-    house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
-    assert [note["name"] for note in house.fleet.notes()] == ["carrier1"]
-    house.at("rover1", 3.6, 2.5)
-    house.fleet.ended(ActionResult("m:2:0.1", 4, {"success": True, "message": ""}))
-    assert house.fleet.report()["robots"][1] == {"name": "rover1", "pose_m": [3.5, 2.5]}
-    house.command(3, "dock", robot="rover1", carrier="carrier1")
-    house.fleet.ended(ActionResult("m:3:0.1", 4, {"success": True, "message": ""}))
-    assert [note["name"] for note in house.fleet.notes()] == ["carrier1"]
+def test_a_rover_that_was_set_down_is_on_the_ground_and_aboard_again_when_it_docked(bench: FleetBench) -> None:
+    bench.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
+    assert [note["name"] for note in bench.fleet.notes()] == ["carrier1"]
+    bench.at("rover1", 3.6, 2.5)
+    bench.fleet.ended(ActionResult("m:2:0.1", 4, {"success": True, "message": ""}))
+    assert bench.fleet.report()["robots"][1] == {"name": "rover1", "pose_m": [3.5, 2.5]}
+    bench.command(3, "dock", robot="rover1", carrier="carrier1")
+    bench.fleet.ended(ActionResult("m:3:0.1", 4, {"success": True, "message": ""}))
+    assert [note["name"] for note in bench.fleet.notes()] == ["carrier1"]
 
 
-def test_a_handover_that_never_ends_is_given_up(house: House) -> None:
-    house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
-    house.at("carrier1", 2.5, 2.5, 121.0)
-    house.fleet.watch(121.0)
-    assert house.fleet.report()["failed"] == [{"id": 2, "reason": "not finished after 120 s"}]
+def test_a_handover_that_never_ends_is_given_up(bench: FleetBench) -> None:
+    bench.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
+    bench.at("carrier1", 2.5, 2.5, 121.0)
+    bench.fleet.watch(121.0)
+    assert bench.fleet.report()["failed"] == [{"id": 2, "reason": "not finished after 120 s"}]
 
 
-def test_nav2_may_take_its_own_way_to_the_end(house: House, tmp_path: Path) -> None:
+def test_nav2_may_take_its_own_way_to_the_end(bench: FleetBench, tmp_path: Path) -> None:
     path = tmp_path / "fleet.yaml"
     path.write_text(path.read_text().replace("type: carrier}", "type: carrier, drive: navigate_to_pose}"))
-    house.fleet = RobotFleet(read_settings(path), house.frames, tracker_of([0]), house.actions, house.said.append)
-    house.drive()
-    _, action, values = house.actions.sent[-1]
+    bench.fleet = RobotFleet(read_settings(path), bench.frames, tracker_of([0]), bench.actions, bench.said.append)
+    bench.drive()
+    _, action, values = bench.actions.sent[-1]
     assert (action, values["pose"]["pose"]["position"]["x"]) == ("/carrier1/navigate_to_pose", 8.5)
 
 
@@ -474,10 +474,10 @@ def test_settings_are_checked_without_ros(tmp_path: Path, capsys: pytest.Capture
     assert "robot_types: missing" in capsys.readouterr().err
 
 
-def test_the_interfaces_of_docking_have_the_fields_that_goals_have(house: House) -> None:
-    house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
+def test_the_interfaces_of_docking_have_the_fields_that_goals_have(bench: FleetBench) -> None:
+    bench.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
     folder = Path(__file__).parents[3] / "services/marsupial_ros/marsupial_interfaces/action"
     for name in ("Dock", "Undock"):
         goal, result, _ = (folder / f"{name}.action").read_text().split("---\n")
         fields = [[line.split()[1] for line in part.splitlines() if line and line[0] != "#"] for part in (goal, result)]
-        assert fields == [list(house.actions.sent[-1][2]), ["success", "message"]]
+        assert fields == [list(bench.actions.sent[-1][2]), ["success", "message"]]

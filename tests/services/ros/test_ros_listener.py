@@ -1,4 +1,4 @@
-"""What comes from ROS and is odd: maps of other cells, transforms that are repeated, messages that can't be read."""
+"""Unusual input from ROS: unsuitable maps, repeated transforms, unreadable messages."""
 
 import json
 import math
@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("websockets")
 
-from ros_parts import House, grid_message, settings_of, tracker_of
+from ros_parts import FleetBench, grid_message, settings_of, tracker_of
 
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.masks import FilterMasks
@@ -24,7 +24,7 @@ FITTING = grid_message([[0, 0]], resolution=0.05000000074505806)
 
 
 def changed(message: dict[str, Any], **more: Any) -> dict[str, Any]:
-    """Return a map with other values in its `info`."""
+    """Return a map with changed values in its `info`."""
     return {**message, "info": {**message["info"], **more}}
 
 
@@ -35,20 +35,20 @@ def origin(x: Any = 0.0, yaw: float = 0.0) -> dict[str, Any]:
     }
 
 
-class Ears:
-    """Hears maps for a mission that is taken up, and transforms of a team."""
+class ListenerBench:
+    """A listener for the maps of a resumed mission and the transforms of a team."""
 
     def __init__(self, folder: Path, *, simulated: bool = True) -> None:
-        self.house = House(folder)
+        self.bench = FleetBench(folder)
         self.tracker = MapTracker(TERRAINS, FilterMasks(), 0.25, 0.65)
         self.tracker.expect(FIRST)
         self.clock = Clock(simulated=simulated)
         self.said: list[str] = []
-        given = settings_of(folder), self.house.frames, self.tracker, self.clock
-        self.listener = RosListener(*given, self.house.fleet, self.said.append)
+        given = settings_of(folder), self.bench.frames, self.tracker, self.clock
+        self.listener = RosListener(*given, self.bench.fleet, self.said.append)
 
     def tf(self, name: str, x: Any, stamp_s: float | None, topic: str = "/tf") -> dict[str, Any]:
-        """Hear where a robot is on the map, and return the transform."""
+        """Send a robot's position to the listener, and return the transform."""
         header: dict[str, Any] = {"frame_id": "map"}
         if stamp_s is not None:
             header["stamp"] = {"sec": int(stamp_s), "nanosec": 0}
@@ -59,7 +59,7 @@ class Ears:
         return link
 
     def silence_s(self, now_s: float) -> float:
-        return self.house.fleet.robots["carrier1"].silence_s("map", now_s)
+        return self.bench.fleet.robots["carrier1"].silence_s("map", now_s)
 
 
 @pytest.mark.parametrize(
@@ -80,14 +80,14 @@ class Ears:
     ],
 )
 def test_an_unsuitable_first_map_is_ignored_and_a_suitable_one_used(tmp_path: Path, odd: Any, why: str) -> None:
-    ears = Ears(tmp_path)
-    ears.listener.message("/map", odd)
-    assert ears.tracker.grid is None
-    (said,) = ears.said
+    listeners = ListenerBench(tmp_path)
+    listeners.listener.message("/map", odd)
+    assert listeners.tracker.grid is None
+    (said,) = listeners.said
     assert said.startswith("/map: message ignored: ")
     assert why in said
-    ears.listener.message("/map", FITTING)
-    assert ears.tracker.grid is not None
+    listeners.listener.message("/map", FITTING)
+    assert listeners.tracker.grid is not None
 
 
 def test_updates_of_a_map_that_was_passed_over_change_nothing() -> None:
@@ -108,60 +108,60 @@ def test_updates_of_a_map_that_was_passed_over_change_nothing() -> None:
 def test_a_transform_is_as_old_as_its_stamp_where_time_is_simulated(
     tmp_path: Path, heard: dict[float, float], silent_s: float, fresh_s: float
 ) -> None:
-    ears = Ears(tmp_path)
+    listeners = ListenerBench(tmp_path)
     for now_s, stamp_s in heard.items():
-        ears.clock.set(now_s)
-        ears.tf("carrier1", 2.0, stamp_s)
-    assert ears.silence_s(now_s) == silent_s
-    ears.tf("carrier1", 2.0, fresh_s)
-    assert ears.silence_s(now_s) == 0.0
+        listeners.clock.set(now_s)
+        listeners.tf("carrier1", 2.0, stamp_s)
+    assert listeners.silence_s(now_s) == silent_s
+    listeners.tf("carrier1", 2.0, fresh_s)
+    assert listeners.silence_s(now_s) == 0.0
 
 
 @pytest.mark.parametrize("offset_s", [-1e6, 0.0, 1e6])
 def test_clocks_that_differ_make_no_transform_old(tmp_path: Path, offset_s: float) -> None:
-    ears = Ears(tmp_path, simulated=False)
+    listeners = ListenerBench(tmp_path, simulated=False)
     for passed_s in (0.0, 1.0, -50.0, 2.0):  # a clock that is set back is as good as any
-        before_s = ears.clock.now_s
-        ears.tf("carrier1", 2.0, 1.5e9 + offset_s + passed_s)
-        assert ears.silence_s(before_s) <= 0.0
+        before_s = listeners.clock.now_s
+        listeners.tf("carrier1", 2.0, 1.5e9 + offset_s + passed_s)
+        assert listeners.silence_s(before_s) <= 0.0
 
 
 def test_transforms_without_stamps_and_static_ones_never_count_as_repeated(tmp_path: Path) -> None:
-    ears = Ears(tmp_path)
+    listeners = ListenerBench(tmp_path)
     for stamp_s in (None, 0.0):
         for now_s in (10.0, 20.0):
-            ears.clock.set(now_s)
-            ears.tf("carrier1", 2.0, stamp_s)
-        assert ears.silence_s(20.0) == 0.0
-    ears.tf("carrier1", 2.0, 0.0, "/tf_static")
-    assert ears.silence_s(1e6) == 0.0
+            listeners.clock.set(now_s)
+            listeners.tf("carrier1", 2.0, stamp_s)
+        assert listeners.silence_s(20.0) == 0.0
+    listeners.tf("carrier1", 2.0, 0.0, "/tf_static")
+    assert listeners.silence_s(1e6) == 0.0
 
 
-def test_a_robot_is_late_if_its_localisation_is(house: House) -> None:
-    frames = house.frames["/tf"]
+def test_a_robot_is_late_if_its_localisation_is(bench: FleetBench) -> None:
+    frames = bench.frames["/tf"]
     identity = frames.find("map", "map")
     assert identity is not None
     frames.add("map", "carrier1/odom", identity[0], 3.0)
     frames.add("carrier1/odom", "carrier1/base_link", identity[0], 9.0)
-    assert house.fleet.robots["carrier1"].silence_s("map", 10.0) == 7.0
+    assert bench.fleet.robots["carrier1"].silence_s("map", 10.0) == 7.0
 
 
 def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) -> None:
-    ears = Ears(tmp_path)
-    ears.clock.set(5.0)
-    good = ears.tf("carrier1", 2.0, 4.0)
+    listeners = ListenerBench(tmp_path)
+    listeners.clock.set(5.0)
+    good = listeners.tf("carrier1", 2.0, 4.0)
     for bad in (
         {**good, "transform": None},
         {**good, "child_frame_id": 7},
         {**good, "header": {"frame_id": "map", "stamp": {"sec": math.nan, "nanosec": 0}}},
         {**good, "header": {"frame_id": "map", "stamp": "now"}},
     ):
-        ears.clock.set(ears.clock.now_s + 1)
-        stamp = {"sec": int(ears.clock.now_s), "nanosec": 0}
+        listeners.clock.set(listeners.clock.now_s + 1)
+        stamp = {"sec": int(listeners.clock.now_s), "nanosec": 0}
         fresh = {**good, "header": {"frame_id": "map", "stamp": stamp}}
-        ears.listener.message("/tf", {"transforms": [bad, fresh]})
-        assert ears.silence_s(ears.clock.now_s) == 0.0
-    assert [text.startswith("/tf: message ignored") for text in ears.said] == [True]
+        listeners.listener.message("/tf", {"transforms": [bad, fresh]})
+        assert listeners.silence_s(listeners.clock.now_s) == 0.0
+    assert [text.startswith("/tf: message ignored") for text in listeners.said] == [True]
 
 
 def test_a_clock_message_without_a_number_is_ignored(tmp_path: Path) -> None:
@@ -176,6 +176,6 @@ def test_a_clock_message_without_a_number_is_ignored(tmp_path: Path) -> None:
     assert said
 
 
-def test_a_mission_waits_for_robots_whose_transforms_are_old(house: House) -> None:
-    assert house.fleet.missing_poses(1.0) == []
-    assert house.fleet.missing_poses(61.0) == ["carrier1 (no new map -> carrier1/base_link on /tf)"]
+def test_a_mission_waits_for_robots_whose_transforms_are_old(bench: FleetBench) -> None:
+    assert bench.fleet.missing_poses(1.0) == []
+    assert bench.fleet.missing_poses(61.0) == ["carrier1 (no new map -> carrier1/base_link on /tf)"]

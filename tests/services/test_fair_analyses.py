@@ -1,4 +1,4 @@
-"""Analyses have turns by key, and count against the quota of planning time."""
+"""Analyses are shared fairly between keys, and count against the quota of planning time."""
 
 import asyncio
 from collections import Counter
@@ -19,25 +19,25 @@ from marsupial_service.settings import ServiceLimits, ServiceSettings
 from marsupial_service.state import State, state_of
 
 
-class HeldBack(SupervisedProcesses):
-    """Processes that begin when the test says so."""
+class PausedProcesses(SupervisedProcesses):
+    """Processes that each wait for a permit before they start."""
 
     def __init__(self) -> None:
         super().__init__()
         self.begun = 0
-        self.go_on = asyncio.Semaphore(0)
+        self.permits = asyncio.Semaphore(0)
 
     async def value_of(self, *job: Any, **limits: Any) -> object:
         self.begun += 1
-        await self.go_on.acquire()
+        await self.permits.acquire()
         return await super().value_of(*job, **limits)
 
 
-class Asker:
-    """Asks a service for analyses by the keys of several clients."""
+class AnalysisClient:
+    """Requests analyses with the keys of several clients."""
 
-    def __init__(self, http: httpx.AsyncClient, state: State, held: HeldBack, secrets: dict[str, str]) -> None:
-        self.http, self.state, self.held, self.secrets = http, state, held, secrets
+    def __init__(self, http: httpx.AsyncClient, state: State, paused: PausedProcesses, secrets: dict[str, str]) -> None:
+        self.http, self.state, self.paused, self.secrets = http, state, paused, secrets
 
     async def analysis(self, key: str) -> httpx.Response:
         headers = {"Authorization": f"Bearer {self.secrets[key]}"}
@@ -45,50 +45,50 @@ class Asker:
 
 
 @asynccontextmanager
-async def serving(folder: Path, **limits: float) -> AsyncIterator[Asker]:
+async def serving(folder: Path, **limits: float) -> AsyncIterator[AnalysisClient]:
     settings = ServiceSettings(data=folder, keys=True, limits=ServiceLimits(analyses=2, **limits))  # type: ignore[arg-type]
     secrets = {name: KeyFile(folder).add(name, ["plan"], 1, now_s=4e9) for name in ("ann", "bob")}
     app = create_app(settings)
     state = state_of(app)
-    held = state.supervised = state.analyses.supervised = HeldBack()
+    paused = state.supervised = state.analyses.supervised = PausedProcesses()
     http = httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost", timeout=None)
     async with app.router.lifespan_context(app), http:
-        yield Asker(http, state, held, secrets)
+        yield AnalysisClient(http, state, paused, secrets)
         state.begin_shutdown()
 
 
-async def test_a_key_that_floods_the_analyses_waits_behind_one_that_has_none(tmp_path: Path) -> None:
-    async with serving(tmp_path, wait_s=600.0) as asker:
-        flood = [asyncio.create_task(asker.analysis("ann")) for _ in range(16)]
-        await wait_until_async(lambda: sum(task.done() for task in flood) == 12 and asker.held.begun == 2)
-        other = asyncio.create_task(asker.analysis("bob"))
-        await wait_until_async(lambda: asker.state.analyses.slots.waiting("bob") == 1)
-        asker.held.go_on.release()  # one of ann's ends, and two of hers wait
-        await wait_until_async(lambda: asker.held.begun == 3)
-        assert (asker.state.analyses.slots.waiting("bob"), asker.state.analyses.slots.waiting("ann")) == (0, 2)
+async def test_a_key_with_many_analyses_waits_behind_a_key_without_any(tmp_path: Path) -> None:
+    async with serving(tmp_path, wait_s=600.0) as client:
+        flood = [asyncio.create_task(client.analysis("ann")) for _ in range(16)]
+        await wait_until_async(lambda: sum(task.done() for task in flood) == 12 and client.paused.begun == 2)
+        other = asyncio.create_task(client.analysis("bob"))
+        await wait_until_async(lambda: client.state.analyses.slots.waiting("bob") == 1)
+        client.paused.permits.release()  # one of ann's ends, and two of hers wait
+        await wait_until_async(lambda: client.paused.begun == 3)
+        assert (client.state.analyses.slots.waiting("bob"), client.state.analyses.slots.waiting("ann")) == (0, 2)
         for _ in range(4):
-            asker.held.go_on.release()
+            client.paused.permits.release()
         found = Counter([(await task).status_code for task in flood]), [(await other).status_code]
     assert found == (Counter({429: 12, 200: 4}), [200])
 
 
-async def test_who_waits_too_long_for_a_turn_is_refused(tmp_path: Path) -> None:
-    async with serving(tmp_path, wait_s=0.0) as asker:
-        running = [asyncio.create_task(asker.analysis("ann")) for _ in range(2)]
-        await wait_until_async(lambda: asker.held.begun == 2)
-        answer = await asker.analysis("bob")
+async def test_a_request_that_waits_too_long_for_its_turn_is_refused(tmp_path: Path) -> None:
+    async with serving(tmp_path, wait_s=0.0) as client:
+        running = [asyncio.create_task(client.analysis("ann")) for _ in range(2)]
+        await wait_until_async(lambda: client.paused.begun == 2)
+        answer = await client.analysis("bob")
         for _ in running:
-            asker.held.go_on.release()
+            client.paused.permits.release()
         await asyncio.gather(*running)
-        assert asker.state.analyses.slots.in_use == 0
+        assert client.state.analyses.slots.in_use == 0
     assert problem(answer, 429, "too-many")["detail"].startswith("at most 2 such requests")
 
 
 async def test_analyses_count_against_the_quota(tmp_path: Path) -> None:
-    async with serving(tmp_path, key_planning_s=3600.0) as asker:
-        asker.held.go_on.release()
-        first = await asker.analysis("ann")
-        jobs = asker.state.jobs
+    async with serving(tmp_path, key_planning_s=3600.0) as client:
+        client.paused.permits.release()
+        first = await client.analysis("ann")
+        jobs = client.state.jobs
 
         async def charged() -> bool:
             return "ann" in await jobs.left_s()
@@ -103,8 +103,8 @@ async def test_analyses_count_against_the_quota(tmp_path: Path) -> None:
         status, left_s, refused, begun = (
             first.status_code,
             (await jobs.left_s())["ann"],
-            await asker.analysis("ann"),
-            asker.held.begun,
+            await client.analysis("ann"),
+            client.paused.begun,
         )
     assert (status, begun) == (200, 1)
     assert left_s < 0
