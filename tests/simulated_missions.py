@@ -1,4 +1,4 @@
-"""Whole missions from a scenario, by a strategy or the clairvoyant, beside a watcher of what robots physically do."""
+"""Whole missions from a scenario, by a strategy or the clairvoyant, with a check of physical rules."""
 
 from collections.abc import Mapping, Sequence
 
@@ -17,7 +17,7 @@ STEP = Budget(steps=1)
 
 
 class Insider(Watcher):
-    """Holds robots to the truth, not to what they have seen: they may drive where nobody has looked."""
+    """Checks robots against the true map instead of the known one: the clairvoyant may drive over unseen cells."""
 
     def __init__(self, grid: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot]) -> None:
         super().__init__(grid, kinds, robots)
@@ -45,7 +45,7 @@ def drawn_scenario(
 
 
 def watched(scenario: Scenario, strategy: str, seed: int = 1) -> tuple[MissionEnded, Watcher]:
-    """Run a mission with a step for each planning; return its end and who watched it."""
+    """Run a mission with one step for each replanning; return its end and the watcher."""
     kinds = {kind.name: kind for kind in scenario.robot_types}
     kind_of_watcher = Insider if strategy == CLAIRVOYANT else Watcher
     watcher = kind_of_watcher(scenario.grid, kinds, place_team(scenario, seed))

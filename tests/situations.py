@@ -1,6 +1,6 @@
-"""Small situations that can be solved by eye, and random ones, for the tests of everything that plans.
+"""Small situations that can be solved by hand, and random ones, for tests of planning.
 
-The folder of tests is on the import path, so any test may say ``from situations import one_room``. Places lie on a
+The folder of tests is on the import path, so tests import from here directly. Places lie on a
 line (or in a plane); each has a zone per robot type, and a type gets from place to place where both have the same zone.
 Positions are in seconds at the carrier's speed; rovers take twice as long.
 """
@@ -30,7 +30,7 @@ DOCK_MS, UNDOCK_MS = 10_000, 5_000
 
 @dataclass(frozen=True)
 class Spot:
-    """Where a place is (ms at the carrier's speed) and in which zone for each type; no zone: can't be there."""
+    """The position of a place (ms at the carrier's speed) and its zone for each type; no zone: unreachable."""
 
     x: int
     zones: Mapping[str, int]
@@ -153,7 +153,7 @@ def relay() -> Situation:
 
 
 def in_flight() -> Situation:
-    """Return: `one_room` in the middle of things: the carrier docks a rover till 7 s, another drives till 3 s."""
+    """Return: `one_room` with running actions: the carrier docks a rover until 7 s, another one drives until 3 s."""
     return situation_of(
         [carrier(free_at_ms=7_000), rover(1, "c1", free_at_ms=7_000), rover(2, free_at_ms=3_000)],
         {"t1": room(12, 1), "t2": room(5, 2), "t3": hall(-5)},
@@ -188,7 +188,7 @@ def full_carrier() -> Situation:
 
 
 def too_wide() -> Situation:
-    """Return: `full_carrier`, whose rover is too wide for where the climber waits: it is set down elsewhere."""
+    """Return: `full_carrier`, whose rover is too wide for the climber's place, so it is set down elsewhere."""
     types = (*default_types(), PlanningType(name="climber", role=Role.ROVER, dock_ms=8_000, undock_ms=4_000))
     return situation_of(
         [carrier(), rover(on="c1"), RobotState(name="k1", type="climber", place="k1_start")],
@@ -231,7 +231,7 @@ SOLVABLE = {
 
 
 def many_rooms(carriers: int, rovers: int, targets: int, meetings: int, *, seed: int = 0) -> Situation:
-    """Return a big one: a 100 s wide hall with `meetings` doors to as many rooms; `rovers` aboard each carrier.
+    """Return a large situation: a 100 s wide hall with `meetings` doors to as many rooms; `rovers` aboard each carrier.
 
     Nine targets in ten lie in a room, within 15 s of its door; the others are the carriers' own.
     """
@@ -306,13 +306,13 @@ def situations(draw: st.DrawFn, *, goals: bool = True, relays: bool = True) -> S
 
 
 def job_source(situation: Situation) -> dict[str, object]:
-    """Return what asks the service to plan for a situation."""
+    """Return the body of a request to plan for a situation."""
     return {"situation": json.loads(situation_to_json(situation))}
 
 
 @st.composite
 def with_closed_roads(draw: st.DrawFn) -> Situation:
-    """Draw a situation in which some roads lead one way only."""
+    """Draw a situation with some one-way roads."""
     situation = draw(situations())
     closed = draw(st.lists(st.tuples(*[st.integers(0, len(situation.places) - 1)] * 2), max_size=12))
     tables = {name: table.copy() for name, table in situation.travel_ms.items()}

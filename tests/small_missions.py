@@ -1,4 +1,4 @@
-"""Drawn maps with point robots on them, and a watcher that holds a mission to what robots can physically do.
+"""Drawn maps with point robots, and a watcher that checks the physical rules of a mission.
 
 ``#`` is an obstacle, ``.`` floor, ``,`` rough ground (for rovers only), ``?`` unknown even to the truth; the last line
 of a drawing is row 0. A cell is 1 m. Carriers drive 1 m/s (a cell a second), rovers half that; carriers see 3 cells
@@ -128,7 +128,7 @@ Kind = TypeVar("Kind", bound=MissionEvent)
 
 
 class Recorder(recording.Recorder):
-    """Records events, and what is told of each planning, in memory."""
+    """Records events and planning reports."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -142,7 +142,7 @@ class Recorder(recording.Recorder):
 
 
 class Watcher(Recorder):
-    """Records, and notes every physical impossibility in `faults`."""
+    """Records, and adds every violation of physical rules to `faults`."""
 
     def __init__(self, grid: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot]) -> None:
         super().__init__()
@@ -273,7 +273,7 @@ def fly(
     observer: Observer | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> tuple[MissionEnded, Watcher]:
-    """Run a mission in the simulator; the whole drawing but its obstacles counts as the area to explore."""
+    """Run a mission in the simulator; all cells of the drawing except obstacles count as reachable area."""
     kinds = kinds_of() if kinds is None else kinds
     watcher = Watcher(grid, kinds, robots)
     order = MissionOrder(

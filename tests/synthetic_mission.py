@@ -1,4 +1,4 @@
-"""A small made-up mission whose log is known by heart, for tests of what reads mission logs.
+"""A small synthetic mission with a known log, for tests of readers of mission logs.
 
 The map has 60 x 40 cells of 0.25 m: a hall of floor on the left (x below 30) and, through a gap in the wall at
 x = 30, y = 20, a yard of rough ground on the right where only rovers can drive. One carrier (1 m/s) drives up to the
@@ -60,7 +60,7 @@ def truth() -> CellArray:
 
 
 class Scribe:
-    """Writes down a mission as it is made up, one call after the other."""
+    """Builds the events of a mission, call by call."""
 
     def __init__(self) -> None:
         self.events: list[MissionEvent] = []

@@ -1,4 +1,4 @@
-"""docs/architecture.md: every room and file it names is there, and every room of the packages is in it."""
+"""docs/architecture.md: all packages and files it names exist, and it names all packages."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A class name stands for one thing in the whole project: a name in a traceback or a text is enough to find it."""
+"""Class names are unique in the project, so that a name in a traceback identifies the class."""
 
 import ast
 from collections import defaultdict

@@ -1,4 +1,4 @@
-"""Missions of robots that need one cell only: none of them ends with a frontier that they can't get to."""
+"""Missions of one-cell robots never end with an unreachable frontier."""
 
 from dataclasses import replace
 
@@ -43,7 +43,7 @@ def flown(scenario: Scenario, strategy: str) -> MissionEnded:
     return ended
 
 
-def test_what_lies_behind_a_closed_corner_is_none_of_the_missions_business() -> None:
+def test_ground_behind_a_closed_corner_is_not_part_of_the_mission() -> None:
     cells = draw("######", "#..###", "#.c#.#", "###..#", "######").cells
     scenario = corners(cells, Cell(2, 2))
     for ended in (flown(scenario, "heuristic"), flown(scenario, CLAIRVOYANT)):
@@ -60,7 +60,7 @@ def test_a_mission_leaves_no_frontier(scenario: Scenario) -> None:
 @settings(max_examples=25)
 @given(scenarios())
 def test_the_clairvoyant_leaves_only_frontiers_that_robots_can_get_to(scenario: Scenario) -> None:
-    # it need not look at walls: what can be reached has been seen
+    # it need not look at walls, since all reachable cells have been seen
     ended = flown(scenario, CLAIRVOYANT)
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     assert {left.reason for left in ended.remaining} <= {"nothing reachable is behind it"}

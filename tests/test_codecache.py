@@ -1,4 +1,4 @@
-"""Compiled code is kept where it can be, and taken from the package where it is right."""
+"""The cache of compiled code, and precompiled code in the package."""
 
 import os
 import subprocess
@@ -29,7 +29,7 @@ def write(folder: Path, summand: int) -> None:
 
 
 def run(folder: Path, code: str = CALL, **environment: str) -> tuple[str, str]:
-    """Run code beside the package in a process of its own; return what it says on both outputs."""
+    """Run code beside the package in a new process; return stdout and stderr."""
     inherited = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_C")}
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=folder, env=inherited | environment, check=True, capture_output=True, text=True)
@@ -38,7 +38,7 @@ def run(folder: Path, code: str = CALL, **environment: str) -> tuple[str, str]:
 
 @pytest.fixture
 def read_only(tmp_path: Path) -> Path:
-    """Return where the package is, in a folder that code can't be kept in."""
+    """Return the folder of the package, in which code can't be stored."""
     write(tmp_path, 10)
     (tmp_path / "near" / "__pycache__").touch()
     return tmp_path
@@ -98,7 +98,7 @@ def precompiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run_precompiled(folder: Path, kept: Path, change: str = "") -> str:
-    """Run with the precompiled code of this folder, and an empty one for what is compiled now; return what it says."""
+    """Run with the precompiled code of this folder and an empty cache; return the output."""
     place = f"pathlib.Path({str(folder)!r}, 'code')"
     found = f"import pathlib; from marsupial import codecache; codecache.PRECOMPILED = {place}"
     said, told = run(kept, f"{found}\n{change}\n{CALL}", NUMBA_CACHE_DIR=str(kept))

@@ -1,4 +1,4 @@
-"""What every strategy and every built-in scenario has to hold; a new one is tested as soon as it is listed."""
+"""Conformance of every strategy and built-in scenario; a new one is tested as soon as it is listed."""
 
 import pytest
 from reference_missions import LogLines

@@ -1,4 +1,4 @@
-"""The documentation becomes a site without a warning, its notebook runs, and its drawings are drawn."""
+"""The documentation builds without a warning, its notebook runs, and its drawings are current."""
 
 import re
 import subprocess

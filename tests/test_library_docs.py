@@ -1,4 +1,4 @@
-"""docs/library.md: its snippets work, one after the other, and print what stands below them."""
+"""docs/library.md: its snippets work in order, and print the documented output."""
 
 import doctest
 import re

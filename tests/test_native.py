@@ -1,4 +1,4 @@
-"""Compiled code that is kept on disk is that of the sources as they are."""
+"""Compiled code on disk matches the current sources."""
 
 import subprocess
 import sys
@@ -25,7 +25,7 @@ def inner(number):
 
 @pytest.fixture
 def run(tmp_path, monkeypatch):
-    """Run a function of a package in a process of its own; return what it says and how often code was loaded."""
+    """Run a function of a package in a new process; return its output and how often code was loaded."""
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
 
     def run(package: str) -> tuple[int, int]:

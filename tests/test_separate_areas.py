@@ -1,4 +1,4 @@
-"""Every strategy on small random maps whose areas have no way between them, with robots that hardly see.
+"""Every strategy on small random maps with separate areas and short-sighted robots.
 
 Whether a robot reaches a cell is a question about that robot: another one of its type may stand behind a wall.
 """
@@ -55,5 +55,5 @@ def test_every_strategy_explores_separate_areas_with_short_sighted_robots(name: 
     simulate(scenario, strategy=name, planner="anytime", budget=Budget(steps=1), seed=1, observer=watcher)
     ended = watcher.events[-1]
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0), ended.reason
-    # the clairvoyant may drive over ground that nobody has seen yet
+    # the clairvoyant may drive over unseen cells
     assert watcher.faults == [] or name == CLAIRVOYANT

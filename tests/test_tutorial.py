@@ -1,4 +1,4 @@
-"""docs/tutorial.md: its commands, one after the other in a new folder, do what is said, and print what is shown."""
+"""docs/tutorial.md: its commands work in order in a new folder, and print the documented output."""
 
 import os
 import re
@@ -18,7 +18,7 @@ BLOCKS = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 @pytest.fixture
 def shell(tmp_path: Path) -> dict[str, str]:
-    """The environment of somebody who has installed marsupial."""
+    """The environment of a user who has installed marsupial."""
     folder = tmp_path / "bin"
     folder.mkdir()
     program = folder / "marsupial"

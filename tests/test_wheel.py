@@ -1,7 +1,7 @@
-"""A wheel does its work from another directory: unpacked there, and installed into a clean environment.
+"""A wheel works outside the checkout: unpacked, and installed into a clean environment.
 
 That environment is filled from the package index, as a user's would be, and compiles everything anew, which takes
-minutes. What is in the wheel is seen from an unpacked one as well, beside the compiled code of the checkout.
+minutes. The unpacked wheel uses the compiled code of the checkout.
 """
 
 import json
@@ -23,7 +23,7 @@ CLIENT = CHECKOUT / "services" / "marsupial_client"
 
 @dataclass(frozen=True, kw_only=True)
 class Elsewhere:
-    """A folder far from the checkout with a wheel's content, and the Python that finds it there."""
+    """A folder outside the checkout with a wheel's content, and a Python that imports from it."""
 
     folder: Path
     python: Path
@@ -31,7 +31,7 @@ class Elsewhere:
     is_clean: bool = False
 
     def run(self, *words: str) -> str:
-        """Run a Python program in the folder; nothing of the checkout is on its path, whatever other tests need."""
+        """Run a Python program in the folder, without the checkout on its path."""
         return succeed(self.python, *words, cwd=self.folder, PYTHONPATH=self.path)
 
     def marsupial(self, *words: str) -> str:
@@ -46,7 +46,7 @@ def succeed(*command: str | Path, cwd: Path, **variables: str) -> str:
 
 
 def unpacked(project: Path, folder: Path) -> Elsewhere:
-    """Build a wheel with what is installed here, and unpack it."""
+    """Build a wheel in this environment, and unpack it."""
     succeed(sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder, cwd=project, PYTHONPATH="")
     (wheel,) = folder.glob("*.whl")
     with zipfile.ZipFile(wheel) as file:

@@ -1,7 +1,6 @@
 """The canonical problem in the unified-planning library, plans read back, and that library's verdict on a plan.
 
-The library takes two seconds to import and prints credits: both are dealt with here, on first use, so that nothing is
-paid by who doesn't ask.
+The library takes two seconds to import and prints credits, so it is imported here on first use, with the credits off.
 
 Its validator simulates a plan exactly: an action may start at any time after what it depends on, however little, while
 ours asks for `EPSILON_MS` (in whole ms that is the same). It ignores the problem's epsilon. It refuses two robots that
@@ -23,14 +22,14 @@ from marsupial.model import Plan, Situation
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UpVerdict:
-    """What unified-planning says of a plan; `detail` is why it is invalid, as far as it tells."""
+    """The verdict of unified-planning on a plan; `detail` is the reason if it is invalid and a reason is given."""
 
     valid: bool
     detail: str = ""
 
 
 def up_problem(situation: Situation, *, name: str = "exploration", records: bool = True) -> Any:
-    """Return what the library reads from our domain and `problem_text(situation, name=name, records=records)`."""
+    """Return the library's problem for our domain and `problem_text(situation, name=name, records=records)`."""
     from unified_planning.io import PDDLReader
 
     _library()
@@ -38,7 +37,7 @@ def up_problem(situation: Situation, *, name: str = "exploration", records: bool
 
 
 def from_up_plan(plan: Any, situation: Situation) -> Plan:
-    """Return the plan that a time-triggered plan of the canonical problem means, in whole ms.
+    """Return the plan for a time-triggered plan of the canonical problem, in whole ms.
 
     Raises
     ------
@@ -59,7 +58,7 @@ def from_up_plan(plan: Any, situation: Situation) -> Plan:
 
 
 def up_validate(situation: Situation, plan: Plan) -> UpVerdict:
-    """Return what unified-planning's own validator says of `plan`, without our checker having a word in it.
+    """Return the verdict of unified-planning's validator on `plan`, independent of our checker.
 
     A plan that can't be said in PDDL (see `to_up_plan`) is invalid.
     """
@@ -87,7 +86,7 @@ def up_validate(situation: Situation, plan: Plan) -> UpVerdict:
 
 @cache
 def _library() -> Any:
-    """Import unified-planning and keep it quiet."""
+    """Import unified-planning without its credits."""
     import unified_planning.shortcuts as shortcuts
 
     shortcuts.get_environment().credits_stream = None

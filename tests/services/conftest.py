@@ -1,4 +1,4 @@
-"""One server for all tests that don't need one of their own, and places for stores."""
+"""A shared server, and locations for stores."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -30,7 +30,7 @@ def http(server: Server) -> Iterator[httpx.Client]:
 
 @pytest.fixture
 def mission(server: Server) -> Iterator[str]:
-    """The path of a mission that waits for its first report."""
+    """The path of a mission before its first report."""
     status, _, created = server.ask("POST", "/v1/missions", body())
     assert status == 201
     yield created["links"]["self"]
@@ -39,7 +39,7 @@ def mission(server: Server) -> Iterator[str]:
 
 @pytest.fixture(scope="session")
 def postgres(tmp_path_factory: pytest.TempPathFactory) -> Iterator[PostgresServer]:
-    """A database server whose disk is not waited for."""
+    """A database server without fsync."""
     with postgres_server(tmp_path_factory.mktemp("postgres"), "fsync=off", "max_connections=300") as found:
         yield found
 
@@ -54,7 +54,7 @@ def nodes() -> Iterator[Nodes]:
 
 @pytest.fixture(scope="session")
 def cluster(nodes: Nodes) -> Iterator[ClusterRunner]:
-    """What runs jobs there."""
+    """A runner of jobs on that cluster."""
     with pytest.MonkeyPatch.context() as patch:
         for name, value in nodes.env.items():
             patch.setenv(name, value)
@@ -65,7 +65,7 @@ def cluster(nodes: Nodes) -> Iterator[ClusterRunner]:
 
 @pytest.fixture(params=DATABASES)
 def place(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    """Where a store is to be: a folder, and again a database that several servers can share."""
+    """The location of a store: once a folder, once a shared database."""
     if request.param == "sqlite":
         return str(tmp_path / "store")
     server: PostgresServer = request.getfixturevalue("postgres")

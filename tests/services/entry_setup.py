@@ -1,4 +1,4 @@
-"""Jobs or missions in a folder, for tests: opened, asked, closed."""
+"""Open jobs or missions of a store, and follow their events."""
 
 from collections.abc import AsyncGenerator, AsyncIterator, Callable
 from contextlib import asynccontextmanager
@@ -20,21 +20,21 @@ _LIMITS = frozenset(one.name for one in fields(ServiceLimits))
 
 
 class AnyLimits(ServiceLimits):
-    """Limits, also smaller ones than operators can set."""
+    """Limits without lower bounds."""
 
     def __post_init__(self) -> None:
         pass
 
 
 def settings_of(kind: type[S], **given: Any) -> S:
-    """Return settings with what is given, also limits by their names."""
+    """Return settings with given fields and limits, by name."""
     limits = {name: given.pop(name) for name in _LIMITS & given.keys()}
     return kind(limits=AnyLimits(**limits), **given)
 
 
 @asynccontextmanager
 async def opened(place: Path | str, make: Callable[[Store], T]) -> AsyncIterator[T]:
-    """Give what is made of the store of a folder, started; stopped and closed afterwards."""
+    """Yield the service that `make` builds on a store, started; stop and close both afterwards."""
     store = open_store(place)
     try:
         entries = make(store)

@@ -1,4 +1,4 @@
-"""A database that breaks off right after a commit: what was committed is there, and who wrote it is told otherwise."""
+"""A database connection that breaks right after a commit: the data is stored, but the writer gets an error."""
 
 from collections.abc import Sequence
 from typing import Self
@@ -8,12 +8,12 @@ from marsupial_service.store.engine import Connection, StoreRows
 
 
 class LostAnswers:
-    """A connection of a store that writes: some commits arrive, but not their answers, as it breaks right then.
+    """The write connection of a store: some commits succeed, but the connection breaks before their answer.
 
     Parameters
     ----------
     of
-        Part of a statement: only transactions that have one like that are not answered.
+        Part of a statement; only transactions with such a statement lose their answer.
     """
 
     def __init__(self, store: Store, of: str, lost: int = 2) -> None:

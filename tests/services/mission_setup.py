@@ -1,4 +1,4 @@
-"""Missions in a folder, for tests, and clients that drive our simulator through them."""
+"""Open the missions of a store, and run the simulator as their client."""
 
 import asyncio
 import hashlib
@@ -42,7 +42,7 @@ from marsupial_service.settings import ServiceLimits
 
 
 def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:
-    """Return what asks for a mission like that."""
+    """Return the body of a request for a mission."""
     world = builtin_scenario(scenario)
     placed = place_team(world, seed)
     area = reachable_area(world, placed)
@@ -69,7 +69,7 @@ def open_missions(
 
 
 async def send(missions: Missions, record: MissionRecord, report: Mapping[str, Any]) -> MissionRecord:
-    """Report, as the route does."""
+    """Send a report, as the route does."""
     text = json.dumps(report, sort_keys=True).encode()
     brief = await missions.brief(record)
     read = report_of(ReportBody.model_validate(report), brief, MissionFrame.of(brief.grid), 10**6)
@@ -78,7 +78,7 @@ async def send(missions: Missions, record: MissionRecord, report: Mapping[str, A
 
 @dataclass(slots=True)
 class Driver:
-    """Drives a simulated team by the commands of a mission; it can be left and taken up again."""
+    """Runs a simulated team by the commands of a mission; it can be interrupted and resumed."""
 
     team: SimulatedTeam
     after: int = 0
@@ -89,7 +89,7 @@ class Driver:
     events: list[tuple[int, str, str]] = field(default_factory=list)
 
     async def drive(self, missions: Missions, record: MissionRecord, most: int | None = None) -> bool:
-        """Go on until the mission ends (True), or `most` reports are acknowledged."""
+        """Run until the mission ends (True), or `most` reports are acknowledged."""
         if self.unsent is not None:
             await self._send(missions, record)
         async for event in followed(missions, record.id, self.after):
@@ -140,7 +140,7 @@ async def kill_now_and_then(processes: Callable[[], Sequence[psutil.Process]], s
 
 
 def run(work: Any) -> Any:
-    """Run a test's coroutine; if it hangs, not for ever."""
+    """Run a test's coroutine with a timeout."""
 
     async def limited() -> Any:
         async with asyncio.timeout(HANG_S):
@@ -150,7 +150,7 @@ def run(work: Any) -> Any:
 
 
 class Hosted:
-    """The loop of a mission in a thread of its own, and the channel to it."""
+    """The loop of a mission in a thread, and the channel to it."""
 
     def __init__(self, brief: MissionBrief) -> None:
         self.line, theirs = map(Channel, socket.socketpair())
@@ -188,7 +188,7 @@ class Hosted:
 def replayed(
     brief: MissionBrief, inputs: Sequence[MissionReport | Control], batches: Sequence[MissionBatch]
 ) -> list[MissionBatch]:
-    """Return what a new process makes of the same inputs and decisions."""
+    """Return the batches of a new process for the same inputs and decisions."""
     with Hosted(brief) as hosted:
         return [
             hosted.batch(

@@ -1,4 +1,4 @@
-"""How tests ask a server, and what they expect of its answers."""
+"""Send requests to a server and check its answers."""
 
 from typing import Any
 
@@ -15,14 +15,14 @@ def client(server: Server, **headers: str) -> httpx.Client:
 
 
 def serve(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
-    """Give `marsupial serve` these words, in this process; return the exit code and what is said on both outputs."""
+    """Run `marsupial serve` with these arguments in this process; return exit code, stdout and stderr."""
     code = main(["serve", *words])
     said = capsys.readouterr()
     return code, said.out, said.err
 
 
 def problem(answer: httpx.Response, status: int, kind: str) -> dict[str, Any]:
-    """Return a problem after checking that it is the one expected."""
+    """Return a problem after checking its status and type."""
     assert answer.headers["content-type"] == "application/problem+json", answer.text
     document: dict[str, Any] = answer.json()
     assert (answer.status_code, document["status"], document["type"].rpartition(":")[2]) == (status, status, kind)

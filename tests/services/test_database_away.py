@@ -1,4 +1,4 @@
-"""A database that is killed and comes back: what servers do meanwhile, and that they miss nothing."""
+"""Servers during an outage of their database, and after its return, miss nothing."""
 
 import json
 import time
@@ -23,7 +23,7 @@ from marsupial_service.store import Store, StoreError, open_store
 
 @pytest.fixture
 def database(tmp_path: Path) -> Iterator[PostgresServer]:
-    """One that may be killed."""
+    """A database server that tests may kill."""
     with postgres_server(tmp_path, "fsync=off") as found:
         yield found
 
@@ -34,14 +34,14 @@ def shared(postgres: PostgresServer) -> str:
 
 
 def broken(store: Store) -> None:
-    """Have the database end all connections of a store."""
+    """Let the database close all connections of a store."""
     sql = (
         "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE application_name = ? AND pid != pg_backend_pid()"
     )
     store.write(lambda tx: tx.execute(sql, (f"marsupial {store._engine.server[:8]}",)).fetchall()).result()
 
 
-def test_who_only_finds_connections_broken_connects_again_and_is_served(shared: str) -> None:
+def test_broken_connections_are_reopened(shared: str) -> None:
     store = open_store(shared)
     try:
         store.read(lambda reader: reader.execute("SELECT 1").fetchone()).result()
@@ -101,7 +101,7 @@ async def test_a_stream_that_can_not_be_read_ends_with_a_message() -> None:
     assert found[1:] == [b"id: 5\nevent: state\ndata: {}\n\n", NO_STORE]
 
 
-def test_while_the_database_is_away_requests_are_put_off_and_streams_end_and_then_all_goes_on(
+def test_during_an_outage_requests_get_503_and_streams_end_and_then_all_continues(
     database: PostgresServer, tmp_path: Path
 ) -> None:
     with Server(tmp_path / "data", "--store", database.database()) as server, client(server) as http:

@@ -1,4 +1,4 @@
-"""A client that is generated from the OpenAPI document kept with the code can be worked with."""
+"""A client generated from the stored OpenAPI document works."""
 
 import importlib
 import json
@@ -26,7 +26,7 @@ CONFIG = {"content_type_overrides": {"application/jsonl": "text/plain"}, "post_h
 
 @pytest.fixture(scope="module")
 def generated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Any]]:
-    """Return what imports a module of the generated package."""
+    """Return a function that imports a module of the generated package."""
     folder = tmp_path_factory.mktemp("client")
     (folder / "config.json").write_text(json.dumps(CONFIG))
     document = Path(openapi.__file__).with_name(FILE)

@@ -1,4 +1,4 @@
-"""The page of the service in a browser: missions begun, followed, compared, steered; jobs watched; keys asked for."""
+"""The page of the service in a browser: start, follow, compare and control missions; jobs; keys."""
 
 import base64
 import io
@@ -28,7 +28,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 
 def choose(browser: Browser, **values: Any) -> None:
-    """Fill fields of the form in, by their names."""
+    """Fill in fields of the form by name."""
     for name, value in values.items():
         field = browser.find(f"#start-{name}")
         browser.run(
@@ -40,7 +40,7 @@ def choose(browser: Browser, **values: Any) -> None:
 
 
 def start(browser: Browser, server: Server, **values: Any) -> list[str]:
-    """Start a mission from the form, or two, and return their ids once they are seen."""
+    """Start one or two missions from the form, and return their ids once shown."""
     browser.open(f"{server.url}/")
     choose(browser, **{"scenario": "lobby", "planner": "greedy", **values})
     browser.click("form.start button.first")
@@ -49,7 +49,7 @@ def start(browser: Browser, server: Server, **values: Any) -> list[str]:
 
 
 def upload(browser: Browser, server: Server, *files: Path) -> None:
-    """Fill yaml and image of an own map in, and ask for its mission."""
+    """Fill in yaml and image of a map, and request a mission."""
     browser.open(f"{server.url}/")
     choose(browser, scenario="")
     for name, file in zip(("yaml", "image"), files, strict=True):
@@ -68,7 +68,7 @@ def shown_ms(browser: Browser) -> int:
 
 
 def drawn(browser: Browser) -> bool:
-    """Say whether one of the map's canvases has several colours."""
+    """Return whether a canvas of the map has several colours."""
     counts = browser.value(f"[...document.querySelectorAll('{MAPS}')].map((one, i) => one.id = `canvas-${{i}}`)")
     return any(len(browser.colours(f"#{name}")) > 5 for name in counts)
 
@@ -139,9 +139,7 @@ def test_two_strategies_are_shown_side_by_side_at_the_same_moment(browser: Brows
     assert browser.errors() == []
 
 
-def test_what_is_wrong_with_a_map_stands_beside_the_field_that_was_meant(
-    browser: Browser, pages: Server, tmp_path: Path
-) -> None:
+def test_errors_in_a_map_are_shown_beside_their_field(browser: Browser, pages: Server, tmp_path: Path) -> None:
     yaml, image = tmp_path / "room.yaml", tmp_path / "room.png"
     yaml.write_text(YAML.replace("resolution", "resolutoin"))
     image.write_bytes(b"no image")
@@ -207,7 +205,7 @@ def test_two_missions_of_the_list_are_shown_side_by_side(browser: Browser, pages
     assert browser.value("location.hash") == f"#/missions/{','.join(missions)}"
 
 
-def test_of_a_mission_that_there_is_not_nothing_is_waited_for(browser: Browser, pages: Server) -> None:
+def test_an_unknown_mission_is_reported_at_once(browser: Browser, pages: Server) -> None:
     mission = begun(pages, speed=100)
     browser.open(f"{pages.url}/#/missions/nothing")
     browser.wait("document.querySelector('.said').textContent.includes('mission not found')")
@@ -285,7 +283,7 @@ def test_missions_and_jobs_are_listed_whoever_has_begun_them(browser: Browser, p
     assert browser.errors() == []
 
 
-def test_a_service_with_keys_asks_for_one_and_keeps_it_for_the_tab(browser: Browser, tmp_path: Path) -> None:
+def test_a_service_with_keys_requires_one_and_keeps_it_for_the_tab(browser: Browser, tmp_path: Path) -> None:
     key = KeyFile(tmp_path).add("fleet", ["plan", "mission"], 1, now_s=time.time())
     with Server(tmp_path, "--require-keys") as server:
         browser.open(f"{server.url}/", DESK)

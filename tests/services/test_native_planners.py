@@ -1,4 +1,4 @@
-"""Planners in processes of their own, in jobs and in missions: they answer, and leave nothing behind."""
+"""Planners in separate processes, in jobs and in missions: they answer, and leave no process behind."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -51,7 +51,7 @@ def http(running: Server) -> Iterator[httpx.Client]:
 
 @contextmanager
 def leaving_nothing(server: Server) -> Iterator[set[psutil.Process]]:
-    """Give the processes that are seen below a service during the block, and see that they have ended after it."""
+    """Yield the set of processes below a service during the block; check that all have ended after it."""
     seen: set[psutil.Process] = set()
     service = psutil.Process(server.process.pid)
     over = threading.Event()

@@ -15,7 +15,7 @@ from marsupial_service.store.sqlite import FILE
 
 
 def refused(http: httpx.Client) -> str:
-    """Wait until the service is not ready, and return what it says."""
+    """Wait until the service is not ready, and return its answer."""
     wait_until(lambda: http.get("/readyz").status_code != 200, "a store that can't be written")
     answer = http.get("/readyz")
     assert int(answer.headers["retry-after"]) > 0

@@ -1,4 +1,4 @@
-"""Numbers lie within the same bounds wherever they come from."""
+"""Numbers have the same bounds in all inputs."""
 
 import json
 from typing import Any
@@ -34,7 +34,7 @@ def test_there_are_no_more_terrains_than_codes() -> None:
     assert [str(problem) for problem in top.problems] == ["terrains[252]: is one more terrain than there are codes"]
 
 
-def test_plans_are_kept_in_the_form_they_always_had() -> None:
+def test_plans_are_stored_in_their_unchanged_form() -> None:
     plan = Plan(
         actions=(
             Action(name=ActionName.DOCK, start_ms=0, duration_ms=5, robot="r", place="m", carrier="c"),

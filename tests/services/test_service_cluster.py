@@ -1,4 +1,4 @@
-"""`marsupial serve --ray`: what it says of its cluster, and what it leaves there."""
+"""`marsupial serve --ray`: messages about its cluster, and cleanup there."""
 
 import subprocess
 import time
@@ -46,9 +46,7 @@ def test_a_server_that_is_killed_leaves_no_process_on_the_cluster(
 
 
 @pytest.mark.slow
-def test_what_is_planned_waits_for_a_cluster_that_is_lost_and_goes_on_when_it_is_back(
-    tmp_path: Path, head: Head
-) -> None:
+def test_jobs_wait_for_a_lost_cluster_and_continue_when_it_is_back(tmp_path: Path, head: Head) -> None:
     with Server(tmp_path, "--ray", head.address) as server, client(server) as http:
         until_ready(server)
         job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 20}}

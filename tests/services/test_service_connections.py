@@ -46,7 +46,7 @@ def opened(server: Server, data: bytes = b"") -> socket.socket:
 
 
 def rest(line: socket.socket) -> bytes:
-    """Return what comes until the service closes the connection; a test that waits in vain fails."""
+    """Return all data until the service closes the connection; a timeout fails the test."""
     found = b""
     with line, suppress(ConnectionResetError, BrokenPipeError):
         while chunk := line.recv(65536):
@@ -55,7 +55,7 @@ def rest(line: socket.socket) -> bytes:
 
 
 def breaks(line: socket.socket, data: bytes) -> bool:
-    """Send the same over and over; say whether the service closes the connection."""
+    """Send data repeatedly; return whether the service closes the connection."""
     end_s = time.monotonic() + HANG_S
     while time.monotonic() < end_s:
         try:
@@ -102,13 +102,13 @@ def test_a_connection_without_headers_is_closed(strict: Server) -> None:
     assert status_of(rest(opened(strict, b"GET /healthz HTTP/1.1\r\nHost: loc"))) == 408
 
 
-def test_a_body_that_comes_too_slowly_is_given_up(strict: Server) -> None:
+def test_a_connection_with_a_slow_body_is_closed(strict: Server) -> None:
     assert status_of(rest(opened(strict, HEAD + b'Content-Length: 1000000\r\n\r\n{"a'))) == 408
 
 
 @pytest.mark.parametrize("half_closed", [False, True])
 @pytest.mark.parametrize("begun", [b'Content-Length: 1000\r\n\r\n{"a', b'Transfer-Encoding: chunked\r\n\r\n20\r\n{"a'])
-def test_a_body_that_its_client_cuts_off_is_no_fault_of_the_service(
+def test_a_truncated_body_is_not_logged_as_an_error_of_the_service(
     strict: Server, begun: bytes, half_closed: bool
 ) -> None:
     before = len(strict.log)
@@ -129,13 +129,13 @@ def test_an_unexpected_body_closes_the_connection(strict: Server) -> None:
         assert breaks(line, b"x")
 
 
-def test_a_client_that_takes_nothing_of_its_answers_is_given_up(strict: Server) -> None:
+def test_a_client_that_does_not_read_its_answers_is_disconnected(strict: Server) -> None:
     with opened(strict) as line:
         line.settimeout(0.1)
         assert breaks(line, b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n" * 20)
 
 
-def test_half_open_connections_leave_room_for_those_who_ask(strict: Server) -> None:
+def test_half_open_connections_do_not_block_requests(strict: Server) -> None:
     with ExitStack() as kept:
         for i in range(3 * MOST):
             kept.enter_context(opened(strict, b"GET / HT" * (i % 2)))
@@ -143,7 +143,7 @@ def test_half_open_connections_leave_room_for_those_who_ask(strict: Server) -> N
                 assert ask(strict.port, "GET", "/healthz").status == 200
 
 
-def test_who_has_many_requests_under_way_gets_no_more_connections(tmp_path: Path) -> None:
+def test_an_address_with_many_open_requests_gets_no_more_connections(tmp_path: Path) -> None:
     limits = ("--limit", "address_connections=3")
     with Server(tmp_path, *limits) as server, client(server) as http, ExitStack() as kept:
         body = {**http.get("/v1/demo-data/office-6x3").json(), "planner": "anytime", "budget": {"seconds": 60}}
@@ -211,7 +211,7 @@ def test_other_errors_of_the_event_loop_are_all_logged(caplog: pytest.LogCapture
     assert sum("can't be accepted" in record.message for record in caplog.records) == 1
 
 
-def test_the_service_ends_though_many_ask_it(tmp_path: Path) -> None:
+def test_the_service_ends_during_many_requests(tmp_path: Path) -> None:
     over = threading.Event()
 
     def press(port: int, body: bytes) -> None:

@@ -26,7 +26,7 @@ def tiny(http: httpx.Client) -> dict[str, Any]:
 
 @pytest.fixture
 def long(http: httpx.Client) -> dict[str, Any]:
-    """A job that improves its plan for long."""
+    """A job that improves its plan for a long time."""
     found: dict[str, Any] = http.get("/v1/demo-data/office-6x3").json()
     return {**found, "planner": "anytime", "budget": {"seconds": 60}}
 

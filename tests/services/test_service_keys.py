@@ -16,7 +16,7 @@ from marsupial_service.settings import ServiceLimits, ServiceSettings, limits_fr
 
 @pytest.fixture
 def secrets(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
-    """Keys that were made in the folder by the command, by their names."""
+    """Keys created by the command, by name."""
     return {
         name: serve(capsys, "keys", "add", name, "--scope", scope, "--data", str(tmp_path))[1].strip()
         for name, scope in (("ann", "plan"), ("bob", "plan"), ("ops", "admin"))
@@ -46,7 +46,7 @@ def test_a_revoked_key_is_useless_at_once_and_its_name_free(tmp_path: Path) -> N
         keys.revoke("fleeet", 3.0)
 
 
-def test_a_name_has_two_good_keys_while_its_clients_change_over(place: str) -> None:
+def test_a_name_may_have_two_valid_keys_for_replacement(place: str) -> None:
     with open_keys(Path(place) if place.startswith("/") else place) as keys:
         old = keys.add("fleet", ["plan"], 1, now_s=0.0)
         new = keys.add("fleet", ["plan"], 9, now_s=0.0)
@@ -59,7 +59,7 @@ def test_a_name_has_two_good_keys_while_its_clients_change_over(place: str) -> N
         keys.add("fleet", ["plan"], 1, now_s=2.0)
 
 
-def test_servers_hear_of_keys_in_their_database(postgres: PostgresServer) -> None:
+def test_servers_receive_key_changes_through_their_database(postgres: PostgresServer) -> None:
     shared = postgres.database()
     with open_keys(shared) as server, open_keys(shared) as other:
         secret = other.add("fleet", ["plan"], 1, now_s=0.0)
@@ -70,7 +70,7 @@ def test_servers_hear_of_keys_in_their_database(postgres: PostgresServer) -> Non
 
 
 @pytest.mark.parametrize(("scopes", "days"), [([], 1), (["fly"], 1), (["plan"], 0), (["plan"], float("nan"))])
-def test_a_key_without_sense_is_refused(tmp_path: Path, scopes: list[str], days: float) -> None:
+def test_an_invalid_key_request_is_refused(tmp_path: Path, scopes: list[str], days: float) -> None:
     with pytest.raises(UsageError):
         KeyFile(tmp_path).add("fleet", scopes, days, now_s=0.0)
 
@@ -164,7 +164,7 @@ def test_a_limit_of_the_environment_holds() -> None:
         (["--host", "no.such.host.invalid"], "requires API keys"),
     ],
 )
-def test_options_without_sense_are_refused(
+def test_invalid_options_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], text: str
 ) -> None:
     code, _, error = serve(capsys, "--data", str(tmp_path), *options)

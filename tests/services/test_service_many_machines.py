@@ -1,4 +1,4 @@
-"""What docker/cluster.yaml sets up, as processes: proxy, two servers, a database, two Ray nodes."""
+"""The parts of docker/cluster.yaml as processes: proxy, two servers, a database, two Ray nodes."""
 
 import os
 import shutil
@@ -55,7 +55,7 @@ def proxy(tmp_path: Path, servers: list[Server]) -> Iterator[str]:
     process.wait(HANG_S)
 
 
-def test_jobs_and_missions_go_on_though_a_server_dies(
+def test_jobs_and_missions_continue_although_a_server_dies(
     tmp_path: Path, servers: list[Server], proxy: str, nodes: Nodes
 ) -> None:
     for server in servers:

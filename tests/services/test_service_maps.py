@@ -51,7 +51,7 @@ def read(limits: ServiceLimits | None = None, **changes: Any) -> MapState:
 
 
 def refusal(**changes: Any) -> dict[str, str]:
-    """Return what is wrong with a map state, by JSON pointers."""
+    """Return the errors in a map state by JSON pointer."""
     body = {"map_state": map_state(**changes)}
     found: dict[str, str] = {}
     try:
@@ -189,7 +189,7 @@ def shoelace(ring: list[list[float]]) -> float:
     return sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in pairwise(ring)) / 2
 
 
-def test_a_map_state_in_a_job_is_what_the_planner_is_asked(http: httpx.Client) -> None:
+def test_a_map_state_in_a_job_becomes_the_situation_for_the_planner(http: httpx.Client) -> None:
     body = {"map_state": map_state(), "planner": "greedy"}
     job = http.post(
         "/v1/jobs", content=json.dumps(body), headers={"content-type": "application/json", "Prefer": f"wait={HANG_S:g}"}

@@ -1,4 +1,4 @@
-"""Planners that the operator offers under names of their own: listed, asked, unknown to everybody else."""
+"""Planners that the operator offers by name: they are listed and usable, and others are refused."""
 
 import json
 import shlex
@@ -118,7 +118,7 @@ def test_a_mission_for_what_is_not_offered_is_refused(asked: httpx.Client, plann
     ("planner", "text"),
     [("greedy=plan {domain} {problem}", "'greedy' is the name"), ("mine=plan {domain}", "{problem} is missing")],
 )
-def test_what_can_not_be_offered_is_refused_at_the_start(
+def test_an_invalid_planner_option_is_refused_at_the_start(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], planner: str, text: str
 ) -> None:
     code, _, error = serve(capsys, "--port", "0", "--data", str(tmp_path), "--planner", planner)

@@ -20,14 +20,14 @@ def attacked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 
 def unit_s() -> float:
-    """Return the processor time of some fixed work: a slow machine is as slow at it as at requests."""
+    """Return the CPU time of fixed work, as the unit of speed of this machine."""
     begun = time.process_time()
     sum(i * i for i in range(1_000_000))
     return time.process_time() - begun
 
 
 def cheap(server: Server, method: str, path: str, body: Any = None) -> Reply:
-    """Return the answer to a request that must not cost much."""
+    """Return the answer to a request, after checking that it was cheap."""
     cost = cost_of(server, method, path, body)
     assert cost.memory_mb <= MOST_MB
     assert cost.cpu_s <= 20 * unit_s()  # about a second

@@ -1,4 +1,4 @@
-"""Backups, restoring, and removing, of stores that are being used."""
+"""Backup, restore and removal in stores that are in use."""
 
 import contextlib
 import json
@@ -45,7 +45,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "data"
 
 
-def test_nothing_is_written_over(folder: Path, tmp_path: Path) -> None:
+def test_no_existing_file_is_overwritten(folder: Path, tmp_path: Path) -> None:
     upkeep.backup(folder, tmp_path / "backup")
     with pytest.raises(UsageError, match="backup already exists"):
         upkeep.backup(folder, tmp_path / "backup")
@@ -64,7 +64,7 @@ def test_a_folder_in_use_is_not_restored_into(folder: Path, tmp_path: Path) -> N
     store.close()
 
 
-def test_what_is_no_sound_backup_is_refused_and_leaves_nothing(folder: Path, tmp_path: Path) -> None:
+def test_an_invalid_backup_is_refused_without_effect(folder: Path, tmp_path: Path) -> None:
     store = open_store(folder)
     store.write(lambda tx: [tx.insert("documents", name=f"{i}", text="x" * 3000) for i in range(99)]).result()
     store.close()
@@ -93,7 +93,7 @@ def test_shared_databases_are_backed_up_with_their_own_tools(postgres: PostgresS
         upkeep.backup(postgres.database(), tmp_path / "backup")
 
 
-async def test_what_ended_is_removed_at_once_and_what_is_open_stays(place: str) -> None:
+async def test_ended_entries_are_removed_at_once_and_open_ones_stay(place: str) -> None:
     async with open_missions(place) as missions:
         for _ in range(2):
             assert await Driver(team()).drive(missions, await started(missions))

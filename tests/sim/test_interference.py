@@ -1,4 +1,4 @@
-"""Robots that keep out of each other's footprints: they wait, go around or make room, and all arrive."""
+"""Robots that keep out of each other's footprints wait, drive around or make room, and all arrive."""
 
 import random
 from collections.abc import Mapping, Sequence
@@ -36,12 +36,12 @@ HALL = ("#######", "#.....#", "#.....#", "#.....#", "#######")
 
 
 def bodies() -> dict[str, RobotType]:
-    """Return types of robots that need cells of their own, one metre each."""
+    """Return robot types with one-metre footprints."""
     return {name: replace(kind, radius_m=0.4) for name, kind in kinds_of(carrier_range_m=20, rover_range_m=20).items()}
 
 
 class WatchedWorld(CrowdedWorld):
-    """Notes every pair of robots that gets nearer to each other than it may."""
+    """Records every pair of overlapping robots."""
 
     def __init__(
         self, truth: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot], **rest: object
@@ -84,7 +84,7 @@ class WatchedWorld(CrowdedWorld):
 
 
 def crowd(rows: Sequence[str], *robots: PlacedRobot) -> WatchedWorld:
-    """Return a world whose robots have looked round."""
+    """Return a world after the robots' first look."""
     world = WatchedWorld(draw(*rows), bodies(), robots)
     world.advance(0)
     return world

@@ -20,7 +20,7 @@ EAST = tuple(Cell(x, 1) for x in range(1, 8))
 def world_of(
     *robots: PlacedRobot, lines: tuple[str, ...] = CORRIDOR, failures: Mapping[str, int] | None = None, **kinds: float
 ) -> SimulatedWorld:
-    """Return a world whose robots have looked round."""
+    """Return a world after the robots' first look."""
     world = SimulatedWorld(drawn_grid(*lines), kinds_of(**kinds), robots, failures)  # type: ignore[arg-type]
     world.advance(0)
     return world

@@ -1,4 +1,4 @@
-"""Briefings for the tests of strategies that ask no planner, and what they decide."""
+"""Briefings for tests of strategies without a planner, and their decisions."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -38,14 +38,14 @@ def robot_by_robot(strategy: Strategy, briefing: Briefing) -> list[str]:
 
 
 def assert_possible(situation: Situation, plan: Plan) -> None:
-    """Hold that a plan can be carried out, whatever it leaves of the goal."""
+    """Check that a plan can be carried out, even if it does not reach the goal."""
     verdict = check(replace(situation, goal=SituationGoal()), plan, targets=plan.explored)
     assert verdict.valid, verdict.violation
 
 
 @st.composite
 def briefings(draw: st.DrawFn) -> Briefing:
-    """Draw a situation with direct times, connections and meeting points of rovers that need not fit it."""
+    """Draw a situation with arbitrary direct times, connections and meeting points of rovers."""
     situation = draw(situations())
     carriers = [r.name for r in situation.robots if r.type == "carrier"]
     targets = [t.name for t in situation.targets]

@@ -1,4 +1,4 @@
-"""What the improved baseline does otherwise; positions are in seconds at the carriers' speed, rovers take twice."""
+"""Differences of the improved baseline; positions are in seconds at the carriers' speed, rovers take twice as long."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""What is told of strategies is what they are: the table stands apart from their code."""
+"""The table of strategy infos, which is separate from their code, matches the strategies."""
 
 import math
 from dataclasses import fields

@@ -1,4 +1,4 @@
-"""What `heuristic-plus` and `assignment` have in common: they weigh when targets would be explored, and stand by alike.
+"""Common rules of `heuristic-plus` and `assignment`: exploration times of targets, and standing by.
 
 Positions are in seconds at the carriers' speed; rovers take twice as long.
 """

@@ -1,4 +1,4 @@
-"""The client needs nothing but httpx2 and what that needs."""
+"""The client depends on httpx2 and its dependencies only."""
 
 import ast
 import subprocess
@@ -39,7 +39,7 @@ def test_the_client_is_imported_and_made_where_there_is_nothing_else() -> None:
     assert (done.returncode, done.stdout) == (0, "imported\n"), done.stderr
 
 
-def test_its_own_distribution_is_the_one_within_marsupial() -> None:
+def test_its_own_distribution_equals_the_one_within_marsupial() -> None:
     own = tomllib.loads((FOLDER / "pyproject.toml").read_text())
     whole = tomllib.loads((ROOT / "pyproject.toml").read_text())
     assert own["project"]["dependencies"] == whole["project"]["optional-dependencies"]["client"]

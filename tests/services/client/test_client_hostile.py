@@ -1,4 +1,4 @@
-"""Behind a proxy that does all that proxies and networks do, everything comes through exactly once and in order."""
+"""Behind a proxy with every fault of proxies and networks, everything arrives exactly once and in order."""
 
 import asyncio
 import itertools
@@ -33,10 +33,10 @@ Ends = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
 
 class HostileProxy:
-    """Stands before the server at `port`; within a block it listens at `url`.
+    """A proxy for the server at `port`; within a `with` block it listens at `url`.
 
-    `bytes_between_cuts` is the mean in each direction of a connection. `done` counts connections by what was done to
-    them: `busy`, `twice`, `cut`.
+    `bytes_between_cuts` is the mean in each direction of a connection. `done` counts connections by
+    their treatment: `busy`, `twice`, `cut`.
     """
 
     def __init__(self, port: int, seed: int, bytes_between_cuts: int = 4000) -> None:
@@ -63,15 +63,15 @@ class HostileProxy:
 
     async def _stop(self) -> None:
         self._server.close()
-        await asyncio.sleep(0.01)  # a connection accepted just before begins to be served only in the next turns
+        await asyncio.sleep(0.01)  # a connection accepted just before is served only in the next iterations of the loop
         while others := asyncio.all_tasks() - {asyncio.current_task()}:
             for task in others:
                 task.cancel()
             await asyncio.gather(*others, return_exceptions=True)
-            await asyncio.sleep(0.01)  # what was aborted is closed in the next turns
+            await asyncio.sleep(0.01)  # aborted connections are closed in the next iterations
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Serve one connection in one of the ways."""
+        """Serve one connection in a random way."""
         fate = next(self._fates)
         with suppress(*_GONE), _aborted(writer):
             first = await _request(reader)
@@ -79,7 +79,7 @@ class HostileProxy:
                 self.done["busy"] += 1
                 writer.write(BUSY)
                 await writer.drain()
-                await reader.read()  # until the client has closed: an abort could outrun the answer
+                await reader.read()  # until the client has closed: an abort could overtake the answer
                 return
             if fate == "twice" and first.startswith(b"POST"):
                 self.done["twice"] += 1
@@ -152,7 +152,7 @@ def proxy(request: pytest.FixtureRequest, server: Server) -> Iterator[HostilePro
 
 
 def news() -> Iterator[News]:
-    """Yield the reports of a mission in which little happens: what is seen at the start, and then time."""
+    """Yield the reports of a mission with few events: the cells seen at the start, then only time."""
     first = team().answer({"commands": [], "n": 0, "until_ms": 0})
     assert first is not None
     del first["n"]
@@ -162,7 +162,7 @@ def news() -> Iterator[News]:
 
 
 def check(server: Server, mission: str, seen: list[tuple[int, str]]) -> None:
-    """Compare what came through with what the server has."""
+    """Compare the received events with those of the server."""
     stored = [(frame.id, frame.type) for frame in plain_client.frames(server.port, f"/v1/missions/{mission}/events")]
     assert seen == stored
     assert len(seen) > EVENTS
@@ -175,7 +175,7 @@ def check(server: Server, mission: str, seen: list[tuple[int, str]]) -> None:
 
 
 def brief(proxy: HostileProxy) -> Brief:
-    """Return what asks for a mission with a name that no other has."""
+    """Return the brief of a mission with a unique name."""
     return {**body(), "name": f"{proxy.url} {uuid.uuid4().hex}"}  # type: ignore[typeddict-item]
 
 
@@ -213,7 +213,7 @@ def test_batches_and_reports_of_robots_come_through_exactly_once(server: Server,
     with Client(proxy.url) as client:
         mission = client.begin(brief(proxy))
         for i, batch in enumerate(many()):
-            if i == 20:  # another program takes it up
+            if i == 20:  # another program resumes it
                 mission = client.mission(mission.id)
             assert len(mission.reports(batch) or ()) == len(batch)
         assert (mission.n, mission.robots["carrier2"]) == (REPORTS, REPORTS // 2)
@@ -228,7 +228,7 @@ async def test_batches_of_async_tasks_do_too(server: Server, proxy: HostileProxy
             last = mission.n + len(batch) // 2
             task = asyncio.create_task(mission.reports(batch))
             await asyncio.sleep(0.003)
-            task.cancel()  # before it was begun, in its midst, or after it was done
+            task.cancel()  # before, during or after its processing
             await asyncio.wait([task])
             await mission.reports(())
             if mission.n < last:

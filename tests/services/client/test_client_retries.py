@@ -1,4 +1,4 @@
-"""What breaks is tried again, in a time that passes by itself; what is refused is told."""
+"""The client retries failures, here on a fake clock, and raises refusals."""
 
 import itertools
 import json
@@ -47,7 +47,7 @@ def _clock(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Scripted(httpx2.MockTransport):
-    """Answers what a test says, one answer after the other."""
+    """A transport with scripted answers."""
 
     def __init__(self, *answers: Answer) -> None:
         super().__init__(self._answer)
@@ -91,7 +91,7 @@ def broken() -> Exception:
         httpx2.Response(200, text='{"cut": '),
     ],
 )
-def test_what_breaks_is_tried_again_after_growing_pauses(failure: Answer) -> None:
+def test_failures_are_retried_after_growing_pauses(failure: Answer) -> None:
     transport = Scripted(*[failure] * 7, OK)
     assert service(transport).ask("POST", "/v1/jobs", {"a": 1}) == {"well": True}
     assert len(transport.requests) == 8
@@ -101,11 +101,11 @@ def test_what_breaks_is_tried_again_after_growing_pauses(failure: Answer) -> Non
     assert max(PAUSES) <= LONGEST_PAUSE_S
 
 
-def test_retry_after_is_waited_for_but_who_is_to_be_asked_at_once_is_not_asked_without_pause() -> None:
-    busy, from_scratch = (httpx2.Response(503, headers={"Retry-After": after}) for after in ("7", "0"))
+def test_retry_after_is_respected_but_a_zero_still_means_a_pause() -> None:
+    busy, at_once = (httpx2.Response(503, headers={"Retry-After": after}) for after in ("7", "0"))
     service(Scripted(busy, busy, OK)).ask("GET", "/v1/limits")
     assert PAUSES == [7.0, 7.0]
-    service(Scripted(*[from_scratch] * 9, OK)).ask("GET", "/v1/limits")
+    service(Scripted(*[at_once] * 9, OK)).ask("GET", "/v1/limits")
     assert sum(PAUSES[2:]) > 3.0
 
 
@@ -143,7 +143,7 @@ def test_the_callback_is_called_once_per_outage(failure: Answer, told: str) -> N
     assert set(missed) == {told}
 
 
-def test_a_refusal_carries_its_problem_and_is_not_tried_again() -> None:
+def test_a_refusal_has_its_problem_and_is_not_retried() -> None:
     errors = [{"pointer": "/team/0", "detail": "stands in a wall"}, {"query": "limit", "detail": "too large"}]
     transport = Scripted(problem(422, "invalid", errors=errors))
     with pytest.raises(Invalid, match=r"422.*: /team/0: stands in a wall; limit: too large") as caught:
@@ -167,13 +167,13 @@ def test_every_problem_of_the_service_has_its_exception(kind: str) -> None:
     ["<html>no</html>", "", "[]", '{"detail": 4}', '{"status": 404}', "[" * 100_000]
     + [f'{{"status": 404, "detail": "no", "errors": {errors}}}' for errors in ("null", "{}", "[1]", '[{"detail": 1}]')],
 )
-def test_a_refusal_that_is_no_problem_document_is_one_here(text: str) -> None:
+def test_a_refusal_without_a_problem_document_raises_the_same(text: str) -> None:
     with pytest.raises(NotFound) as caught:
         service(Scripted(httpx2.Response(404, text=text))).ask("GET", "/v1/x")
     assert (caught.value.type, caught.value.status, caught.value.problem["instance"]) == ("about:blank", 404, "/v1/x")
 
 
-def test_an_answer_that_is_nested_too_deep_is_no_json() -> None:
+def test_an_answer_that_is_nested_too_deep_is_not_json() -> None:
     transport = Scripted(httpx2.Response(200, text="[" * 100_000))
     with pytest.raises(Unreachable, match="is not JSON"):
         service(transport, patience_s=0.0).ask("GET", "/")
@@ -226,7 +226,7 @@ def test_a_stream_without_content_is_over() -> None:
     assert followed(Scripted(httpx2.Response(204)), after=9) == []
 
 
-def test_a_server_that_ends_its_streams_at_once_is_asked_with_pauses_missed_and_given_up() -> None:
+def test_streams_that_end_at_once_are_retried_with_pauses_and_given_up() -> None:
     missed: list[str] = []
     transport = Scripted(*[stream()] * 10, stream((1, "end")))
     assert followed(transport, missed=missed) == [(1, "end")]
@@ -236,7 +236,7 @@ def test_a_server_that_ends_its_streams_at_once_is_asked_with_pauses_missed_and_
         followed(Scripted(stream()))
 
 
-def test_a_stream_that_lasted_is_a_sound_one_however_long_nothing_came() -> None:
+def test_a_long_silent_stream_counts_as_working() -> None:
     class Silent(httpx2.SyncByteStream):
         def __iter__(self) -> Iterator[bytes]:
             PAUSES.append(3600.0)
@@ -247,7 +247,7 @@ def test_a_stream_that_lasted_is_a_sound_one_however_long_nothing_came() -> None
 
 
 @pytest.mark.parametrize("number", ["", "one", "-1", "²", "9" * 5000])
-def test_a_stream_whose_events_have_no_numbers_is_taken_up_again(number: str) -> None:
+def test_a_stream_whose_events_have_no_numbers_is_resumed(number: str) -> None:
     text = f"id: {number}\nevent: state\ndata: {{}}\n\n"
     broken_one = httpx2.Response(200, text=text, headers=EVENTS)
     assert followed(Scripted(broken_one, stream((1, "end")))) == [(1, "end")]
@@ -259,11 +259,11 @@ def test_event_data_that_is_not_json_raises() -> None:
         followed(Scripted(httpx2.Response(200, text=text, headers=EVENTS)))
 
 
-def test_an_answer_that_drips_is_given_up_when_patience_ends() -> None:
+def test_an_answer_that_trickles_in_is_given_up_when_patience_ends() -> None:
     class Dripping(httpx2.SyncByteStream):
         def __iter__(self) -> Iterator[bytes]:
             for _ in range(1000):
-                PAUSES.append(0.9)  # each read is in time
+                PAUSES.append(0.9)  # each single read is in time
                 yield b" "
 
     transport = Scripted(httpx2.Response(200, stream=Dripping()))
@@ -340,7 +340,7 @@ def batches(transport: Scripted) -> list[list[tuple[str | None, int]]]:
     return [[(one.get("robot"), one["n"]) for one in body["reports"]] for body in bodies]
 
 
-def test_reports_of_a_batch_are_numbered_by_the_counts_of_those_who_report() -> None:
+def test_reports_of_a_batch_are_numbered_by_reporter() -> None:
     transport = Scripted(LAST, ALL_TAKEN, batch_taken(("joey", 10)))
     mission = mission_of(transport)
     assert [one["n"] for one in mission.reports(BATCH) or ()] == [5, 8, 9, 6]
@@ -350,7 +350,7 @@ def test_reports_of_a_batch_are_numbered_by_the_counts_of_those_who_report() -> 
     assert [request.method for request in transport.requests] == ["GET", "POST", "POST"]
 
 
-def test_a_batch_that_may_have_arrived_is_sent_again_as_it_was_before_what_comes_next() -> None:
+def test_a_batch_that_may_have_arrived_is_resent_unchanged_before_the_next() -> None:
     transport = Scripted(LAST, broken(), ALL_TAKEN, taken(7))
     mission = mission_of(transport, patience_s=0.0)
     with pytest.raises(Unreachable):
@@ -371,12 +371,12 @@ def test_the_numbers_of_a_batch_that_is_refused_are_free_again() -> None:
     assert first == second
 
 
-def test_no_reports_are_sent_as_nothing() -> None:
+def test_an_empty_batch_is_not_sent() -> None:
     transport = Scripted(OK)
     assert (mission_of(transport).reports([]), transport.requests) == ([], [])
 
 
-async def test_a_loop_over_plans_that_is_left_lets_go_of_its_stream() -> None:
+async def test_leaving_a_loop_over_plans_closes_its_stream() -> None:
     closed: list[bool] = []
 
     class Endless(httpx2.AsyncByteStream):

@@ -21,7 +21,7 @@ from marsupial_service.jobs.service import Jobs
 
 
 class FailingRunner:
-    """Fails unexpectedly the first times it is asked for room."""
+    """Raises in its first calls of `reserve`."""
 
     def __init__(self, times: int) -> None:
         self._left = times
@@ -67,7 +67,7 @@ def test_a_task_that_fails_starts_again_and_is_logged_once_in_a_while(caplog: py
     assert all(record.exc_info for record in caplog.records)
 
 
-async def test_a_slot_that_meets_something_unforeseen_goes_on(tmp_path: Path) -> None:
+async def test_a_slot_continues_after_an_unexpected_error(tmp_path: Path) -> None:
     failed: list[str] = []
     wanted = PackedRequest.of(
         planner="greedy", budget=Budget(steps=1), digest=b"", text=canonical_text(job_source(one_room()))
@@ -80,7 +80,7 @@ async def test_a_slot_that_meets_something_unforeseen_goes_on(tmp_path: Path) ->
     assert failed == ["job slot"] * 2
 
 
-async def test_a_mission_that_meets_something_unforeseen_goes_on(tmp_path: Path) -> None:
+async def test_a_mission_continues_after_an_unexpected_error(tmp_path: Path) -> None:
     failed: list[str] = []
     async with open_missions(tmp_path, FailingRunner(2), failed=failed.append) as missions:  # type: ignore[arg-type]
         record = await started(missions)

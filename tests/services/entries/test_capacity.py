@@ -1,4 +1,4 @@
-"""A store that may not grow for ever."""
+"""The size limits of a store."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from marsupial_service.entries.table import StoreReader
 
 
 class Held:
-    """A store of so many bytes, half of them mine, as those see it who sum them up."""
+    """A fake connection to a store of `count` bytes, half of them mine."""
 
     def __init__(self, count: int) -> None:
         self.bytes = count
@@ -37,7 +37,7 @@ def refuses(capacity: StoreCapacity, reader: StoreReader, *, of_reports: bool) -
     ("stored", "entries", "reports"),
     [(0, False, False), (999, False, False), (1000, True, False), (1099, True, False), (1100, True, True)],
 )
-def test_reports_are_taken_longer_than_entries(stored: int, entries: bool, reports: bool) -> None:
+def test_reports_are_accepted_beyond_the_limit_of_entries(stored: int, entries: bool, reports: bool) -> None:
     assert RESERVE == 0.1
     held = Held(stored)
     for capacity in (
@@ -55,7 +55,7 @@ def test_the_message_names_the_full_part() -> None:
         StoreCapacity(9999, 900).check(Held(2000), "me")
 
 
-def test_sums_are_made_once_a_second() -> None:
+def test_sizes_are_summed_once_a_second() -> None:
     now = [10.0]
     capacity, held = StoreCapacity(1000, clock_s=lambda: now[0]), Held(2000)
     assert refuses(capacity, held, of_reports=True)
@@ -66,7 +66,7 @@ def test_sums_are_made_once_a_second() -> None:
     assert not refuses(capacity, held, of_reports=True)
 
 
-async def test_a_mission_that_is_open_goes_on_into_the_reserve_and_no_other_begins(place: str) -> None:
+async def test_an_open_mission_may_use_the_reserve_and_no_other_starts(place: str) -> None:
     async with open_missions(place) as missions:
         record = await started(missions)
         driver = Driver(team())

@@ -25,7 +25,7 @@ def store(place: str) -> Iterator[Store]:
     opened.close()
 
 
-def test_a_key_leads_its_owner_to_what_it_has_made(store: Store) -> None:
+def test_a_repeated_idempotency_key_returns_its_owner_s_entry(store: Store) -> None:
     def look(owner: str, key: str | None, digest: bytes) -> str | None:
         return store.write(
             lambda tx: JOBS.find_replayed(tx, NewEntry(id="", owner=owner, key=key, digest=digest))
@@ -49,7 +49,7 @@ def test_a_key_leads_its_owner_to_what_it_has_made(store: Store) -> None:
         (999, 0, 9, ["open"]),
     ],
 )
-def test_what_is_too_old_or_too_much_goes_and_what_is_open_stays(
+def test_old_and_surplus_entries_are_removed_and_open_ones_stay(
     store: Store, before_ms: int, kept: int, most: int, left: list[str]
 ) -> None:
     told: list[frozenset[str]] = []

@@ -6,7 +6,7 @@ from waiting import HANG_S
 from marsupial_service.entries.slots import Slot, Slots
 
 
-async def test_missions_come_before_jobs_and_owners_in_turn() -> None:
+async def test_missions_come_before_jobs_and_owners_alternate() -> None:
     slots, order = Slots(1), list[str]()
     first = await slots.for_job()
 
@@ -24,7 +24,7 @@ async def test_missions_come_before_jobs_and_owners_in_turn() -> None:
     assert order == ["a1", "b1", "a2", "a3", "job"]
 
 
-async def test_an_owner_who_has_no_slot_goes_before_those_who_have_some() -> None:
+async def test_an_owner_without_a_slot_precedes_those_with_slots() -> None:
     slots, order = Slots(3), list[str]()
     held = [await slots.for_owner("a") for _ in range(3)]
 
@@ -43,7 +43,7 @@ async def test_an_owner_who_has_no_slot_goes_before_those_who_have_some() -> Non
     assert order == ["b", "c"]
 
 
-async def test_the_newest_job_is_broken_off_for_a_mission_once() -> None:
+async def test_the_newest_job_is_preempted_for_a_mission_once() -> None:
     slots, broken = Slots(2), list[str]()
 
     def job(place: Slot, name: str) -> None:
@@ -63,7 +63,7 @@ async def test_the_newest_job_is_broken_off_for_a_mission_once() -> None:
     assert broken == ["new", "old"]
 
 
-async def test_a_job_that_can_be_broken_off_only_later_makes_way_for_the_mission_that_waits_and_no_other_does() -> None:
+async def test_a_job_that_can_be_preempted_only_later_is_preempted_and_no_other() -> None:
     slots, broken = Slots(2), list[str]()
     old, new = await slots.for_job(), await slots.for_job()
     mission = asyncio.create_task(slots.for_owner("a"))
@@ -77,7 +77,7 @@ async def test_a_job_that_can_be_broken_off_only_later_makes_way_for_the_mission
 
 
 @pytest.mark.parametrize("moment", ["waiting", "given"])
-def test_who_no_longer_waits_takes_no_slot(moment: str) -> None:
+def test_a_cancelled_waiter_takes_no_slot(moment: str) -> None:
     async def plan() -> None:
         slots = Slots(1)
         first = await slots.for_job()

@@ -1,4 +1,4 @@
-"""A process that holds jobs, to be killed: takes jobs one after the other and prints the id of each once acknowledged.
+"""A server process to be killed: it submits jobs one by one and prints the id of each acknowledged one.
 
 Arguments: the folder, what to submit (`many`: small ones as fast as they are taken; `slow`: one of `slow_planner.py`,
 which waits for a file `go` in the folder), and the folders to import from.

@@ -1,4 +1,4 @@
-"""Jobs in a folder, for tests: opened, asked, closed."""
+"""Open the jobs of a store, submit requests and wait for results."""
 
 import asyncio
 import json
@@ -29,7 +29,7 @@ install_misbehaving_tasks()
 
 
 def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> AbstractAsyncContextManager[Jobs]:
-    """Give the jobs of a folder, one at a time unless told otherwise."""
+    """Yield the jobs of a store, with one slot by default."""
     usual = {"slots": 1, "steps_s": HANG_S, "queue": 100, "key_queue": 100}
     return opened(place, lambda store: Jobs(store, settings_of(JobSettings, runner=runner, **{**usual, **settings})))
 
@@ -54,7 +54,7 @@ async def submit(jobs: Jobs, wanted: PackedRequest | None = None) -> str:
 
 
 async def begun(jobs: Jobs, folder: Path) -> tuple[str, int]:
-    """Submit a job that waits in a folder, and return it with the process that it is in; the next one tells its own."""
+    """Submit a job that waits for a file, and return it with its process id once it runs."""
     job = await submit(jobs, request(Waits(folder)))
     process = await pid_in(folder)
     (folder / "pid").unlink()
@@ -62,7 +62,7 @@ async def begun(jobs: Jobs, folder: Path) -> tuple[str, int]:
 
 
 async def ended(jobs: Jobs, job: str) -> JobRecord:
-    """Return a job once it is over; a test hangs no longer than `HANG_S`."""
+    """Return a job once it has ended, within `HANG_S`."""
     record = await jobs.wait(job, HANG_S)
     assert record.outcome is not None, f"{job} is not over: {record}"
     return record
@@ -77,7 +77,7 @@ class StoredPlan:
 
 
 async def plans_of(jobs: Jobs, job: str) -> list[StoredPlan]:
-    """Return every revision of a job's plan, the first one first."""
+    """Return all revisions of a job's plan, oldest first."""
     count = (await jobs.of("me", job)).plans
     texts = [await jobs.read(partial(lookup.plan_text, job=job, revision=number)) for number in range(1, count + 1)]
     found = [json.loads(text) for text in texts]

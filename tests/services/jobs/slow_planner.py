@@ -1,4 +1,4 @@
-"""An external planner for `situations.one_room`: two plans, the second one better, then it waits till it is ended.
+"""An external planner for `situations.one_room`: two plans, the second one better, then it waits to be terminated.
 
 Between the two it waits for the file named by its last argument.
 """

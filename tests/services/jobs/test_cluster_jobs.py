@@ -23,7 +23,7 @@ pytestmark = needs_ray
 
 
 def actors(nodes: Nodes, job: int) -> list[psutil.Process]:
-    """Return the one that process `job` is below: the next attempt may go to any other, dead or not."""
+    """Return the actor above process `job`; the next attempt may go to any other one."""
     agents = nodes.processes("ray::NodeAgent")
     return [one for one in agents if job in [process.pid for process in one.children(recursive=True)]]
 
@@ -34,7 +34,7 @@ def gateways(nodes: Nodes, job: int) -> list[psutil.Process]:
 
 
 @pytest.mark.parametrize("find", [actors, pytest.param(gateways, marks=pytest.mark.slow)])
-async def test_a_job_goes_on_elsewhere_when_what_runs_it_is_killed(
+async def test_a_job_continues_elsewhere_when_its_processes_are_killed(
     tmp_path: Path, nodes: Nodes, cluster: ClusterRunner, find: Callable[[Nodes, int], list[psutil.Process]]
 ) -> None:
     async with open_jobs(tmp_path, cluster, slots=4) as jobs:
@@ -65,12 +65,12 @@ def own_cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[ClusterRunner]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("lost", [["raylet"], ["gcs_server"], ["raylet", "gcs_server", "python"]])
-async def test_a_cluster_of_its_own_is_started_again_when_it_is_lost_and_jobs_go_on_there(
+async def test_an_own_cluster_is_restarted_when_it_is_lost_and_jobs_continue_there(
     tmp_path: Path, own_cluster: ClusterRunner, lost: list[str]
 ) -> None:
     async with open_jobs(tmp_path, own_cluster) as jobs:
         job, first = await begun(jobs, tmp_path)
-        gateway = psutil.Process(own_cluster._gateway.pid)  # other tests have a cluster below this process too
+        gateway = psutil.Process(own_cluster._gateway.pid)  # other tests may have a cluster below this process
         before = [gateway, *gateway.children(recursive=True)]
         for process in before:
             if process.name() in lost:
@@ -104,7 +104,7 @@ async def test_as_many_jobs_run_as_there_are_processors_and_the_rest_wait_in_the
         assert [(await ended(jobs, job)).outcome for job in waiting[1:]] == [JobOutcome.SATISFICING] * 2
 
 
-async def test_what_waits_for_a_cluster_ends_with_its_service(tmp_path: Path, cluster: ClusterRunner) -> None:
+async def test_waiting_for_a_cluster_ends_with_the_service(tmp_path: Path, cluster: ClusterRunner) -> None:
     async with open_jobs(tmp_path / "other", cluster, slots=2) as others:
         for number in range(2):
             (tmp_path / str(number)).mkdir()
@@ -127,7 +127,7 @@ async def test_plans_come_from_a_cluster_as_they_are_found(tmp_path: Path, clust
 
 
 @pytest.mark.slow
-async def test_an_actor_that_is_stopped_is_taken_for_dead_and_what_it_ran_ends(
+async def test_a_stopped_actor_counts_as_dead_and_its_processes_end(
     tmp_path: Path, nodes: Nodes, cluster: ClusterRunner
 ) -> None:
     async with open_jobs(tmp_path, cluster) as jobs:

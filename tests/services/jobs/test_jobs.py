@@ -68,7 +68,7 @@ async def test_revisions_improve_strictly_are_valid_and_equal_the_events(place: 
         ]
 
 
-async def test_ten_times_the_queue_is_refused_and_takes_no_memory(place: str, tmp_path: Path) -> None:
+async def test_jobs_beyond_the_queue_are_refused_and_take_no_memory(place: str, tmp_path: Path) -> None:
     async with open_jobs(place, queue=4) as jobs:
         wanted = request(Waits(tmp_path))
         wanted = replace(wanted, source=wanted.source + bytes(MIB))
@@ -92,7 +92,7 @@ async def test_ten_times_the_queue_is_refused_and_takes_no_memory(place: str, tm
     assert peak < 20 * MIB
 
 
-async def test_jobs_run_in_the_order_they_came_and_no_more_than_there_are_slots(place: str) -> None:
+async def test_jobs_run_in_their_order_and_within_the_slots(place: str) -> None:
     async with open_jobs(place, slots=2) as jobs:
         ids = [await submit(jobs, request(one_hall() if i % 2 else one_room())) for i in range(12)]
         most = 0
@@ -104,7 +104,7 @@ async def test_jobs_run_in_the_order_they_came_and_no_more_than_there_are_slots(
         assert sorted(done, key=lambda job: (job.started_at_ms, job.created_at_ms)) == done
 
 
-async def test_a_job_makes_way_for_another_owners_and_goes_on_after_it(place: str, tmp_path: Path) -> None:
+async def test_a_job_is_preempted_for_another_owner_s_and_continues_after_it(place: str, tmp_path: Path) -> None:
     async with open_jobs(place, slots=2) as jobs:
         long = [await submit(jobs, request(Waits(tmp_path))) for _ in range(3)]
         await pid_in(tmp_path)
@@ -169,7 +169,7 @@ async def test_cancelling_or_awaiting_an_unknown_job_raises(place: str) -> None:
 async def test_at_its_limit_a_job_is_ended_with_all_it_started(tmp_path: Path, planner: str) -> None:
     async with open_jobs(tmp_path / "store") as jobs:
         seconds = 1.5
-        while not (tmp_path / "pid").exists():  # a loaded machine may need longer to get that far
+        while not (tmp_path / "pid").exists():  # a loaded machine may need longer
             seconds *= 2
             job = await submit(jobs, request(Escapes(tmp_path), planner, seconds=seconds))
             done = await ended(jobs, job)
@@ -177,7 +177,7 @@ async def test_at_its_limit_a_job_is_ended_with_all_it_started(tmp_path: Path, p
         assert is_gone(int((tmp_path / "pid").read_text()))
 
 
-async def test_a_map_is_analysed_by_the_worker_and_what_it_found_is_kept(place: str) -> None:
+async def test_a_map_is_analysed_by_the_worker_and_the_situation_is_stored(place: str) -> None:
     async with open_jobs(place) as jobs:
         job = await submit(jobs, request(Ordinary()))
         assert (await ended(jobs, job)).outcome is JobOutcome.SATISFICING
@@ -255,7 +255,7 @@ async def test_a_disk_that_is_full_for_a_moment_costs_an_attempt_at_most(
     failpoints.arm("")
 
 
-async def test_a_full_store_takes_no_job_but_knows_those_it_has(place: str) -> None:
+async def test_a_full_store_accepts_no_job_but_finds_its_own(place: str) -> None:
     async with open_jobs(place) as jobs:
         first = await jobs.submit(request(), owner="me", idempotency_key="k")
         await jobs.wait(first.record.id, HANG_S)
@@ -273,16 +273,16 @@ async def test_a_full_store_takes_no_job_but_knows_those_it_has(place: str) -> N
         assert not (await jobs.submit(request(), owner="you")).replayed
 
 
-async def surely_submitted(jobs: Jobs, key: str) -> str:
+async def submit_with_retries(jobs: Jobs, key: str) -> str:
     while True:
-        with suppress(StoreError):  # what was committed with a claim is lost with its answer
+        with suppress(StoreError):  # the answer to a claim is lost with its commit
             return (await jobs.submit(request(), owner="me", idempotency_key=key)).record.id
 
 
 async def test_jobs_whose_claim_lost_its_confirmation_still_run(place: str) -> None:
     async with open_jobs(place) as jobs:
         answers = LostAnswers(jobs._store, "claimed_ms = ?")
-        made = [await surely_submitted(jobs, str(number)) for number in range(3)]
+        made = [await submit_with_retries(jobs, str(number)) for number in range(3)]
         await wait_until_async(lambda: not answers.left and not jobs._is_claiming)
         await jobs._recover()
         ends = [await jobs.wait(job, HANG_S) for job in made]

@@ -1,4 +1,4 @@
-"""Jobs of several servers on one database: any of them answers, one of them runs a job."""
+"""Jobs of several servers on one database: every server answers for a job, one runs it."""
 
 import asyncio
 from pathlib import Path
@@ -17,13 +17,15 @@ def shared(postgres: PostgresServer) -> str:
     return postgres.database()
 
 
-async def test_a_job_of_one_server_runs_at_another_which_hears_of_its_cancelling(shared: str, tmp_path: Path) -> None:
+async def test_a_job_of_one_server_runs_on_another_which_is_notified_of_its_cancellation(
+    shared: str, tmp_path: Path
+) -> None:
     async with open_jobs(shared) as first, open_jobs(shared) as second:
         held = [await submit(first, request(Waits(tmp_path))), await submit(second, request(Waits(tmp_path)))]
         events = asyncio.create_task(told(second, held[0]))
         while {(await first.of("me", job)).state.value for job in held} != {"running"}:
             await asyncio.sleep(0.02)
-        # a job is running in the store a moment before its server begins the attempt
+        # the store shows a job as running slightly before its server starts the attempt
         await wait_until_async(lambda: [len(jobs._attempts) for jobs in (first, second)] == [1, 1])
         for job in held:
             for jobs in (second, first):
@@ -34,7 +36,7 @@ async def test_a_job_of_one_server_runs_at_another_which_hears_of_its_cancelling
         assert {(await first.of("me", job)).outcome for job in held} == {JobOutcome.CANCELLED}
 
 
-async def test_no_job_is_taken_twice_by_servers_that_claim_at_once(shared: str) -> None:
+async def test_no_job_is_claimed_twice_by_concurrent_servers(shared: str) -> None:
     async with open_jobs(shared, slots=3, queue=200) as first, open_jobs(shared, slots=3, queue=200) as second:
         jobs = [await submit((first, second)[i % 2]) for i in range(30)]
         for job in jobs:
@@ -44,7 +46,7 @@ async def test_no_job_is_taken_twice_by_servers_that_claim_at_once(shared: str) 
             assert types.count("end") == 1
 
 
-async def test_a_job_makes_way_for_another_owners_on_whatever_server_and_only_one(shared: str, tmp_path: Path) -> None:
+async def test_exactly_one_job_on_any_server_is_preempted_for_another_owner_s(shared: str, tmp_path: Path) -> None:
     async with open_jobs(shared) as first, open_jobs(shared) as second, open_jobs(shared) as third:
         long = [await submit(first, request(Waits(tmp_path))) for _ in range(3)]
         while {(await first.of("me", job)).state.value for job in long} != {"running"}:

@@ -47,19 +47,19 @@ class JobServer:
         return [line.strip() for _, line in zip(range(count), self._process.stdout, strict=False)]
 
     def kill(self) -> list[str]:
-        """Kill it and return the ids it has told meanwhile."""
+        """Kill it and return the ids that it has printed."""
         self._process.kill()
         return self.rest()
 
     def rest(self) -> list[str]:
-        """Wait till it was killed and return the ids it has told meanwhile."""
+        """Wait until it is killed and return the ids that it has printed."""
         with self._process:
             rest = self._process.stdout.read().split()
         assert self._process.returncode == -signal.SIGKILL
         return rest
 
     def wait_gone(self) -> None:
-        """Wait until nothing of it runs any more."""
+        """Wait until none of its processes runs."""
         wait_until(lambda: not list(self._running()), "the end of what the server had started")
 
     def _running(self) -> Iterator[int]:
@@ -72,7 +72,7 @@ class JobServer:
 
 
 def all_end_well(folder: Path, acknowledged: list[str]) -> None:
-    """Open the folder again: every acknowledged job is there, ends once, and its plans are in order."""
+    """Reopen the folder: every acknowledged job exists, ends once, and its plans are in order."""
 
     async def run() -> None:
         async with open_jobs(folder, slots=2) as jobs:
@@ -118,7 +118,7 @@ def test_acknowledged_jobs_survive_many_kills_at_any_moment(tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-async def test_a_running_job_goes_on_from_its_best_plan_after_the_server_was_killed(tmp_path: Path) -> None:
+async def test_a_running_job_continues_from_its_best_plan_after_the_server_was_killed(tmp_path: Path) -> None:
     server = JobServer(tmp_path, "slow")
     (job,) = server.acknowledged(1)
     server.kill()
@@ -136,7 +136,7 @@ async def test_a_running_job_goes_on_from_its_best_plan_after_the_server_was_kil
 
 
 @pytest.mark.parametrize("above", [0, 1, 2], ids=["worker", "supervisor", "launcher"])
-async def test_a_job_survives_the_kill_of_what_runs_it(tmp_path: Path, above: int) -> None:
+async def test_a_job_survives_the_kill_of_its_processes(tmp_path: Path, above: int) -> None:
     async with open_jobs(tmp_path) as jobs:
         job, first = await begun(jobs, tmp_path)
         worker = psutil.Process(next(p.pid for p in below_launcher() if not p.children()))
@@ -158,7 +158,7 @@ async def test_a_job_whose_processes_are_always_killed_is_given_up(
         assert (done.outcome, done.attempts) == (outcome, 3)
 
 
-async def test_stopping_ends_streams_and_processes_soon_and_the_jobs_go_on_at_the_next_start(tmp_path: Path) -> None:
+async def test_stopping_ends_streams_and_processes_soon_and_jobs_continue_at_the_next_start(tmp_path: Path) -> None:
     commands = {"slow": f"{SLOW} {tmp_path / 'go'}"}
     async with open_jobs(tmp_path, slots=2, commands=commands) as jobs:
         slow = await submit(jobs, request(planner="slow"))

@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 class Table:
-    """The table of a store, each change in a transaction of its own."""
+    """The job table of a store, with one transaction per change."""
 
     def __init__(self, store: Store) -> None:
         self.store = store
@@ -56,7 +56,7 @@ class Table:
         self.do(lambda tx: table.recover(tx, SETTINGS, now_ms))
 
     def die_and_recover(self, now_ms: int) -> None:
-        """Recover as if no server were alive: at once, as the next heartbeat brings the server back."""
+        """Recover as if no server were alive, in one transaction, since the next heartbeat restores the server."""
 
         def write(tx: Transaction) -> None:
             tx.execute("DELETE FROM servers")
@@ -91,7 +91,7 @@ def test_a_job_is_finished_once_by_its_own_attempt_only(jobs: Table) -> None:
     assert (jobs.job().state, jobs.job().finished_at_ms) == (JobState.SUCCEEDED, 5)
 
 
-def test_what_a_server_does_that_lost_its_job_unknowingly_is_not_kept(jobs: Table) -> None:
+def test_writes_of_a_server_that_has_lost_its_job_are_ignored(jobs: Table) -> None:
     jobs.add()
     first = jobs.claim()
     jobs.die_and_recover(3)
@@ -121,7 +121,7 @@ def test_the_next_attempt_begins_with_the_best_plan(jobs: Table) -> None:
     assert (again.start, again.source) == (Plan(actions=()), b"source")
 
 
-def test_attempts_that_were_lost_count_and_those_we_ended_do_not(jobs: Table) -> None:
+def test_lost_attempts_count_and_preempted_ones_do_not(jobs: Table) -> None:
     jobs.add()
     for _ in range(5):
         claim = jobs.claim()
@@ -137,7 +137,7 @@ def test_attempts_that_were_lost_count_and_those_we_ended_do_not(jobs: Table) ->
     assert (jobs.job().outcome, jobs.job().attempts) == (JobOutcome.ENGINE_FAILED, 2)
 
 
-def test_the_time_an_attempt_took_that_we_ended_is_taken_off_the_budget(jobs: Table) -> None:
+def test_the_time_of_a_preempted_attempt_is_subtracted_from_the_budget(jobs: Table) -> None:
     jobs.add()
     first = jobs.claim()
     assert first.budget.seconds == 1.0
@@ -149,7 +149,7 @@ def test_the_time_an_attempt_took_that_we_ended_is_taken_off_the_budget(jobs: Ta
     assert jobs.job().budget.seconds == 1.0
 
 
-def test_a_planner_that_begins_again_gets_all_of_its_budget_twice_at_most(jobs: Table) -> None:
+def test_a_planner_that_starts_from_scratch_gets_its_budget_twice_at_most(jobs: Table) -> None:
     jobs.add(planner="aries", budget=Budget(seconds=4.0))
     lefts = []
     for begun_ms in (0, 10_000, 20_000):
@@ -159,7 +159,7 @@ def test_a_planner_that_begins_again_gets_all_of_its_budget_twice_at_most(jobs: 
     assert lefts == [4.0, 4.0, 2.0]
 
 
-def test_a_job_given_back_is_before_those_that_came_later(jobs: Table) -> None:
+def test_a_requeued_job_precedes_later_ones(jobs: Table) -> None:
     jobs.add("a")
     jobs.add("b")
     claim = jobs.claim()
@@ -167,7 +167,7 @@ def test_a_job_given_back_is_before_those_that_came_later(jobs: Table) -> None:
     assert jobs.claim().id == "a"
 
 
-def test_owners_are_served_in_turn_however_many_jobs_one_of_them_has(jobs: Table) -> None:
+def test_owners_alternate_however_many_jobs_one_has(jobs: Table) -> None:
     for job in ("a1", "a2", "a3", "b1", "c1", "b2"):
         jobs.add(job, job[0], MANY)
     first = [jobs.claim() for _ in range(3)]
@@ -178,7 +178,7 @@ def test_owners_are_served_in_turn_however_many_jobs_one_of_them_has(jobs: Table
     assert [jobs.claim().id for _ in range(4)] == ["a2", "b2", "c2", "a3"]
 
 
-def test_an_owner_of_whom_nothing_runs_comes_before_others(jobs: Table) -> None:
+def test_an_owner_without_running_jobs_comes_first(jobs: Table) -> None:
     for job in ("a1", "a2", "b1"):
         jobs.add(job, job[0], MANY)
     jobs.claim()
@@ -189,18 +189,18 @@ def test_an_owner_of_whom_nothing_runs_comes_before_others(jobs: Table) -> None:
     assert jobs.claim().id == "b2"
 
 
-def test_the_newest_job_of_who_has_the_most_makes_way_for_who_has_none_after_a_second_and_once(jobs: Table) -> None:
+def test_the_newest_job_of_the_owner_with_the_most_is_preempted_after_a_second_and_once(jobs: Table) -> None:
     for job in ("a1", "a2", "a3"):
         jobs.add(job, "a", MANY, budget=LONG)
         jobs.claim(now_ms=10)
     jobs.add("b1", "b", MANY, budget=LONG)
     jobs.claim(now_ms=15)
-    assert jobs.preempt(1900) is None  # nobody waits
+    assert jobs.preempt(1900) is None  # no job waits
     jobs.do(lambda tx: tx.execute("UPDATE jobs SET claimed_ms = 20 WHERE id = 'a2'"))
     jobs.add("c1", "c", MANY)  # since 1 ms
     assert jobs.preempt(1000) is None
     assert jobs.preempt(1001) == "a2"
-    assert jobs.preempt(1500) is None  # there is a slot for it
+    assert jobs.preempt(1500) is None  # a slot is free
     record = jobs.job("a2")
     assert (record.state, record.attempts) == (JobState.QUEUED, 0)
     assert jobs.claim(1501).id == "c1"
@@ -208,7 +208,7 @@ def test_the_newest_job_of_who_has_the_most_makes_way_for_who_has_none_after_a_s
     assert jobs.claim(9000).budget.seconds == pytest.approx(30 - 0.981)
 
 
-def test_jobs_that_would_begin_again_from_nothing_make_way_last(jobs: Table) -> None:
+def test_jobs_that_would_start_from_scratch_are_preempted_last(jobs: Table) -> None:
     kinds = (("a1", "greedy", LONG), ("a2", "aries", LONG), ("a3", "greedy", Budget(steps=10)))
     for at_ms, (job, planner, budget) in enumerate(kinds):
         jobs.add(job, "a", MANY, planner, budget)
@@ -218,7 +218,7 @@ def test_jobs_that_would_begin_again_from_nothing_make_way_last(jobs: Table) -> 
     assert jobs.preempt(3000) == "a3"
 
 
-def test_the_only_job_of_an_owner_makes_way_after_as_long_as_all_attempts_at_it_before(jobs: Table) -> None:
+def test_the_only_job_of_an_owner_runs_as_long_as_its_earlier_attempts_before_preemption(jobs: Table) -> None:
     jobs.add("a1", "a", MANY, budget=LONG)
     jobs.claim(now_ms=1)
     jobs.add("b1", "b", MANY)
@@ -232,7 +232,7 @@ def test_the_only_job_of_an_owner_makes_way_after_as_long_as_all_attempts_at_it_
     assert jobs.preempt(95_000) == "a1"
 
 
-def test_no_job_makes_way_for_an_owner_whose_last_one_ended_just_now(jobs: Table) -> None:
+def test_no_job_is_preempted_for_an_owner_whose_last_one_just_ended(jobs: Table) -> None:
     jobs.add("b1", "b", MANY)
     former = jobs.claim(now_ms=1)
     jobs.add("a1", "a", MANY, budget=LONG)
@@ -244,11 +244,11 @@ def test_no_job_makes_way_for_an_owner_whose_last_one_ended_just_now(jobs: Table
     assert jobs.claim(6001).id == "b2"
     jobs.do(lambda tx: tx.execute("UPDATE jobs SET queued_ms = 1 WHERE id = 'a1'"))
     jobs.do(lambda tx: tx.execute("UPDATE jobs SET claimed_ms = 1 WHERE id = 'b2'"))
-    assert jobs.preempt(6999) is None  # it has just lost its slot
+    assert jobs.preempt(6999) is None  # its slot was just freed
     assert jobs.preempt(7000) == "b2"
 
 
-def test_an_attempt_that_made_way_changes_nothing_any_more(jobs: Table) -> None:
+def test_a_preempted_attempt_changes_nothing(jobs: Table) -> None:
     jobs.add("a1", "a", MANY, budget=LONG)
     former = jobs.claim(now_ms=1)
     jobs.add("b1", "b", MANY)
@@ -268,7 +268,7 @@ def test_one_owner_can_not_fill_the_queue(jobs: Table) -> None:
     jobs.add("b1", "b", few)
 
 
-def test_nothing_of_a_removed_job_is_left(jobs: Table) -> None:
+def test_a_removed_job_leaves_no_rows(jobs: Table) -> None:
     jobs.add()
     claim = jobs.claim()
     jobs.do(lambda tx: table.add_plan(tx, claim, found(9), 3))

@@ -22,7 +22,7 @@ WRONG = Plan(actions=GOOD.actions[1:])
 
 
 def outcome(*plans: Plan, end: Outcome) -> tuple[list[int], JobOutcome]:
-    """Return the makespans that are found, and the outcome."""
+    """Return the reported makespans and the outcome."""
     steps = [*(Improved(plan=plan, elapsed_s=0.0) for plan in plans), Finished(outcome=end, detail="so it says")]
     *found, closed = checked(iter(steps), one_room(), None)
     return [one.makespan_ms for one in found if isinstance(one, Found)], closed.outcome
@@ -49,13 +49,13 @@ def test_only_valid_and_better_plans_are_reported() -> None:
         ([], Outcome.NO_PLAN, JobOutcome.NO_PLAN),
     ],
 )
-def test_a_planner_is_believed_only_as_far_as_its_plans_go(
+def test_claims_of_a_planner_count_only_if_its_plans_support_them(
     plans: list[Plan], end: Outcome, expected: JobOutcome
 ) -> None:
     assert outcome(*plans, end=end)[1] is expected
 
 
-def test_the_planners_that_are_warmed_up_are_known_and_have_something_to_do() -> None:
+def test_planners_to_warm_up_exist_and_get_work() -> None:
     assert set(PLANNERS) <= set(ENGINES)
     situation = situation_in(DEMOS["tiny"].load())
     plan, left = serve(situation)
@@ -69,7 +69,7 @@ def work_on(source: dict[str, object], **limits: int) -> list[object]:
     return list(solve(asked))
 
 
-def test_the_worker_reads_what_was_sent() -> None:
+def test_the_worker_reads_the_request() -> None:
     *found, closed = work_on(job_source(one_room()))
     assert [type(one) for one in found] == [Found]
     assert isinstance(closed, Closed)

@@ -1,4 +1,4 @@
-"""Missions on a Ray cluster: they come out as on this machine, whatever is killed there."""
+"""Missions on a Ray cluster have the same logs as local ones, whatever is killed there."""
 
 import asyncio
 from pathlib import Path

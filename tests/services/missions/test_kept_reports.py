@@ -15,7 +15,7 @@ from marsupial_service.missions.values import Control, Input, MissionBrief, Miss
 
 
 def plain(value: Any) -> Any:
-    """Return the fields of a value that has arrays in it, so that two can be compared."""
+    """Return the fields of a value with arrays, for comparisons."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, MissionBrief | MissionReport | RobotSimulation) or hasattr(value, "cells"):
@@ -47,12 +47,12 @@ REPORT = MissionReport(
         *((control, f'{{"control":"{control}"}}'.encode()) for control in Control),
     ],
 )
-def test_an_input_is_stored_as_json_whatever_its_classes_are_called(given: Input, stored: bytes) -> None:
+def test_an_input_is_stored_as_json_without_class_names(given: Input, stored: bytes) -> None:
     assert encode_input(given) == stored
     assert plain(decode_input(stored)) == plain(given)
 
 
-def test_a_map_comes_out_of_the_store_as_it_went_in_and_takes_little_of_it() -> None:
+def test_a_stored_map_is_compact_and_reads_back_unchanged() -> None:
     cells = np.full((1000, 1000), 255, dtype=np.uint8)
     cells[200:700, 100:900] = 1
     report = MissionReport(n=3, t_ms=7, map=cells)
@@ -63,7 +63,7 @@ def test_a_map_comes_out_of_the_store_as_it_went_in_and_takes_little_of_it() -> 
     assert len(kept) < 20_000
 
 
-def test_a_brief_comes_out_of_the_store_as_it_went_in() -> None:
+def test_a_stored_brief_reads_back_unchanged() -> None:
     sent = brief()
     cells = sent.grid.cells.copy()
     cells[3, 4:9] = 1
@@ -75,7 +75,7 @@ def test_a_brief_comes_out_of_the_store_as_it_went_in() -> None:
 
 
 def test_all_processes_of_a_mission_write_the_same_numbers() -> None:
-    energy = EnergyModel(idle_w=20)  # as it is made where a client leaves the other fields out
+    energy = EnergyModel(idle_w=20)  # as built for a client that omits the other fields
     sent = replace(brief(), kinds=tuple(replace(kind, energy=energy) for kind in brief().kinds))
     first = decode_brief(encode_brief(sent))
     assert encode_brief(decode_brief(encode_brief(first))) == encode_brief(first)

@@ -28,17 +28,17 @@ def ended(log: str) -> MissionEnded:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
-async def test_a_mission_that_is_paused_and_resumed_at_any_moment_gets_there(place: str, seed: int) -> None:
+async def test_a_mission_paused_and_resumed_at_any_moment_completes(place: str, seed: int) -> None:
     draw = random.Random(seed)
     async with open_missions(place) as missions:
         record = await started(missions)
         driver = Driver(team())
-        with contextlib.suppress(ReportConflict):  # a control that comes after the end, which is seen below
+        with contextlib.suppress(ReportConflict):  # a control after the end, which is checked below
             while not await driver.drive(missions, record, len(driver.reports) + draw.randint(1, 9)):
                 paused = await missions.control(record, Control.PAUSE)
                 assert paused.state is MissionPhase.PAUSED
                 assert (await missions.control(record, Control.PAUSE)).inputs == paused.inputs
-                with contextlib.suppress(TimeoutError):  # it reports no more once everybody stands
+                with contextlib.suppress(TimeoutError):  # it stops reporting once all robots stand
                     async with asyncio.timeout(1):
                         await driver.drive(missions, record)
                 assert (await missions.control(record, Control.RESUME)).state is MissionPhase.RUNNING
@@ -82,7 +82,7 @@ async def test_a_mission_is_cancelled_once_with_its_stop_report(place: str, repo
 
 
 class FailingTeam(SimulatedTeam):
-    """Reports every drive whose id `fails` as failed when it ends."""
+    """Reports drives as failed when they end, if `fails(id)` is true."""
 
     fails = staticmethod(lambda number: number % 7 == 0)
 
@@ -128,7 +128,7 @@ async def test_a_robot_that_fails_again_and_again_is_lost_and_no_longer_commande
         assert log.events[-1].status is Status.FAILED
 
 
-async def test_a_mission_goes_on_when_the_map_changes_and_its_log_too(place: str) -> None:
+async def test_a_mission_and_its_log_continue_when_the_map_changes(place: str) -> None:
     async with open_missions(place) as missions:
         record = await started(missions)
         driver = Driver(team())
@@ -140,7 +140,7 @@ async def test_a_mission_goes_on_when_the_map_changes_and_its_log_too(place: str
             for seen in report.pop("revealed"):
                 indices, codes = cells_in(tuple(seen["runs"]))
                 cells.reshape(-1)[indices] = codes
-            cells[y, x] = 0  # a box has been put there
+            cells[y, x] = 0  # a new box
             return {**report, "map": {"runs": list(known_runs(cells))}}
 
         driver.edit = changed

@@ -1,4 +1,4 @@
-"""The disk is full while a mission goes on: what can't be stored is not acknowledged, and nothing else is lost."""
+"""A full disk during a mission: inputs that can't be stored are not acknowledged, and nothing is lost."""
 
 import asyncio
 import contextlib
@@ -50,7 +50,7 @@ async def serving(folder: Path) -> AsyncIterator[Service]:
 
 @dataclass(slots=True)
 class HttpDriver(Driver):
-    """Reports over HTTP, once more after each 503."""
+    """Reports over HTTP, and repeats reports after a 503."""
 
     http: httpx.AsyncClient | None = None
     refused: list[dict[str, Any]] = field(default_factory=list)
@@ -77,7 +77,7 @@ async def found(service: Service, mission: str) -> MissionRecord:
     return record
 
 
-async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_mission_goes_on_afterwards(
+async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_mission_continues(
     tmp_path: Path,
 ) -> None:
     driver = HttpDriver(team())
@@ -122,7 +122,7 @@ async def test_the_log_is_the_same_whichever_commit_fails(tmp_path: Path, commit
         assert await service.missions.log(record) == reference_log("lobby")
 
 
-async def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
+async def test_a_mission_that_can_not_continue_ends_once_there_is_space_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     async with open_missions(tmp_path) as missions:

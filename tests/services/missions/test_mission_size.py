@@ -1,4 +1,4 @@
-"""What a mission takes in the store, and what is left of that when it is removed."""
+"""The size of a mission in the store, before and after its removal."""
 
 import asyncio
 from pathlib import Path
@@ -58,7 +58,7 @@ async def test_a_store_shrinks_to_what_is_live_when_missions_are_removed(tmp_pat
 
 
 def is_sweeping(folder: Path, missions: int) -> bool:
-    """Say whether anything is left to be removed, given back, or brought from the write-ahead log into the file."""
+    """Return whether rows, free pages or the write-ahead log still wait for cleanup."""
     found = upkeep.info(folder)
     return missions > 3 or found.free_bytes > found.disk_bytes / 50 or found.disk_bytes > (folder / FILE).stat().st_size
 

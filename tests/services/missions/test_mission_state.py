@@ -1,4 +1,4 @@
-"""What the state takes a carrier that is lost to mean for its rovers."""
+"""The consequences of a lost carrier for its rovers."""
 
 import json
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""The process of a mission is killed, the service is stopped: the mission comes out as if nothing had happened."""
+"""A mission has the same log after kills of its process and a stop of the service."""
 
 import asyncio
 import random
@@ -31,7 +31,7 @@ async def test_a_mission_whose_processes_are_killed_has_the_same_log(place: str,
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 5))])
-def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(place: str, seed: int) -> None:
+def test_a_restarted_service_continues_its_missions(place: str, seed: int) -> None:
     draw = random.Random(seed)
     driver = Driver(team())
 
@@ -49,7 +49,7 @@ def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(p
 
 
 class BrokenLauncher(LocalRunner):
-    """Starts no process the first `times`: its launcher is killed whenever it is asked."""
+    """A runner whose launcher is killed in the first `times` calls."""
 
     def __init__(self, times: int) -> None:
         self.times = times
@@ -70,7 +70,7 @@ class NoRoom:
         pass
 
 
-async def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(
+async def test_a_mission_outlives_a_launcher_that_breaks_repeatedly(
     place: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(supervisor, "_LONGEST_PAUSE_S", 0.001)

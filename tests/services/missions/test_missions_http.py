@@ -48,7 +48,7 @@ def explore(url: str, lines: LogLines, cancelled: Any = lambda: False, patience_
         ("--carriers", "2", "--rovers", "0", "--planner", "anytime", "--steps", "2"),
     ],
 )
-def test_a_run_by_a_server_is_the_run_in_process(
+def test_a_run_by_a_server_equals_the_run_in_process(
     server: Server, tmp_path: Path, capsys: pytest.CaptureFixture[str], strategy: tuple[str, ...]
 ) -> None:
     found = []
@@ -65,7 +65,7 @@ def test_a_run_by_a_server_is_the_run_in_process(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_server_that_is_killed_again_and_again_loses_nothing(tmp_path: Path, seed: int) -> None:
+def test_a_server_that_is_killed_repeatedly_loses_nothing(tmp_path: Path, seed: int) -> None:
     draw = random.Random(seed)
     lines = LogLines()
     with Server(tmp_path) as server:
@@ -86,7 +86,7 @@ def test_a_server_that_is_killed_again_and_again_loses_nothing(tmp_path: Path, s
     assert lines.text == reference_log("lobby")
 
 
-def test_a_mission_can_be_looked_at(server: Server, mission: str) -> None:
+def test_the_documents_of_a_mission_can_be_read(server: Server, mission: str) -> None:
     status, _, found = server.ask("GET", mission)
     assert (status, found["state"], found["n"], found["status"]) == (200, "running", 0, None)
     report = {"n": 1, "t_ms": 0, "revealed": [{"robot": "carrier1", "runs": [10, 5, 1, 70, 2, 0]}]}
@@ -150,7 +150,7 @@ def test_missions_are_counted_in_the_metrics(server: Server, mission: str) -> No
 
 
 @pytest.mark.parametrize("path", ["", "/events", "/log", "/map"])
-def test_a_mission_that_is_not_there_is_not_found(server: Server, path: str) -> None:
+def test_an_unknown_mission_is_not_found(server: Server, path: str) -> None:
     assert server.ask("GET", f"/v1/missions/nobody{path}")[:2] == (404, "application/problem+json")
 
 
@@ -184,7 +184,7 @@ def stream(server: Server, mission: str, last: int = 0) -> str:
     return text
 
 
-def test_a_mission_whose_client_wants_to_end_ends_with_its_report(server: Server) -> None:
+def test_a_mission_that_its_client_cancels_ends_with_its_report(server: Server) -> None:
     asked = iter([False] * 9)
     ended = explore(server.url, LogLines(), lambda: next(asked, True))
     assert ended.status is Status.CANCELLED

@@ -31,7 +31,7 @@ from marsupial_service.store import StoreError
         pytest.param("office", "none", "heuristic", marks=pytest.mark.slow),
     ],
 )
-async def test_a_mission_by_reports_is_the_mission_in_process(
+async def test_a_mission_by_reports_equals_the_mission_in_process(
     place: str, scenario: str, planner: str, strategy: str
 ) -> None:
     async with open_missions(place) as missions:
@@ -74,7 +74,7 @@ async def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_end
     assert closed.wait(HANG_S)
 
 
-async def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: str) -> None:
+async def test_the_map_in_the_brief_counts_as_known(place: str) -> None:
     async with open_missions(place) as missions:
         asked = body()
         truth = builtin_scenario("lobby").grid.solid().cells
@@ -104,7 +104,7 @@ async def test_a_mission_without_reports_or_a_valid_key_is_cancelled(place: str)
     assert found == [("cancelled", "no report for 2 s"), ("cancelled", "the mission's key has expired or was revoked")]
 
 
-async def test_one_owner_has_so_many_missions_and_no_more(place: str) -> None:
+async def test_the_missions_of_an_owner_are_limited(place: str) -> None:
     async with open_missions(place, key_missions=1) as missions:
         await started(missions)
         with pytest.raises(TooMany, match="your limit of 1 open missions"):

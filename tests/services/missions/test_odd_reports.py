@@ -1,4 +1,4 @@
-"""Reports that are late, repeated, contradictory or plain odd: refused without a trace, or survived."""
+"""Late, repeated, contradictory and random reports are refused without effect, or handled."""
 
 import copy
 import json
@@ -46,7 +46,7 @@ WRONG: dict[str, Change] = {
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
-async def test_what_is_wrong_is_refused_and_changes_nothing(tmp_path: Path, seed: int) -> None:
+async def test_an_invalid_report_is_refused_and_changes_nothing(tmp_path: Path, seed: int) -> None:
     draw = random.Random(seed)
     async with open_missions(tmp_path) as missions:
         record = await started(missions)
@@ -81,7 +81,7 @@ def small_brief(seed: int) -> MissionBrief:
 
 
 class Fuzz:
-    """A client that reports whatever the state lets pass."""
+    """A client that sends random reports that the state accepts."""
 
     def __init__(self, brief: MissionBrief, seed: int) -> None:
         self.brief = brief
@@ -130,7 +130,7 @@ class Fuzz:
         )
 
     def patch(self) -> tuple[int, ...]:
-        """Return a part of the truth, the first time around the team, without what contradicts a changed map."""
+        """Return a part of the true map, at first around the team, consistent with a changed map."""
         height, width = self.truth.shape
         middle = next(robot.cell for robot in self.brief.robots if robot.cell is not None)
         x, y, size = middle.x - 12, middle.y - 12, 24
@@ -148,7 +148,7 @@ class Fuzz:
         return cells
 
     def note(self, name: str, over: list[int]) -> RobotUpdate:
-        """Say that a robot is where it was sent, or just anywhere."""
+        """Return an update of a robot's position: its destination or a random cell."""
         mine = [command for command in self.open.values() if command["robot"] == name and command["id"] in over]
         goals = [command["route"][-1] for command in mine if "route" in command]
         height, width = self.truth.shape
@@ -158,7 +158,7 @@ class Fuzz:
 
 
 @pytest.mark.parametrize("seed", [1, 5, 14, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(15, 45))])
-def test_a_mission_survives_whatever_the_ledger_lets_pass_and_can_be_gone_through_again(seed: int) -> None:
+def test_a_mission_survives_all_accepted_reports_and_can_be_replayed(seed: int) -> None:
     brief = small_brief(seed)
     fuzz, inputs, batches = Fuzz(brief, seed), [], []
     with Hosted(brief) as hosted:

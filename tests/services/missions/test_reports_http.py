@@ -1,4 +1,4 @@
-"""Reports over HTTP: by robot, several at a time, in frames that grow; and events as their schemas say."""
+"""Reports over HTTP: by robot, in batches, in growing frames; and the schemas of events."""
 
 import json
 from typing import Any
@@ -42,7 +42,7 @@ def test_each_robot_counts_its_own_reports_beside_those_of_the_team(server: Serv
     assert (status, pointers(problem)) == (422, ["/robot"])
 
 
-def test_a_batch_is_taken_as_a_whole_or_not_at_all_and_once(server: Server, mission: str) -> None:
+def test_a_batch_is_accepted_as_a_whole_or_not_at_all_and_once(server: Server, mission: str) -> None:
     path = f"{mission}/reports"
     batch = [
         START,
@@ -70,9 +70,7 @@ def test_a_batch_is_taken_as_a_whole_or_not_at_all_and_once(server: Server, miss
     assert pointers(server.ask("POST", path, {})[2]) == ["/n"]
 
 
-def test_the_frame_grows_to_hold_what_is_reported_and_cells_are_of_the_frame_named(
-    server: Server, mission: str
-) -> None:
+def test_the_frame_grows_with_reports_and_cells_refer_to_the_given_frame(server: Server, mission: str) -> None:
     path, first = f"{mission}/reports", server.ask("GET", f"{mission}/map")[2]
     edge = first["resolution_m"]
     here = {"width": 4, "height": 3, "origin_m": [-2 * edge, -1 * edge, 0]}
@@ -123,11 +121,11 @@ def test_every_event_matches_its_schema(server: Server, mission: str) -> None:
             server.ask("POST", f"{mission}/reports", report)
             if "frame" in report:
                 server.ask("POST", f"{mission}/cancel")
-    assert seen == set(EventType) - {EventType.QUOTA}  # which only keys have
+    assert seen == set(EventType) - {EventType.QUOTA}  # only sent with keys
     assert isinstance(parse_log("".join(f"{line}\n" for line in lines).encode()).events[-1], MissionEnded)
 
 
-def test_the_page_of_documents_needs_nothing_from_elsewhere(server: Server) -> None:
+def test_the_documentation_page_loads_nothing_from_other_hosts(server: Server) -> None:
     status, kind, page = server.ask("GET", "/docs")
     assert (status, kind.partition(";")[0]) == (200, "text/html")
     assert "<script" not in page

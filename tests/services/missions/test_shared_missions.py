@@ -1,4 +1,4 @@
-"""Missions of several servers on one database: any of them answers, one of them holds a mission."""
+"""Missions of several servers on one database: every server answers, one owns a mission."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -28,7 +28,7 @@ async def two(shared: str) -> AsyncIterator[tuple[Missions, Missions]]:
 
 
 class Both(Missions):
-    """What a client has that is led to one server after the other."""
+    """A client behind a proxy that alternates between servers."""
 
     def __init__(self, *servers: Missions) -> None:
         self._servers = servers
@@ -41,7 +41,7 @@ class Both(Missions):
         return getattr(self._servers[self._turn % len(self._servers)], name)
 
 
-async def test_a_mission_that_is_reported_to_any_server_is_as_with_one(shared: str) -> None:
+async def test_a_mission_reported_to_alternating_servers_has_the_same_log(shared: str) -> None:
     async with two(shared) as servers:
         record = await started(servers[0])
         driver = Driver(team())
@@ -51,7 +51,7 @@ async def test_a_mission_that_is_reported_to_any_server_is_as_with_one(shared: s
         assert await servers[1].log(record) == reference_log("lobby")
 
 
-async def test_a_server_that_was_taken_for_dead_changes_nothing_more_of_its_missions(shared: str) -> None:
+async def test_a_server_that_counts_as_dead_changes_nothing_of_its_missions(shared: str) -> None:
     async with two(shared) as (first, second):
         record = await started(first)
         driver = Driver(team())
@@ -63,8 +63,8 @@ async def test_a_server_that_was_taken_for_dead_changes_nothing_more_of_its_miss
         assert not await first.write(lambda tx: table.current_in_term(tx, record.id, held.term) is not None)
 
         again = taken
-        while again.term == taken.term:  # while the first one still tries to write the mission is left out
-            await second._recover()  # it has one that it keeps nothing of: it goes on with it
+        while again.term == taken.term:  # the mission is skipped while the first server still tries to write
+            await second._recover()  # it still runs a process whose results are discarded
             again = await second.of("me", record.id)
         assert again.term == held.term + 2
         assert await driver.drive(second, record)
@@ -83,7 +83,7 @@ async def test_another_server_takes_over_from_a_killed_one(shared: str) -> None:
         record = await started(first)
         driver = Driver(team())
         assert not await driver.drive(first, record, 6)
-        for task in first.background.running:  # the end of its process
+        for task in first.background.running:  # its process ends
             task.cancel()
         store._engine._ended.set()  # type: ignore[attr-defined]
         await second.write(lambda tx: tx.execute("DELETE FROM servers WHERE id = ?", (store._engine.server,)))

@@ -1,4 +1,4 @@
-"""Missions whose robots the service simulates come out as those in one process, whatever happens to the service."""
+"""Simulated missions have the same logs as missions in one process, whatever happens to the service."""
 
 import asyncio
 import contextlib
@@ -40,7 +40,7 @@ async def begun(missions: Missions, document: dict[str, Any], owner: str = "me")
 
 
 async def reported(missions: Missions, mission: str, n: int) -> MissionRecord:
-    """Wait until a mission has had so many reports."""
+    """Wait until a mission has `n` reports."""
     async for event in followed(missions, mission):
         if event.type == EventType.COMMANDS and (record := await missions.of("me", mission)) and record.n >= n:
             return record
@@ -55,7 +55,7 @@ async def over(missions: Missions, mission: str) -> MissionRecord:
     return record
 
 
-async def test_the_log_is_that_of_a_mission_in_one_process_also_where_processes_are_killed(place: str) -> None:
+async def test_the_log_equals_that_of_a_mission_in_one_process_even_after_kills(place: str) -> None:
     async with open_missions(place) as missions:
         record = await begun(missions, LOBBY)
         for n in (3, 9, 20, 31):
@@ -67,7 +67,7 @@ async def test_the_log_is_that_of_a_mission_in_one_process_also_where_processes_
         assert await missions.log(record) == reference_log("lobby")
 
 
-async def test_it_is_the_same_where_the_service_is_stopped_and_started_again(place: str) -> None:
+async def test_the_log_is_the_same_after_a_restart_of_the_service(place: str) -> None:
     async with open_missions(place) as missions:
         record = await begun(missions, LOBBY)
         await reported(missions, record.id, 7)
@@ -87,7 +87,7 @@ async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: 
         assert await second.log(ended) == reference_log("lobby")
 
 
-async def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None:
+async def test_robots_stop_during_a_pause_and_then_continue(place: str) -> None:
     async with open_missions(place) as missions:
         record = await begun(missions, {**LOBBY, "speed": 20})
         await reported(missions, record.id, 5)
@@ -101,7 +101,7 @@ async def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None
 
 
 async def _resting(missions: Missions, mission: str) -> MissionRecord:
-    """Wait until no report has come for half a second, twenty times what lies between two of them."""
+    """Wait until no report has arrived for half a second, twenty times their usual interval."""
     before = -1
     while True:
         record = await missions.of("me", mission)
@@ -111,7 +111,7 @@ async def _resting(missions: Missions, mission: str) -> MissionRecord:
         await asyncio.sleep(0.5)
 
 
-async def test_a_mission_that_is_cancelled_is_reported_to_no_more(place: str) -> None:
+async def test_a_cancelled_mission_gets_no_more_reports(place: str) -> None:
     async with open_missions(place) as missions:
         record = await begun(missions, SLOW)
         await reported(missions, record.id, 2)
@@ -139,7 +139,7 @@ async def test_no_more_missions_are_simulated_at_a_time_than_allowed(place: str)
         await begun(missions, SLOW)
 
 
-async def test_a_key_of_whom_no_mission_is_simulated_gets_one_however_many_others_have(place: str) -> None:
+async def test_a_key_without_a_simulated_mission_always_gets_one(place: str) -> None:
     async with open_missions(place, simulations=1) as missions:
         await begun(missions, SLOW)
         await begun(missions, SLOW, owner="you")
@@ -147,7 +147,7 @@ async def test_a_key_of_whom_no_mission_is_simulated_gets_one_however_many_other
             await begun(missions, SLOW, owner="you")
 
 
-def test_a_pace_is_kept_and_what_is_lost_is_not_made_up_for() -> None:
+def test_the_speed_is_kept_and_delays_are_not_caught_up() -> None:
     pace = MissionClock(10)
     assert pace.due_s(0, 100.0) == 100.0
     assert pace.due_s(5000, 100.0) == 100.5

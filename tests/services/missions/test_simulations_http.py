@@ -30,7 +30,7 @@ def on_map(yaml: str = YAML, image: str | None = None, **more: Any) -> dict[str,
     return {"map": uploaded, "planner": "greedy", "budget": {"steps": 1}, **more}
 
 
-def test_what_can_be_simulated_is_listed_with_what_holds_by_default(http: httpx.Client) -> None:
+def test_simulation_options_are_listed_with_their_defaults(http: httpx.Client) -> None:
     found = http.get("/v1/scenarios").json()
     assert [one["name"] for one in found["scenarios"]] == list(SCENARIOS)
     by_name = {one["name"]: one for one in found["strategies"]}
@@ -69,7 +69,7 @@ def test_an_uploaded_map_is_explored_and_its_warnings_are_shown(http: httpx.Clie
     http.post(mission["links"]["cancel"])
 
 
-def test_a_map_is_warned_of_as_run_warns_of_its_files(http: httpx.Client, tmp_path: Path) -> None:
+def test_warnings_about_a_map_are_those_of_run(http: httpx.Client, tmp_path: Path) -> None:
     open_room = Image.new("L", (40, 30), 254)
     open_room.paste(0, (5, 5, 15, 15))
     open_room.save(tmp_path / "room.png")
@@ -94,7 +94,7 @@ def test_without_room_for_a_robot_warnings_about_the_map_follow_the_error(http: 
 
 
 @pytest.mark.parametrize(("chosen", "accepted"), [("room.png", True), ("room.pgm", True), ("mended.png", False)])
-def test_the_image_has_to_be_the_one_that_the_yaml_names(http: httpx.Client, chosen: str, accepted: bool) -> None:
+def test_the_image_must_be_the_one_named_in_the_yaml(http: httpx.Client, chosen: str, accepted: bool) -> None:
     body = on_map(YAML.replace("room.png", "maps/room.png"))
     answer = http.post("/v1/simulations", json={**body, "map": {**body["map"], "image_name": chosen}})
     if accepted:
@@ -145,7 +145,7 @@ BEYOND = (
 
 
 @pytest.mark.parametrize(("body", "pointer"), BEYOND)
-def test_what_is_beyond_the_limits_is_refused_at_once(http: httpx.Client, body: dict[str, Any], pointer: str) -> None:
+def test_requests_beyond_the_limits_are_refused_at_once(http: httpx.Client, body: dict[str, Any], pointer: str) -> None:
     assert pointers(problem(http.post("/v1/simulations", json=body), 413, "too-large")) == [pointer]
 
 
@@ -162,7 +162,7 @@ def test_the_page_and_its_files_are_served_under_a_strict_policy(http: httpx.Cli
     problem(http.get("/page/page.py"), 404, "not-found")
 
 
-def test_the_map_of_a_job_can_be_had_where_it_was_sent_with_one(server: Server) -> None:
+def test_the_map_of_a_job_is_available_if_it_was_sent_with_one(server: Server) -> None:
     with client(server) as http:
         for demo, status in (("yard", 200), ("tiny", 404)):
             job = http.post("/v1/jobs", json={**http.get(f"/v1/demo-data/{demo}").json(), "planner": "greedy"}).json()

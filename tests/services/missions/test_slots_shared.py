@@ -27,7 +27,7 @@ WANTED = PackedRequest.of(planner="anytime", budget=Budget(seconds=3.0), digest=
 
 
 class NoRoom:
-    """Room that never comes."""
+    """A reservation that is never granted."""
 
     def __init__(self) -> None:
         self._closed = threading.Event()
@@ -44,7 +44,7 @@ class NoRoom:
 
 
 class FullRunner(LocalRunner):
-    """Has no room, and counts how often it was asked for some."""
+    """A runner without room, which counts reservations."""
 
     asked = 0
 
@@ -53,7 +53,7 @@ class FullRunner(LocalRunner):
         return NoRoom()
 
 
-async def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_job_goes_on_after(
+async def test_a_mission_preempts_a_long_job_in_the_only_slot_and_the_job_continues_after(
     tmp_path: Path,
 ) -> None:
     slots, store = Slots(1), open_store(tmp_path)
@@ -75,7 +75,7 @@ async def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_j
         store.close()
 
 
-async def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_again_after(tmp_path: Path) -> None:
+async def test_a_job_that_waits_for_room_yields_its_slot_to_a_mission_and_waits_again(tmp_path: Path) -> None:
     slots, runner = Slots(1), FullRunner()
     settings = settings_of(JobSettings, slots=1, runner=runner)
     async with opened(tmp_path, lambda store: Jobs(store, settings, slots)) as jobs:

@@ -1,4 +1,4 @@
-"""Missions that wait rather than be over: for their first map, for robots in obstacles, and during a pause."""
+"""Missions that wait instead of ending: for their first map, for robots in obstacles, and during a pause."""
 
 import json
 from dataclasses import replace
@@ -27,7 +27,7 @@ def until(turn: MissionBatch) -> int:
 
 
 def around_the_team(margin: int = 12) -> Any:
-    """Return what is seen of the lobby around the first robot."""
+    """Return the cells of the lobby around the first robot."""
     cell = next(robot.cell for robot in brief("lobby").robots if robot.cell is not None)
     cells = np.full_like(TRUTH, UNKNOWN)
     window = slice(max(0, cell.y - margin), cell.y + margin), slice(max(0, cell.x - margin), cell.x + margin)
@@ -45,7 +45,7 @@ def reported(hosted: Hosted, n: int, t_ms: int, **told: Any) -> MissionBatch:
     return hosted.batch(PendingInput(input=MissionReport(n=n, t_ms=t_ms, **told)))
 
 
-def test_a_mission_with_nothing_revealed_waits_for_its_first_map_and_begins_with_it() -> None:
+def test_a_mission_without_known_cells_waits_for_its_first_map() -> None:
     with Hosted(brief("lobby")) as hosted:
         hosted.batch(PendingInput(input=None))
         turn = reported(hosted, 1, 0)
@@ -89,7 +89,7 @@ def test_a_mission_that_has_begun_waits_a_minute_for_a_map_on_which_its_robots_c
         assert "can't stand" in end["reason"]
 
 
-def test_during_a_pause_the_next_report_is_asked_for_ahead() -> None:
+def test_during_a_pause_the_next_report_is_due_in_the_future() -> None:
     asked = replace(brief("lobby"), limits=replace(brief("lobby").limits, time_ms=5000))
     with Hosted(asked) as hosted:
         hosted.batch(PendingInput(input=None))
@@ -101,7 +101,7 @@ def test_during_a_pause_the_next_report_is_asked_for_ahead() -> None:
             assert until(turn) > t_ms
 
 
-def test_a_robot_on_what_is_known_to_be_an_obstacle_is_refused_at_once() -> None:
+def test_a_robot_on_a_known_obstacle_is_refused_at_once() -> None:
     asked = body("lobby")
     cell = asked["team"][0]["cell"]
     asked["frame"]["known"] = [cell[1] * asked["frame"]["width"] + cell[0], 1, 0]

@@ -1,4 +1,4 @@
-"""Whole missions: a real server, the bridge, and a rosbridge made for the test with simple robots behind it."""
+"""Whole missions with a real server, the bridge, and the fake rosbridge."""
 
 import asyncio
 import json
@@ -35,7 +35,7 @@ async def test_a_team_explores_the_rooms_and_comes_back_aboard(server: Server, t
     assert (ros.running, ros.unknown_ops) == ([], [])
 
 
-async def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server: Server, tmp_path: Path) -> None:
+async def test_a_lost_connection_and_a_restarted_bridge_lose_nothing(server: Server, tmp_path: Path) -> None:
     state = tmp_path / "state.json"
     async with robots_in_rooms() as (ros, user):
         first = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path, state)))
@@ -57,7 +57,7 @@ async def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server:
     assert not state.exists()
 
 
-async def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server: Server, tmp_path: Path) -> None:
+async def test_a_resumed_mission_ignores_maps_of_another_resolution(server: Server, tmp_path: Path) -> None:
     state = tmp_path / "state.json"
 
     def coarser(message: dict[str, Any]) -> dict[str, Any]:
@@ -77,7 +77,7 @@ async def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server:
     assert outcome.ended["status"] == "complete", (outcome, user.said)
 
 
-async def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next_one(
+async def test_results_from_just_before_the_end_of_a_bridge_are_reported_by_the_next_one(
     server: Server, tmp_path: Path
 ) -> None:
     state = tmp_path / "state.json"
@@ -85,7 +85,7 @@ async def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next
         bridge, client = user.bridge(server, ros, tmp_path, state)
         first = asyncio.ensure_future(drive(bridge, client))
         await wait_until_async(lambda: bridge._fleet.unreported.any)
-        bridge._save()  # as it does when something else is told just then
+        bridge._save()  # as happens when another message arrives at that moment
         assert json.loads(state.read_text())["unreported"]["finished"]
         first.cancel()
         await asyncio.gather(first, return_exceptions=True)
@@ -113,7 +113,7 @@ async def test_a_user_who_stops_twice_leaves_at_once_with_all_goals_cancelled(se
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
         await wait_until_async(lambda: len(ros.running) == 2)
         ros.speedup = 0.01  # so that no robot gets there before it is stopped
-        await asyncio.sleep(0.1)  # the step that had begun is over
+        await asyncio.sleep(0.1)  # the current step ends
         running = set(ros._running)
         user.stops = 2
         outcome = await work
@@ -141,9 +141,7 @@ async def test_a_carrier_that_is_silent_or_repeats_its_transforms_is_reported_an
     assert not any(text.startswith("carrier1: lost") for text in user.said)
 
 
-async def test_a_robot_that_shuffles_and_gets_nowhere_is_stuck_and_the_mission_goes_on(
-    server: Server, tmp_path: Path
-) -> None:
+async def test_a_robot_without_progress_is_stuck_and_the_mission_continues(server: Server, tmp_path: Path) -> None:
     async with robots_in_rooms(waits="{silent_s: 60, lost_s: 120, stuck_s: 20, handover_s: 120}") as (ros, user):
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
         await wait_until_async(lambda: "/carrier2/follow_path" in ros.running)

@@ -1,4 +1,4 @@
-"""Whether drives get on, by tf and by what their actions tell."""
+"""Progress of drives, by tf and by the feedback of their actions."""
 
 import math
 from typing import Any
@@ -14,7 +14,7 @@ from marsupial_ros.rosbridge import ActionResult
 
 
 def judged(left_m: list[float], **more: Any) -> str | None:
-    """Return what is said of a robot that moves all the time, and tells this each second."""
+    """Return the verdicts on a robot that always moves and reports these remaining distances, one per second."""
     progress = Progress()
     for now_s, left in enumerate(left_m):
         progress.apply_position((float(now_s), 0.0), now_s)
@@ -35,17 +35,17 @@ def test_a_standing_robot_is_stuck_whatever_its_action_reports() -> None:
     assert progress.fault(40.0, 30.0) == "no progress for 30 s"
 
 
-def test_a_longer_way_is_another_one_that_is_to_get_shorter() -> None:
+def test_a_longer_path_is_a_new_one_that_must_get_shorter() -> None:
     there = [2.0] * 10 + [10.0 - 0.2 * i for i in range(30)]
     assert judged(there) is None
     assert judged([2.0] * 10 + [10.0] * 30) == "no progress for 30 s"
 
 
-def test_no_path_yet_and_the_path_before_are_no_progress_to_be_beaten() -> None:
+def test_feedback_without_a_path_and_of_the_previous_path_is_no_reference_for_progress() -> None:
     assert judged([0.0, 0.3] + [9.0 - 0.2 * i for i in range(38)]) is None
 
 
-def test_recoveries_that_bring_a_robot_no_nearer_are_as_good_as_standing() -> None:
+def test_recoveries_without_progress_count_as_standing() -> None:
     progress = Progress()
     for number in range(MOST_RECOVERIES + 1):
         assert progress.fault(number, 30.0) is None
@@ -67,7 +67,7 @@ def test_old_feedback_is_ignored() -> None:
 
 
 @pytest.mark.parametrize("odd", [None, "3.2", math.nan, math.inf, -1.0, True, [], {}, 0.0])
-def test_feedback_that_is_none_leaves_moves_to_count_alone(odd: Any) -> None:
+def test_without_feedback_only_movement_counts(odd: Any) -> None:
     assert judged([odd] * 40, number_of_recoveries=odd) is None
     progress = Progress()
     progress.apply_feedback({}, 0.0)
@@ -84,9 +84,9 @@ def test_a_drive_without_reported_progress_is_aborted_although_the_robot_moves(b
     assert bench.actions.cancelled == ["m:1:0.1"]
 
 
-def test_feedback_of_an_earlier_goal_or_of_none_counts_for_nothing(bench: FleetBench) -> None:
+def test_feedback_of_an_earlier_or_unknown_goal_is_ignored(bench: FleetBench) -> None:
     bench.drive()
-    bench.fleet.connected(0.0)  # the drive is sent again
+    bench.fleet.connected(0.0)  # the drive is resent
     for now_s in range(130):
         bench.at("carrier1", 2.5 + 0.05 * now_s, 2.5, now_s)
         bench.fleet.apply_feedback("m:1:0.1", {"number_of_recoveries": now_s, "distance_to_goal": 6.0}, now_s)
@@ -98,7 +98,7 @@ def test_feedback_of_an_earlier_goal_or_of_none_counts_for_nothing(bench: FleetB
     assert bench.fleet.report()["finished"] == [1]
 
 
-def test_a_robot_that_is_to_stop_has_stopped_when_it_stands_and_not_when_it_gets_no_nearer(bench: FleetBench) -> None:
+def test_a_robot_has_stopped_when_it_stands_and_not_when_it_makes_no_progress(bench: FleetBench) -> None:
     bench.drive()
     bench.command(1, "stop")
     for now_s in range(10):
@@ -108,7 +108,7 @@ def test_a_robot_that_is_to_stop_has_stopped_when_it_stands_and_not_when_it_gets
     assert bench.fleet.driving
 
 
-def test_a_drive_that_was_given_up_is_cancelled_again_until_it_is_known_to_have_ended(bench: FleetBench) -> None:
+def test_an_aborted_drive_is_cancelled_repeatedly_until_its_end_is_confirmed(bench: FleetBench) -> None:
     bench.drive()
     for now_s in (1.0, 122.0):
         bench.at("carrier1", 2.5, 2.5, now_s)

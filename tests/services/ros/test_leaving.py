@@ -1,4 +1,4 @@
-"""How the bridge goes: goals are cancelled and the connection is closed, whatever it ends by."""
+"""The end of the bridge: goals are cancelled and the connection is closed, whatever the cause."""
 
 import asyncio
 import json
@@ -35,14 +35,14 @@ def docks(ros: FakeRos) -> bool:
 
 @pytest.fixture(autouse=True)
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Have bridges wait as long as the machine takes, where a test doesn't examine how long."""
+    """Let bridges wait without a practical limit."""
     monkeypatch.setattr(bridges, "STOP_S", HANG_S)
     monkeypatch.setattr(bridges, "LEAVE_S", HANG_S)
     monkeypatch.setattr(rosbridge, "CLOSE_S", HANG_S)
 
 
 class Broken(Exception):
-    """Whatever may go wrong within the bridge."""
+    """An arbitrary failure within the bridge."""
 
 
 Work = asyncio.Future[BridgeOutcome]
@@ -83,7 +83,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("end", "under_way"), CASES)
-async def test_a_bridge_that_goes_leaves_no_goal_and_closes_as_normal(
+async def test_a_bridge_that_ends_leaves_no_goal_and_closes_normally(
     server: Server,
     tmp_path: Path,
     end: Callable[[BridgeUser, Bridge, Work], Awaitable[None]],
@@ -93,15 +93,15 @@ async def test_a_bridge_that_goes_leaves_no_goal_and_closes_as_normal(
         bridge, client = user.bridge(server, ros, tmp_path, tmp_path / "state")
         work = asyncio.ensure_future(drive(bridge, client))
         await wait_until_async(lambda: under_way(ros))
-        ros.speedup = 1.0  # so that nothing ends by itself
-        ros.ignored_cancels = len(ros.running)  # the first requests to cancel are passed over
+        ros.speedup = 1.0  # so that no goal ends by itself
+        ros.ignored_cancels = len(ros.running)  # the first cancel requests are ignored
         await end(user, bridge, work)
         assert ros.running == []
         await wait_until_async(lambda: ros.closes)
     assert ros.closes == [NORMAL]
 
 
-async def test_a_bridge_whose_service_is_gone_for_good_leaves_no_goal(tmp_path: Path) -> None:
+async def test_a_bridge_without_its_service_leaves_no_goal(tmp_path: Path) -> None:
     async with robots_in_rooms() as (ros, user):
         with Server(tmp_path / "data") as own:
             bridge, client = user.bridge(own, ros, tmp_path)
@@ -117,7 +117,9 @@ async def test_a_bridge_whose_service_is_gone_for_good_leaves_no_goal(tmp_path: 
     assert ros.closes == [NORMAL]
 
 
-async def test_a_mission_that_no_service_ends_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_mission_that_the_service_does_not_end_stays_open(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(bridges, "STOP_S", 0.2)
     async with robots_in_rooms() as (ros, user):
         with Server(tmp_path / "data") as own:
@@ -148,7 +150,7 @@ async def test_goals_that_do_not_end_delay_the_bridge_briefly_and_are_reported(
     assert len([text for text in user.said if text.endswith("was cancelled, but its end was not confirmed")]) == 2
 
 
-async def test_goals_are_cancelled_over_a_connection_that_comes_back_and_none_is_sent_again(
+async def test_goals_are_cancelled_over_a_reopened_connection_and_none_is_resent(
     server: Server, tmp_path: Path
 ) -> None:
     async with robots_in_rooms() as (ros, user):
@@ -170,9 +172,7 @@ async def test_goals_are_cancelled_over_a_connection_that_comes_back_and_none_is
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process at once")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-async def test_a_command_that_is_asked_to_end_twice_cancels_its_goals(
-    server: Server, tmp_path: Path, number: signal.Signals
-) -> None:
+async def test_two_signals_cancel_all_goals(server: Server, tmp_path: Path, number: signal.Signals) -> None:
     async with robots_in_rooms() as (ros, _):
         path = tmp_path / "fleet.yaml"
         path.write_text(settings_text(ros.url, list(ros.robots.values())))

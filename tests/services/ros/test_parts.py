@@ -1,4 +1,4 @@
-"""The parts of the bridge by themselves."""
+"""The parts of the bridge, one by one."""
 
 import asyncio
 import json
@@ -50,7 +50,7 @@ def test_a_robot_is_found_through_a_chain_of_frames() -> None:
     assert frames.find("base", "elsewhere") is None
 
 
-def test_frames_in_a_circle_are_not_followed_for_ever() -> None:
+def test_a_cycle_of_frames_is_detected() -> None:
     frames = Frames()
     frames.add("a", "b", moved(0, 0), 1.0)
     frames.add("b", "a", moved(0, 0), 1.0)
@@ -71,7 +71,7 @@ def test_a_path_is_turned_towards_its_next_point() -> None:
     assert poses[0]["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
 
 
-def test_a_resolution_of_single_precision_is_what_was_meant() -> None:
+def test_a_resolution_in_single_precision_is_rounded() -> None:
     assert occupancy_in(grid_message([[0]], resolution=0.05000000074505806)).resolution_m == 0.05
     with pytest.raises(MapError, match="resolution must be at most"):
         occupancy_in(grid_message([[0]], resolution=1e300))
@@ -108,7 +108,7 @@ def test_a_map_that_grows_on_all_sides_reports_only_new_cells() -> None:
     assert revealed == [{"robot": "a", "runs": [0, 1, OBSTACLE, 7, 1, FLOOR, 11, 1, FLOOR]}]
 
 
-def test_a_map_of_other_cells_is_refused_and_the_one_before_stays() -> None:
+def test_a_map_with_another_lattice_is_refused_and_the_previous_one_stays() -> None:
     tracker = tracker_of([0])
     with pytest.raises(MapError, match=r"resolution of the map has changed: it was 1 m, now 0\.5 m"):
         tracker.take(occupancy_in(grid_message([[0]], resolution=0.5)))
@@ -133,7 +133,7 @@ def test_a_resumed_mission_reports_only_unknown_cells() -> None:
     assert tracker.changes({"a": (0.0, 0.0)})[1] == [{"robot": "a", "runs": [2, 1, OBSTACLE]}]
 
 
-def test_a_robot_beside_where_it_can_stand_is_put_there() -> None:
+def test_a_robot_beside_free_ground_is_placed_on_it() -> None:
     tracker = tracker_of(*[[100, 100, 0, 0, 0, 0, 0]] * 7)
     assert tracker.standing(CARRIER, (4.3, 3.2), 1.0) == (4.3, 3.2)
     assert tracker.standing(CARRIER, (1.8, 3.5), 1.0) == pytest.approx((2.5, 3.5))
@@ -144,7 +144,7 @@ def test_a_robot_beside_where_it_can_stand_is_put_there() -> None:
 # the fleet
 
 
-def test_what_a_robot_finished_before_it_was_lost_is_reported_first(bench: FleetBench) -> None:
+def test_commands_finished_before_a_robot_was_lost_are_reported_first(bench: FleetBench) -> None:
     bench.fleet.unreported.finished.append(1)
     bench.fleet.unreported.lost.append({"robot": "carrier1", "reason": "silent"})
     first, second = bench.fleet.report(), bench.fleet.report()
@@ -172,13 +172,13 @@ def test_a_drive_ends_at_the_end_of_its_route(bench: FleetBench) -> None:
     assert not bench.fleet.driving
 
 
-def test_a_new_connection_has_the_rest_of_a_drive_sent_again(bench: FleetBench) -> None:
+def test_the_rest_of_a_drive_is_resent_over_a_new_connection(bench: FleetBench) -> None:
     bench.drive()
     bench.at("carrier1", 6.4, 2.5)
     bench.fleet.connected(1.0)
     goal, _, values = bench.actions.sent[-1]
     assert (goal, values["path"]["poses"][0]["pose"]["position"]["x"]) == ("m:1:0.2", 6.5)
-    bench.fleet.ended(ActionResult("m:1:0.1", 6, {}))  # the first goal, whose place was taken
+    bench.fleet.ended(ActionResult("m:1:0.1", 6, {}))  # the first goal, which was replaced
     assert bench.fleet.driving
     bench.at("carrier1", 8.5, 2.5)
     bench.fleet.connected(2.0)
@@ -212,7 +212,7 @@ def test_a_failed_drive_gives_the_reason_of_the_action(bench: FleetBench) -> Non
     assert failed == {"id": 1, "reason": "/carrier1/follow_path: aborted (no valid path, error 104)"}
 
 
-def test_a_drive_without_progress_is_given_up(bench: FleetBench) -> None:
+def test_a_drive_without_progress_is_aborted(bench: FleetBench) -> None:
     bench.drive()
     for now_s in (1.0, 60.0, 122.0):
         bench.at("carrier1", 2.55, 2.5, now_s)
@@ -236,7 +236,7 @@ def test_an_undocking_that_reports_no_success_has_failed(bench: FleetBench) -> N
     assert bench.fleet.robots["rover1"].aboard == "carrier1"
 
 
-def test_a_rover_that_was_set_down_is_on_the_ground_and_aboard_again_when_it_docked(bench: FleetBench) -> None:
+def test_a_rover_is_on_the_ground_after_undocking_and_aboard_after_docking(bench: FleetBench) -> None:
     bench.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
     assert [note["name"] for note in bench.fleet.notes()] == ["carrier1"]
     bench.at("rover1", 3.6, 2.5)
@@ -247,7 +247,7 @@ def test_a_rover_that_was_set_down_is_on_the_ground_and_aboard_again_when_it_doc
     assert [note["name"] for note in bench.fleet.notes()] == ["carrier1"]
 
 
-def test_a_handover_that_never_ends_is_given_up(bench: FleetBench) -> None:
+def test_a_handover_that_never_ends_is_aborted(bench: FleetBench) -> None:
     bench.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
     bench.at("carrier1", 2.5, 2.5, 121.0)
     bench.fleet.watch(121.0)
@@ -293,7 +293,7 @@ class Listener:
 
 
 def exchange(*sent: str | bytes, times: int = 1) -> tuple[Listener, list[dict[str, Any]]]:
-    """Have a rosbridge send messages to each of so many connections, and return what is heard on either side."""
+    """Send messages over `times` connections of a rosbridge; return the listener and the requests received."""
     listener, asked = Listener(), []
 
     async def client(line: ServerConnection) -> None:
@@ -314,7 +314,7 @@ def exchange(*sent: str | bytes, times: int = 1) -> tuple[Listener, list[dict[st
     return listener, asked
 
 
-def test_a_connection_comes_back_and_subscribes_again() -> None:
+def test_a_lost_connection_is_reopened_and_subscribes_again() -> None:
     listener, asked = exchange(times=2)
     assert listener.connections >= 2
     one = {"op": "subscribe", "id": "marsupial:/a", "topic": "/a", "type": "b", "compression": "none"}
@@ -349,7 +349,7 @@ def test_invalid_messages_are_reported_and_ignored() -> None:
     assert len([text for text in listener.told if "an invalid message" in text]) == 9
 
 
-def test_ends_of_goals_and_errors_are_heard() -> None:
+def test_results_of_goals_and_errors_are_received() -> None:
     end = {"op": "action_result", "id": "m:1:0.1", "action": "/a", "values": {}, "status": 5, "result": True}
     old = {"op": "action_result", "id": "m:1:0.2", "action": "/a", "values": {}, "result": True}
     error = {"op": "status", "level": "error", "msg": "no such type"}
@@ -358,7 +358,7 @@ def test_ends_of_goals_and_errors_are_heard() -> None:
     assert "rosbridge: no such type" in listener.told
 
 
-def test_feedback_is_heard_whole_or_in_fragments_however_much_there_is() -> None:
+def test_feedback_of_any_size_is_received_whole_or_in_fragments() -> None:
     many = [
         json.dumps({"op": "action_feedback", "id": "m:1:0.1", "action": "/a", "values": {"distance_to_goal": i}})
         for i in range(5000)
@@ -387,7 +387,7 @@ def test_the_settings_of_the_documentation_can_be_read(tmp_path: Path) -> None:
     assert (usual.map.topic, usual.waits, usual.goal) == (settings.map.topic, settings.waits, settings.goal)
 
 
-def test_what_is_wrong_with_settings_is_named_by_field(tmp_path: Path) -> None:
+def test_errors_in_settings_are_reported_by_field(tmp_path: Path) -> None:
     more = {
         "map": "{tpic: /map, free_thresh: 0.7}",
         "controller": "{goal_checker_id: 3}",
@@ -415,7 +415,7 @@ def test_what_is_wrong_with_settings_is_named_by_field(tmp_path: Path) -> None:
     }
 
 
-def test_a_state_is_read_as_it_was_written(tmp_path: Path) -> None:
+def test_a_state_reads_back_unchanged(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "state")
     assert journal.read() is None
     record = Record(mission="m", frame=FRAME, after=3, aboard={"a": "b"}, report={"n": 1, "t_ms": 2})
@@ -446,7 +446,7 @@ STATE = json.dumps({"version": 1, "mission": "m", "frame": FRAME})
         STATE.replace("}}", '}, "aboard": 3}'),
     ],
 )
-def test_what_is_no_state_is_refused(tmp_path: Path, text: str) -> None:
+def test_an_invalid_state_file_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "state").write_text(text)
     with pytest.raises(InputError, match="is not a state file of `marsupial ros`"):
         Journal(tmp_path / "state").read()

@@ -90,7 +90,7 @@ def test_an_unsuitable_first_map_is_ignored_and_a_suitable_one_used(tmp_path: Pa
     assert listeners.tracker.grid is not None
 
 
-def test_updates_of_a_map_that_was_passed_over_change_nothing() -> None:
+def test_updates_of_an_ignored_map_change_nothing() -> None:
     tracker = tracker_of([0, 0])
     with pytest.raises(MapError):
         tracker.take(occupancy_in(grid_message([[100]], resolution=2.0)))
@@ -101,8 +101,8 @@ def test_updates_of_a_map_that_was_passed_over_change_nothing() -> None:
 @pytest.mark.parametrize(
     ("heard", "silent_s", "fresh_s"),
     [
-        ({10.0: 9.0, 11.0: 9.0, 12.0: 9.0, 40.0: 9.0}, 31.0, 40.0),  # one that is repeated is no news
-        ({100.0: 40.0, 101.0: 41.0}, 60.0, 5000.0),  # at last one that is stamped ahead
+        ({10.0: 9.0, 11.0: 9.0, 12.0: 9.0, 40.0: 9.0}, 31.0, 40.0),  # a repetition is not new
+        ({100.0: 40.0, 101.0: 41.0}, 60.0, 5000.0),  # finally one with a stamp in the future
     ],
 )
 def test_a_transform_is_as_old_as_its_stamp_where_time_is_simulated(
@@ -120,7 +120,7 @@ def test_a_transform_is_as_old_as_its_stamp_where_time_is_simulated(
 @pytest.mark.parametrize("offset_s", [-1e6, 0.0, 1e6])
 def test_clocks_that_differ_make_no_transform_old(tmp_path: Path, offset_s: float) -> None:
     listeners = ListenerBench(tmp_path, simulated=False)
-    for passed_s in (0.0, 1.0, -50.0, 2.0):  # a clock that is set back is as good as any
+    for passed_s in (0.0, 1.0, -50.0, 2.0):  # a clock that is set back is still used
         before_s = listeners.clock.now_s
         listeners.tf("carrier1", 2.0, 1.5e9 + offset_s + passed_s)
         assert listeners.silence_s(before_s) <= 0.0
@@ -166,11 +166,11 @@ def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) ->
 
 def test_a_clock_message_without_a_number_is_ignored(tmp_path: Path) -> None:
     path = tmp_path / "fleet.yaml"
-    house = House(tmp_path)
+    bench = ListenerBench(tmp_path)
     path.write_text(path.read_text() + "clock: /clock\n")
     clock, said = Clock(simulated=True), []
     tracker = MapTracker(TERRAINS, FilterMasks(), 0.25, 0.65)
-    listener = RosListener(read_settings(path), {}, tracker, clock, house.fleet, said.append)
+    listener = RosListener(read_settings(path), {}, tracker, clock, bench.fleet, said.append)
     listener.message("/clock", json.loads('{"clock": {"sec": NaN, "nanosec": 0}}'))
     assert not clock.known
     assert said

@@ -1,4 +1,4 @@
-"""A server that freezes in the middle of a transaction: others go on, and it writes again when it wakes."""
+"""A server that freezes within a transaction: others continue, and it writes again when it wakes."""
 
 import threading
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ def servers(postgres: PostgresServer) -> Iterator[tuple[Store, Store]]:
 
 
 class Freeze:
-    """Stands for a SIGSTOP between two statements: the first time it is reached it waits until `wake`."""
+    """Simulates a SIGSTOP between two statements: its first call waits until `wake`."""
 
     def __init__(self) -> None:
         self.reached, self._woken = threading.Event(), threading.Event()
@@ -66,7 +66,7 @@ def test_locks_of_a_frozen_server_are_released_and_it_writes_once_when_it_wakes(
 
     stuck = frozen.write(halfway)
     assert freeze.reached.wait(HANG_S)
-    healthy.write(partial(insert_locked, name="both")).result(HANG_S)  # while the other one is frozen still
+    healthy.write(partial(insert_locked, name="both")).result(HANG_S)  # while the other server is still frozen
     assert served(healthy) == {"both": 1}
     freeze.wake()
     stuck.result(HANG_S)
@@ -94,7 +94,7 @@ def test_a_server_that_froze_amid_a_statement_or_its_rows_is_ended_when_another_
             wire: Any = tx._connection.pgconn  # type: ignore[attr-defined]
             wire.nonblocking = 1
             wire.send_query_params(sql, values)
-            wire.flush()  # as much as fits between the two; the rest is not sent, nor the answer read
+            wire.flush()  # fills the buffers; the rest is not sent, and the answer is not read
             freeze()
             raise psycopg.OperationalError("the connection is closed")
         insert(tx, "frozen")
@@ -113,7 +113,7 @@ def test_a_read_that_was_frozen_is_read_again(servers: tuple[Store, Store], post
     freeze = Freeze()
 
     def halfway(connection: Connection) -> int:
-        connection.execute("SET idle_in_transaction_session_timeout = '10ms'")  # rather than wait for the lease
+        connection.execute("SET idle_in_transaction_session_timeout = '10ms'")  # instead of waiting for the lease
         freeze()
         return int(connection.execute("SELECT count(*) FROM owners").fetchone()[0])
 
@@ -153,7 +153,7 @@ def test_a_server_waits_until_another_one_has_brought_the_tables_up_to_date(
 ) -> None:
     url = postgres.database()
     open_store(url).close()
-    monkeypatch.setattr(postgres_store, "_LOCK_S", 0.01)  # rather than wait for longer than it is
+    monkeypatch.setattr(postgres_store, "_LOCK_S", 0.01)  # instead of waiting longer
     waits = "SELECT count(*) FROM pg_locks WHERE locktype = 'advisory' AND NOT granted"
     with psycopg.connect(url) as upgrading, ThreadPoolExecutor(1) as threads:
         upgrading.execute("SELECT pg_advisory_xact_lock(%s)", (postgres_store._PREPARING,))

@@ -45,7 +45,7 @@ def names(store: Store) -> list[str]:
 
 
 class Held:
-    """Holds the thread that writes inside a write of its own, so that what comes meanwhile becomes one group."""
+    """Blocks the writer thread within a write, so that later writes form one group."""
 
     def __init__(self, store: Store) -> None:
         self._entered, self._go_on = threading.Event(), threading.Event()
@@ -61,7 +61,7 @@ class Held:
         self.done.result(HANG_S)
 
 
-def test_writes_that_come_while_one_is_committed_share_one_commit(store: Store) -> None:
+def test_writes_during_a_commit_share_the_next_commit(store: Store) -> None:
     commits: list[frozenset[str]] = []
     store.listen(commits.append)
     held = Held(store)
@@ -73,7 +73,7 @@ def test_writes_that_come_while_one_is_committed_share_one_commit(store: Store) 
     assert len(commits) == 1
 
 
-def test_a_write_that_refuses_takes_back_its_own_changes_only(store: Store) -> None:
+def test_a_failed_write_rolls_back_its_own_changes_only(store: Store) -> None:
     undone = []
 
     def refuse(tx: Transaction) -> None:
@@ -107,7 +107,7 @@ def test_a_failing_listener_is_notified_again_and_stops_no_writes(place: str) ->
         store.close()
 
 
-def test_on_a_full_disk_a_write_fails_clearly_and_leaves_nothing_of_itself(store: Store) -> None:
+def test_on_a_full_disk_a_write_fails_clearly_without_effect(store: Store) -> None:
     store.write(adding("before")).result()
     pages = store.write(lambda tx: tx.execute("PRAGMA page_count").fetchone()[0]).result()
     store.write(lambda tx: tx.execute(f"PRAGMA max_page_count = {pages + 2}").fetchall()).result()
@@ -156,7 +156,7 @@ def test_a_closed_store_raises(tmp_path: Path) -> None:
         store.read(lambda connection: None)
 
 
-def test_writes_that_wait_when_the_store_is_closed_are_done_and_there_when_it_is_opened_again(tmp_path: Path) -> None:
+def test_writes_that_wait_when_the_store_is_closed_are_committed(tmp_path: Path) -> None:
     store = open_store(tmp_path)
     held = Held(store)
     write = store.write(adding("late"))
@@ -170,7 +170,7 @@ def test_writes_that_wait_when_the_store_is_closed_are_done_and_there_when_it_is
     again.close()
 
 
-def test_a_second_server_is_refused_as_long_as_the_first_one_has_the_folder(tmp_path: Path) -> None:
+def test_a_second_server_is_refused_while_the_first_one_has_the_folder(tmp_path: Path) -> None:
     first = open_store(tmp_path)
     with pytest.raises(StoreInUse, match=rf"in use by another server \(process {os.getpid()}\)"):
         open_store(tmp_path)
@@ -178,7 +178,7 @@ def test_a_second_server_is_refused_as_long_as_the_first_one_has_the_folder(tmp_
     open_store(tmp_path).close()
 
 
-def test_what_is_no_folder_and_no_database_is_an_error_and_the_folder_is_let_go(tmp_path: Path) -> None:
+def test_an_invalid_folder_or_database_is_an_error_and_releases_the_folder(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(StoreError, match="file"):
         open_store(tmp_path / "file" / "data")
@@ -222,10 +222,10 @@ def test_killed_at_a_commit_the_file_holds_all_of_it_or_nothing(tmp_path: Path, 
     assert set(acknowledged) <= set(stored)
 
 
-def test_the_database_is_its_owner_s_alone_whatever_the_folder_allows(tmp_path: Path) -> None:
+def test_the_database_is_readable_by_its_owner_only(tmp_path: Path) -> None:
     folder = tmp_path / "open"
     folder.mkdir(mode=0o755)
-    (folder / FILE).touch(mode=0o644)  # as an earlier version left it
+    (folder / FILE).touch(mode=0o644)  # as left by an earlier version
     before = os.umask(0)
     try:
         store = open_store(folder)
@@ -237,7 +237,7 @@ def test_the_database_is_its_owner_s_alone_whatever_the_folder_allows(tmp_path: 
     assert modes == {FILE: 0o600, f"{FILE}-wal": 0o600, f"{FILE}-shm": 0o600}
 
 
-def test_what_is_wrong_is_logged_when_it_begins_and_when_it_is_over(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_failure_is_logged_at_its_start_and_its_end(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO)
     outage = Outage("it is away")
     assert not outage.end()
@@ -254,7 +254,7 @@ LINE = b'log {"event":"reveal","t_ms":68934,"looks":[["carrier1",0,"ACxCoKBuBBCw
 
 
 @pytest.mark.parametrize("data", [b"x", LINE, os.urandom(5000), LINE * 2000, "\u00e9\u2028".encode()])
-def test_what_was_packed_is_unpacked(data: bytes) -> None:
+def test_packed_data_is_unpacked(data: bytes) -> None:
     assert unpack(pack(data)) == data
     assert data != LINE or len(pack(data)) < len(data) / 2
 
@@ -265,7 +265,7 @@ def test_the_dictionary_is_the_one_that_stored_rows_were_packed_with() -> None:
     assert unpack(packed) == b'log {"event":"stand","t_ms":5,"robot":"joey"}'
 
 
-def test_parts_are_put_together_in_their_order() -> None:
+def test_parts_are_joined_in_their_order() -> None:
     values = [pack(os.urandom(size)) for size in (10, PIECE - 1, PIECE, 3 * PIECE + 1)]
     rows = [{"seq": i, "part": part, "data": data} for i, one in enumerate(values) for part, data in split(one)]
     assert max(len(row["data"]) for row in rows) == PIECE

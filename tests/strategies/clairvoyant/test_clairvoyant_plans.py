@@ -90,5 +90,5 @@ def test_the_time_a_plan_is_rated_by_is_that_of_the_simulated_mission(ground: Gr
     outline = best_outline(Ground(scenario.grid, scenario.robot_types, place_team(scenario, 1)), lambda n: n / 3, 1)
     assert outline.missed == 0
     assert flown.exploration_time_s is not None
-    # a plan has a millisecond between a robot's actions, a mission has none
+    # a plan has 1 ms between a robot's actions, a mission does not
     assert outline.complete_ms - len(outline.plan.actions) <= 1000 * flown.exploration_time_s <= outline.complete_ms
