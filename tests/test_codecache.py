@@ -75,7 +75,7 @@ def test_a_full_disk_is_reported_once_and_ends_nothing(tmp_path: Path) -> None:
     assert (said, told) == ("11 0", "compiled code is not kept: File too large")
 
 
-def test_kept_code_that_is_damaged_is_compiled_anew(tmp_path: Path) -> None:
+def test_damaged_stored_code_is_recompiled(tmp_path: Path) -> None:
     write(tmp_path, 10)
     run(tmp_path)
     (kept,) = (tmp_path / "near" / "__pycache__").glob("*.nbc")

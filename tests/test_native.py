@@ -44,7 +44,7 @@ def write(folder: Path, **sources: str) -> None:
 
 
 @pytest.mark.parametrize("folder", ["near", "far"])
-def test_is_made_anew_only_where_a_function_of_another_file_has_changed(run, tmp_path, folder):
+def test_code_is_recompiled_only_if_a_function_of_another_file_has_changed(run, tmp_path, folder):
     write(tmp_path / "near", outer=OUTER.format(package=folder))
     write(tmp_path / folder, inner=INNER.format(summand=10))
     assert [run("near"), run("near")] == [(12, 0), (12, 1)]

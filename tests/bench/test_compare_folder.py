@@ -47,7 +47,7 @@ def test_pairs_come_together_and_seeds_one_after_the_other() -> None:
     assert {t.seed for t in trials[4:]} == {2}
 
 
-def test_what_is_interrupted_goes_on_where_it_was(tmp_path: Path) -> None:
+def test_an_interrupted_comparison_resumes(tmp_path: Path) -> None:
     comparison = lobby(runs=3)
     run(comparison, tmp_path / "whole")
     with pytest.raises(KeyboardInterrupt):
@@ -137,7 +137,7 @@ def test_a_folder_can_grow_and_what_is_done_is_not_done_again(tmp_path: Path, gr
         ),
     ],
 )
-def test_a_folder_is_not_gone_on_with_by_another_comparison(tmp_path: Path, change, message: str) -> None:
+def test_a_folder_is_not_resumed_by_another_comparison(tmp_path: Path, change, message: str) -> None:
     run(lobby(), tmp_path)
     before = contents(tmp_path)
     with pytest.raises(UsageError) as caught:
@@ -147,7 +147,7 @@ def test_a_folder_is_not_gone_on_with_by_another_comparison(tmp_path: Path, chan
     assert contents(tmp_path) == before
 
 
-def test_a_folder_is_not_gone_on_with_by_another_version(tmp_path: Path) -> None:
+def test_a_folder_is_not_resumed_by_another_version(tmp_path: Path) -> None:
     run(lobby(), tmp_path)
     header = json.loads((tmp_path / "comparison.json").read_text())
     (tmp_path / "comparison.json").write_text(json.dumps(header | {"marsupial": "0.0.1"}))

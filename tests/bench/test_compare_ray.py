@@ -82,7 +82,7 @@ def test_rows_are_the_same_bytes_as_those_of_a_local_run_though_workers_and_a_no
 
 
 @pytest.mark.slow
-def test_the_command_does_the_same_on_a_node_through_ray_client_and_on_a_cluster_of_its_own(
+def test_the_command_gives_the_same_on_a_node_through_ray_client_and_on_a_local_cluster(
     nodes: Nodes, tmp_path: Path
 ) -> None:
     here = carried_out_here(tmp_path / "here", *QUICK)
@@ -105,7 +105,7 @@ def begun(nodes: Nodes, out: Path, address: str) -> subprocess.Popen[bytes]:
 
 
 @pytest.mark.slow
-def test_what_is_killed_in_the_middle_goes_on_and_nothing_is_lost_or_done_twice(nodes: Nodes, tmp_path: Path) -> None:
+def test_a_killed_comparison_resumes_without_losing_or_repeating_missions(nodes: Nodes, tmp_path: Path) -> None:
     out = tmp_path / "ray"
     program = begun(nodes, out, nodes.address)
     at_work = nodes.missions()

@@ -24,7 +24,7 @@ def test_fewer_than_five_starts_have_a_mean_and_no_interval_and_none_has_nothing
     assert estimate([], []) is None
 
 
-def test_what_shares_a_start_counts_once() -> None:
+def test_missions_with_the_same_start_count_once() -> None:
     once = on_one_map(1.0, 2.0, 3.0, 4.0, 6.0)
     starts = [Origin("lobby", seed) for seed in range(5)]
     thrice = estimate([start for start in starts for _ in range(3)], np.repeat([1.0, 2.0, 3.0, 4.0, 6.0], 3).tolist())

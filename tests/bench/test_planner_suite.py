@@ -159,7 +159,7 @@ def test_a_best_plan_with_a_wrong_makespan_is_refused() -> None:
             verified(wrong, situation)
 
 
-def test_what_is_no_file_of_best_plans_is_refused() -> None:
+def test_an_invalid_file_of_best_plans_is_refused() -> None:
     with pytest.raises(InputError, match="no file of best plans"):
         read_best('{"suite": 1, "best": {"x": {"digest": "0"}}}')
     with pytest.raises(InputError, match="nested too deep"):

@@ -58,7 +58,7 @@ def test_a_kept_comparison_has_all_its_missions_on_maps_that_nothing_was_tuned_o
         assert digest(replace(scenario, interference=apart)) == before[case]["digest"]
 
 
-def test_what_is_kept_of_a_comparison_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stored_comparisons_read_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kept, "ROWS", tmp_path / "rows")
     results = [invented(trial) for trial in lobby().trials()]
     with opened(tmp_path, header_of(lobby())) as add:

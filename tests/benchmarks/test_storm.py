@@ -77,7 +77,7 @@ def test_a_robot_that_jumps_and_a_rover_left_behind_are_found(mission: tuple[Lin
         (Faults(seed=3, changes=3), {"event": "change"}),
     ],
 )
-def test_a_mission_with_faults_breaks_no_rule_but_that_there_are_none(
+def test_a_mission_with_faults_breaks_only_the_rule_against_faults(
     tmp_path: Path, faults: Faults, event: dict[str, str]
 ) -> None:
     log = tmp_path / "log.jsonl"

@@ -66,7 +66,7 @@ def test_a_row_equals_the_summary_of_run_for_the_same_mission(done: Path, capsys
     assert row.quality == pytest.approx(summary["quality"], abs=1e-6)
 
 
-def test_what_is_done_can_be_shown_again_and_is_not_done_again(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_finished_missions_are_reported_again_and_not_rerun(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = bytes_of(done)
     page = (done / "report.html").read_bytes()
     (done / "report.html").unlink()
@@ -120,7 +120,7 @@ def test_a_folder_with_another_comparison_is_refused(done: Path, capsys: pytest.
         (("--report", "x", "--runs", "3", "--steps", "2"), 2, "--report takes no --runs and no --steps"),
     ],
 )
-def test_what_makes_no_sense_is_refused_before_anything_is_written(
+def test_contradictory_options_are_refused_before_anything_is_written(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],

@@ -98,7 +98,7 @@ def test_a_picture_names_the_source_of_its_starts(tmp_path: Path, yard: str, fie
 @pytest.mark.parametrize(
     ("option", "name", "told"), [("--out", "yard.bmp", "can't write .bmp"), ("--clean", "a.png", "must end in .yaml")]
 )
-def test_a_file_of_another_kind_is_a_wrong_usage(
+def test_a_file_of_another_kind_is_a_usage_error(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, yard: str, option: str, name: str, told: str
 ) -> None:
     assert main(["map", yard, "--no-picture", option, str(tmp_path / name)]) == 2

@@ -54,9 +54,7 @@ def test_a_figure_of_a_moment_is_written(log: Path, tmp_path: Path, capsys: pyte
     assert ">0:10</text>" in figure.read_text()
 
 
-def test_what_can_not_be_exported_is_a_wrong_usage(
-    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_impossible_export_is_a_usage_error(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", str(log), "--export", str(tmp_path / "lobby.avi")]) == 2
     assert "can't write .avi; there are .gif, .mp4, .svg" in capsys.readouterr().err
     assert main(["replay", str(log), "--export", str(tmp_path / "lobby.svg"), "--at", "4000"]) == 2

@@ -185,7 +185,7 @@ def test_progress_is_a_few_lines_on_stderr(capsys: pytest.CaptureFixture[str]) -
         ((), "scenario"),
     ],
 )
-def test_what_makes_no_sense_is_a_usage_error(
+def test_contradictory_options_are_a_usage_error(
     capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], message: str
 ) -> None:
     code, errors = refused(capsys, *arguments)
@@ -256,7 +256,7 @@ OPEN_YARD = "type octile\nheight 4\nwidth 7\nmap\n.......\n.......\n.......\n...
 
 
 @pytest.mark.parametrize("command", [("run", "--steps", "1"), ("export", "-o", "OUT"), ("compare",)])
-def test_what_map_warns_of_is_warned_of_once_by_all_that_load_it(
+def test_all_commands_that_load_a_map_print_the_warnings_of_map_once(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, command: tuple[str, ...]
 ) -> None:
     path = tmp_path / "yard.map"

@@ -36,7 +36,7 @@ def looking(ray: Ray) -> Gateway:
         return Gateway(ray, line, Requirements(versions={}, token=False))
 
 
-async def test_a_gateway_goes_on_while_its_node_lives_and_ends_when_that_is_dead_or_forgotten() -> None:
+async def test_a_gateway_runs_while_its_node_lives_and_ends_when_that_is_dead_or_unknown() -> None:
     ray = Ray("other")
     gateway = looking(ray)
     ray.alive["other"] = False

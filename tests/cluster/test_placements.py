@@ -59,7 +59,7 @@ async def test_an_unused_reservation_is_released_soon_and_one_on_another_node_at
     assert ray.given_back == ["old", "unwanted"]
 
 
-async def test_who_leaves_while_waiting_leaves_nothing_reserved() -> None:
+async def test_a_cancelled_waiter_leaves_no_reservation() -> None:
     class Full(Ray):
         async def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
             return None if function.__name__ == "_node_of" else await super().call(function, *arguments)

@@ -53,7 +53,7 @@ def test_an_address_shows_whether_others_can_reach_it(address: str, cluster: Clu
 
 
 @pytest.mark.parametrize("address", ["", "host", "host:", "host:port", "host:99999", "http://host:1", "a@b:1", "h:1/x"])
-def test_what_is_no_address_is_refused(address: str) -> None:
+def test_an_invalid_address_is_refused(address: str) -> None:
     with pytest.raises(UsageError, match="--ray: must be HOST:PORT, ray://HOST:PORT, auto or local"):
         cluster_at(address)
 
@@ -77,7 +77,7 @@ def test_a_token_in_the_home_directory_is_used(plain: pytest.MonkeyPatch, tmp_pa
     assert os.environ["RAY_AUTH_MODE"] == "token"
 
 
-def test_a_cluster_of_our_own_has_a_token_of_its_own_and_stays_on_this_machine(plain: pytest.MonkeyPatch) -> None:
+def test_an_own_cluster_has_its_own_token_and_is_local(plain: pytest.MonkeyPatch) -> None:
     usable(cluster_at("local"))
     assert os.environ["RAY_AUTH_MODE"] == "token"
     assert len(os.environ["RAY_AUTH_TOKEN"]) == 64

@@ -38,7 +38,7 @@ async def test_frames_larger_than_what_goes_at_once_arrive_whole_both_ways() -> 
         assert taken == [(MESSAGE, large)]
 
 
-async def test_what_was_sent_before_the_end_arrives_and_the_other_way_stays_open() -> None:
+async def test_data_sent_before_the_end_arrives_and_the_other_direction_stays_open() -> None:
     async with open_relay() as (relay, other, taken, over):
         relay.send(MESSAGE, bytes(1_000_000))
         relay.end()
@@ -60,7 +60,7 @@ async def test_closing_waits_for_what_is_not_sent() -> None:
         assert not over.is_set()
 
 
-async def test_one_that_announces_too_much_is_taken_for_gone() -> None:
+async def test_a_peer_that_announces_a_too_large_frame_counts_as_gone() -> None:
     too_much = MESSAGE + (MAX_BYTES + 1).to_bytes(4, "big")
     for early in (too_much, b""):
         async with open_relay(early) as (_relay, other, taken, over):
@@ -69,7 +69,7 @@ async def test_one_that_announces_too_much_is_taken_for_gone() -> None:
             assert taken == []
 
 
-async def test_one_that_is_not_listened_to_waits() -> None:
+async def test_a_sender_without_a_reader_waits() -> None:
     async with open_relay() as (relay, other, taken, _over):
         relay.listen(on=False)
         other.send_frame(MESSAGE, b"early")

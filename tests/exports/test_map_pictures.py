@@ -132,7 +132,7 @@ def test_small_maps_are_letters_cell_by_cell_where_there_are_no_blocks() -> None
     assert lines(classes, blocks=True, plain=True) == ["█. "]
 
 
-def test_quarters_of_a_character_are_walls_of_their_own() -> None:
+def test_quarters_of_a_character_show_separate_walls() -> None:
     classes = np.full((4, 2), MapClass.CARRIERS, dtype=np.uint8)
     classes[3, 0] = MapClass.WALL  # the uppermost row
     assert lines(classes, blocks=True, plain=True) == ["▘"]

@@ -89,7 +89,7 @@ def test_every_topic_has_a_schema_that_viewers_know(mission: tuple[Playback, lis
     }
 
 
-def test_times_only_go_on_and_are_those_of_the_mission(mission: tuple[Playback, list[Said]]) -> None:
+def test_times_increase_and_are_those_of_the_mission(mission: tuple[Playback, list[Said]]) -> None:
     playback, said = mission
     times = [one.t_ms for one in said]
     assert times == sorted(times)

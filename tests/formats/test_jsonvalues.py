@@ -18,7 +18,7 @@ def test_values_are_those_of_json() -> None:
         ("9" * 5000, "Exceeds the limit (4300 digits) for integer string conversion: value has 5000 digits"),
     ],
 )
-def test_whatever_keeps_a_text_from_being_read_is_one_kind_of_fault(text: str, fault: str) -> None:
+def test_all_errors_of_json_text_are_one_exception(text: str, fault: str) -> None:
     with pytest.raises(JsonFault) as caught:
         parse_json(text)
     assert str(caught.value) == fault

@@ -216,7 +216,7 @@ def test_numpy_integers_are_written_as_numbers() -> None:
     assert line_of(event) == '{"event":"stand","t_ms":7,"robot":"carrier1","cell":[3,4]}'
 
 
-def test_what_is_seen_is_gathered_until_something_else_happens() -> None:
+def test_seen_cells_are_collected_until_another_event() -> None:
     first = m.Revealed(t_ms=5, robot="carrier1", runs=(7, 2, 1))
     second = m.Revealed(t_ms=9, robot="rover1_1", runs=(70, 1, 0))
     lines = list(log_lines([START, first, second, DRIVE, first]))
@@ -224,7 +224,7 @@ def test_what_is_seen_is_gathered_until_something_else_happens() -> None:
     assert [json.loads(line)["event"] for line in lines[2:]] == ["drive", "reveal"]
 
 
-def test_what_was_seen_last_is_on_disk_when_the_log_is_closed(tmp_path: Path) -> None:
+def test_the_last_seen_cells_are_on_disk_when_the_log_is_closed(tmp_path: Path) -> None:
     with LogFile(tmp_path / "m.jsonl") as file:
         file.event(START)
         file.event(SEEN)
@@ -260,7 +260,7 @@ def test_cells_that_are_seen_twice_are_named() -> None:
         parse_log(twice)
 
 
-def test_what_is_no_number_is_not_written() -> None:
+def test_nan_and_infinity_are_not_written() -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
         text_of(replace(START, resolution_m=float("nan")))
 
@@ -417,7 +417,7 @@ def test_a_file_full_of_problems_reports_the_first_fifty() -> None:
         ({"robots": START.robots[1:]}, r"robots\[0\]\.carrier: no such carrier: 'carrier1'"),
     ],
 )
-def test_a_mission_that_makes_no_sense_is_refused(change: dict[str, Any], message: str) -> None:
+def test_an_inconsistent_mission_is_refused(change: dict[str, Any], message: str) -> None:
     with pytest.raises(LogError, match=f"line 1: {message}"):
         parse_log(text_of(replace(START, **change)))
 

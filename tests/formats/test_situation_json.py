@@ -49,7 +49,7 @@ def test_no_path_is_null_and_rows_go_by_place() -> None:
     assert data["robots"][1] == {"name": "r1", "type": "rover", "carrier": "c1", "free_at_ms": 0}
 
 
-def test_what_is_zero_or_false_may_be_left_out() -> None:
+def test_zero_and_false_fields_may_be_omitted() -> None:
     data = json.loads(situation_to_json(one_hall()))
     for key in ("format", "version", "homes", "goal", "places"):
         del data[key]

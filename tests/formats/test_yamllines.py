@@ -32,7 +32,7 @@ def test_the_lines_of_many_fields_are_found_in_time() -> None:
     assert process_time() - began < 5
 
 
-def test_what_stands_on_one_line_has_no_lines() -> None:
+def test_a_document_on_one_line_has_no_line_numbers() -> None:
     problems = [Problem("a", "wrong")]
     assert with_lines(problems, '{"a": 1, "b": 2}') == problems
 

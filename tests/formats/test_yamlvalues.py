@@ -25,7 +25,7 @@ from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml
         "{<<: [1]}",
     ],
 )
-def test_whatever_yaml_can_not_make_of_a_value_is_one_fault_with_its_line(value: str) -> None:
+def test_all_errors_of_yaml_values_are_one_exception_with_a_line(value: str) -> None:
     with pytest.raises(YamlFault, match=r"^line 2.*$"):
         parse_yaml(f"a: 1\nb: {value}\n")
     with pytest.raises(MapError, match="is not valid YAML: "):

@@ -126,7 +126,7 @@ def test_exceptions_of_foreign_code_pass_through_unchanged(arguments: dict[str, 
         marsupial.explore("lobby", **{**QUICK, **arguments})
 
 
-def test_numbers_of_numpy_are_numbers_and_come_out_plain(tmp_path: Path) -> None:
+def test_numpy_numbers_are_accepted_and_become_plain(tmp_path: Path) -> None:
     place = marsupial.scenario("lobby", carriers=np.int64(1), rovers=np.uint8(1))  # type: ignore[arg-type]
     log = tmp_path / "lobby.jsonl"
     result = marsupial.explore(place, "heuristic", seed=np.int64(3), steps=np.int32(1), log=log)  # type: ignore[arg-type]
@@ -136,7 +136,7 @@ def test_numbers_of_numpy_are_numbers_and_come_out_plain(tmp_path: Path) -> None
     assert type(marsupial.Budget(seconds=np.float32(2)).seconds) is float
 
 
-def test_what_can_not_be_written_or_asked_of_a_result_is_named(tmp_path: Path) -> None:
+def test_invalid_calls_on_a_result_are_named(tmp_path: Path) -> None:
     result = marsupial.explore("lobby", **QUICK)
     for wrong in (tmp_path, tmp_path / "none" / "x.html", 5):
         with pytest.raises(UsageError, match=r"path: (can't write|must be a path)"):
@@ -154,7 +154,7 @@ JUNK = st.one_of(
 
 
 @given(value=JUNK)
-def test_whatever_it_is_an_argument_is_plain_or_refused_by_name(value: Any) -> None:
+def test_any_argument_becomes_plain_or_is_refused_by_name(value: Any) -> None:
     for read, kind in ((whole, int), (number, float), (text, str), (path, Path), (target, Path)):
         plain, said = None, ""
         try:
@@ -168,7 +168,7 @@ def test_whatever_it_is_an_argument_is_plain_or_refused_by_name(value: Any) -> N
 @given(
     name=st.sampled_from(["scenario", "strategy", "planner", "seed", "budget", "steps", "log", "sensor"]), value=JUNK
 )
-def test_explore_raises_nothing_but_errors_of_its_own(name: str, value: Any) -> None:
+def test_explore_raises_only_documented_errors(name: str, value: Any) -> None:
     plausible = isinstance(value, str) if name == "log" else value is None or isinstance(value, int)
     if plausible or (name in ("budget", "seed") and isinstance(value, float)):
         return  # these would run a mission, or write files
@@ -178,7 +178,7 @@ def test_explore_raises_nothing_but_errors_of_its_own(name: str, value: Any) -> 
 
 @settings(max_examples=60)
 @given(value=JUNK)
-def test_the_other_functions_raise_nothing_but_errors_of_their_own(value: Any) -> None:
+def test_the_other_functions_raise_only_documented_errors(value: Any) -> None:
     for call in (
         lambda: marsupial.scenario(value),
         lambda: marsupial.scenario("lobby", carriers=value) if not isinstance(value, int) else None,

@@ -130,7 +130,7 @@ def test_own_sensors_are_passed_as_objects() -> None:
     ("seen", "message"),
     [([10**9], "one outside"), ([-1], "one outside"), ([[1]], "list of cells"), ([0.5], "list of cells")],
 )
-def test_a_sensor_that_sees_what_is_not_there_is_refused(seen: list[Any], message: str) -> None:
+def test_a_sensor_that_sees_nonexistent_cells_is_refused(seen: list[Any], message: str) -> None:
     class Broken:
         def visible(self, *_: object) -> npt.NDArray[Any]:
             return np.array(seen)

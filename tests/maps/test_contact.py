@@ -37,9 +37,7 @@ def test_past_one_obstacle_the_corner_is_touched() -> None:
 
 
 @given(truth=random_cells(smallest=2, largest=14), radius=st.sampled_from(RADII), data=st.data())
-def test_what_is_touched_and_free_is_connected_to_the_robot(
-    truth: CellArray, radius: float, data: st.DataObject
-) -> None:
+def test_touched_free_cells_are_connected_to_the_robot(truth: CellArray, radius: float, data: st.DataObject) -> None:
     at = _start(truth, data)
     grid = Grid(cells=truth, resolution_m=1.0)
     found = on_map(Contact(rover(radius_m=radius), 1.0).touched(truth, at), grid)
@@ -47,7 +45,7 @@ def test_what_is_touched_and_free_is_connected_to_the_robot(
 
 
 @given(truth=random_cells(smallest=2, largest=14), radius=st.sampled_from(RADII), data=st.data())
-def test_whether_a_robot_can_go_on_is_settled_by_touch(truth: CellArray, radius: float, data: st.DataObject) -> None:
+def test_contact_decides_whether_a_robot_can_drive_on(truth: CellArray, radius: float, data: st.DataObject) -> None:
     at = _start(truth, data)
     height, width = truth.shape
     found = on_map(Contact(rover(radius_m=radius), 1.0).touched(truth, at), Grid(cells=truth, resolution_m=1.0))

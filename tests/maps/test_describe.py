@@ -121,7 +121,7 @@ def test_a_suspicious_resolution_is_named(resolution_m: float) -> None:
     assert warning.startswith(f"resolution {resolution_m:g} m per cell")
 
 
-def test_what_the_reader_noticed_comes_first() -> None:
+def test_warnings_of_the_reader_come_first() -> None:
     grid = draw("..", "?#")
     reading = replace(
         reading_of(grid, warnings=("grey 205 became free",)),

@@ -24,7 +24,7 @@ def assert_same(mine: Reach, theirs: Reach) -> None:
         assert np.array_equal(mine.docking[pair].carrier_at(cells), docking.carrier_at(cells))
 
 
-def test_what_only_a_lost_robot_reached_is_out_of_reach_again() -> None:
+def test_ground_that_only_a_lost_robot_reached_is_out_of_reach_again() -> None:
     growing = GrowingReach(Territory(draw("..#.."), (ROVER,)))
     r, s = standing("r", Cell(0, 0), "rover"), standing("s", Cell(4, 0), "rover")
     assert picture(growing.reach([r, s]).by_type["rover"]) == ["xx.xx"]
@@ -67,7 +67,9 @@ def moved(robot: PlacedRobot, reach: Reach, data: st.DataObject) -> PlacedRobot:
 
 @settings(max_examples=200)
 @given(truth=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH)), seed=st.integers(0, 2**32 - 1), data=st.data())
-def test_reach_and_frontiers_that_grew_are_those_found_anew(truth: CellArray, seed: int, data: st.DataObject) -> None:
+def test_incremental_reach_and_frontiers_equal_those_from_scratch(
+    truth: CellArray, seed: int, data: st.DataObject
+) -> None:
     rng = np.random.default_rng(seed)
     known = np.full_like(truth, UNKNOWN)
     territory = Territory(Grid(cells=known, resolution_m=1.0), (CARRIER, ROVER))

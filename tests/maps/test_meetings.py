@@ -138,7 +138,7 @@ def test_points_that_are_good_no_more_are_dropped() -> None:
     assert not {"walled", "strange"} & {point.name for point in found.points}
 
 
-def test_without_rovers_there_is_nothing_to_meet_for() -> None:
+def test_without_rovers_there_are_no_meeting_points() -> None:
     found, _, _ = analysed(draw(*ONE_DOOR), standing("c", *where("c", *ONE_DOOR)))
     assert found == Meetings(points=(), connects={})
 

@@ -76,7 +76,7 @@ def test_the_unknown_blocks_sight_unless_the_table_says_that_it_does_not() -> No
     assert picture(on_map(Sight(grid.cells, hopeful).visible(Cell(0, 0), FAR), grid)) == ["xxxx"]
 
 
-def test_a_map_that_changes_is_read_anew() -> None:
+def test_a_changed_map_is_read_again() -> None:
     cells = np.full((1, 5), FLOOR, dtype=np.uint8)
     sight = Sight(cells, Grid(cells=cells, resolution_m=1.0).opaque_codes())
     assert sorted(sight.visible(Cell(0, 0), FAR).tolist()) == [0, 1, 2, 3, 4]
@@ -95,9 +95,7 @@ def test_each_cell_is_named_once_and_the_own_one_always(cells: CellArray, data: 
 
 
 @given(cells=random_cells(), data=st.data())
-def test_who_has_looked_round_would_see_nothing_unknown_whatever_else_is_known(
-    cells: CellArray, data: st.DataObject
-) -> None:
+def test_a_robot_that_has_looked_around_has_no_unknown_cell_in_view(cells: CellArray, data: st.DataObject) -> None:
     grid, cell, range_cells = _case(cells, data)
     known = np.where(data.draw(random_flags(cells.shape)), cells, UNKNOWN).astype(np.uint8)
     seen = Sight(cells, grid.opaque_codes()).visible(cell, range_cells)
@@ -125,7 +123,7 @@ def test_the_first_to_see_some_cells_is_the_first_of_whose_view_they_are(cells: 
 
 @settings(max_examples=60)
 @given(cells=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, UNKNOWN)), data=st.data())
-def test_what_is_seen_is_what_rays_meet(cells: CellArray, data: st.DataObject) -> None:
+def test_seen_cells_are_those_hit_by_rays(cells: CellArray, data: st.DataObject) -> None:
     grid, cell, range_cells = _case(cells, data)
     opaque = grid.opaque_codes()
     seen = set(Sight(grid.cells, opaque).visible(cell, range_cells).tolist())

@@ -86,7 +86,7 @@ def test_recovery_and_return_are_asked_for_only_once_no_target_is_left() -> None
         (Goal(recover_rovers=False, return_home=True), SituationGoal(recover_rovers=True, return_home=True)),
     ],
 )
-def test_who_comes_home_brings_the_rovers(goal: Goal, asked: SituationGoal) -> None:
+def test_carriers_that_return_home_bring_the_rovers(goal: Goal, asked: SituationGoal) -> None:
     assert survey(*CARRYING, rows=CLOSED, goal=goal).situation.goal == asked
 
 
@@ -155,7 +155,7 @@ def test_travel_tables_hold_the_shortest_paths_of_each_type_while_the_map_grows(
             assert np.array_equal(found.situation.travel_ms[kind.name], expected)
 
 
-def test_a_meeting_point_is_a_place_for_all_types_that_get_there() -> None:
+def test_a_meeting_point_is_a_place_for_all_types_that_reach_it() -> None:
     found = survey(*CARRYING)
     for point in found.meetings:
         assert found.poses[point.name] == {"carrier": point.carrier_cell, "rover": point.rover_cell}
@@ -235,7 +235,7 @@ def test_a_survey_sees_what_was_revealed_since_the_last_one() -> None:
     assert looking.survey(CARRYING, 0).targets == ()
 
 
-def test_robots_that_moved_are_looked_at_anew() -> None:
+def test_moved_robots_are_surveyed_again() -> None:
     looking = surveyor(draw(*ONE_DOOR))
     assert len(looking.targets(CARRYING)) == 1
     assert looking.targets((report("c", START),)) == ()

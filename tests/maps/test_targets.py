@@ -89,7 +89,7 @@ def test_a_frontier_that_is_seen_from_its_middle_is_one_target() -> None:
     assert target.cells.tolist() == [7, 8, 9, 10, 11, 12, 13]
 
 
-def test_what_a_target_may_reveal_is_the_unknown_in_sight_from_its_viewpoint() -> None:
+def test_the_gain_of_a_target_is_the_unknown_area_in_sight_of_its_viewpoint() -> None:
     rows = ("r??#??",)
     (target,) = targets_of(draw(*rows, resolution_m=0.5), standing("r", Cell(0, 0), "rover"))
     assert target.reveal_m2 == 2 * 0.25
@@ -264,7 +264,7 @@ def test_every_frontier_cell_is_a_targets_or_refused() -> None:
 
 
 @given(cells=MIXED, data=st.data())
-def test_targets_have_names_of_their_own_and_members_in_sight(cells: CellArray, data: st.DataObject) -> None:
+def test_targets_have_unique_names_and_members_in_sight(cells: CellArray, data: st.DataObject) -> None:
     grid = Grid(cells=cells, resolution_m=1.0)
     robots = _team(grid, data)
     finder, reach = look(grid, *robots, kinds=(CARRIER, ROVER))

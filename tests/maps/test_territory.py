@@ -85,7 +85,7 @@ def test_a_carrier_with_no_places_docks_with_nobody() -> None:
     assert reach.by_type["rover"].sum() == 36
 
 
-def test_what_blocks_sight_is_not_seen_through() -> None:
+def test_opaque_cells_block_sight() -> None:
     hedge = Terrain(code=ROUGH, name="hedge", blocks_sight=True)
     grid = Grid(cells=draw("#.,?").cells, resolution_m=1.0, terrains=(Terrain(code=FLOOR, name="floor"), hedge))
     assert picture(Territory(grid, (CARRIER,)).see_through) == [".x.."]

@@ -83,9 +83,7 @@ def test_squares_keep_their_names_and_draws_while_the_map_grows() -> None:
 
 
 @given(random_cells(), st.integers(1, 3), st.data())
-def test_what_is_kept_while_the_map_grows_is_what_is_found_from_scratch(
-    cells: CellArray, metres: int, data: st.DataObject
-) -> None:
+def test_incremental_squares_equal_those_from_scratch(cells: CellArray, metres: int, data: st.DataObject) -> None:
     order = data.draw(st.permutations(range(cells.size)))
     known = np.full_like(cells, UNKNOWN)
     grid = Grid(cells=known, resolution_m=float(metres))

@@ -33,7 +33,7 @@ def clusters_of(cells: CellArray, groups: list[Ints], range_cells: float) -> lis
     return found
 
 
-def test_what_is_unknown_in_a_view_is_counted() -> None:
+def test_unknown_cells_in_a_view_are_counted() -> None:
     cells = draw("..?#", "o.??").cells
     assert Views(cells, through_the_unknown(cells), UNKNOWN).hidden(Cell(0, 0), 100.0) == 3
 

@@ -72,7 +72,7 @@ def test_targets_take_their_new_names_and_times_are_those_of_the_new_moment() ->
     assert [(action.start_ms, action.duration_ms) for action in plan.actions] == [(0, 30_000)]
 
 
-def test_a_target_that_is_gone_is_left_out_and_the_way_on_starts_where_the_robot_is() -> None:
+def test_a_vanished_target_is_left_out_and_the_next_drive_starts_at_the_robot() -> None:
     actions = [drive(EXPLORE, "c1", "gone", "s"), drive(EXPLORE, "c1", "t2", "gone")]
     assert words(carried_over(actions, one_hall(), {"t2": "t2"})) == ["(explore c1 c1_start t2)"]
 
@@ -83,12 +83,12 @@ def test_two_targets_that_became_one_are_explored_once() -> None:
     assert words(plan) == ["(explore c1 c1_start t1)", "(explore c1 t1 t2)"]
 
 
-def test_what_a_lost_robot_was_to_do_is_left_out() -> None:
+def test_actions_of_a_lost_robot_are_left_out() -> None:
     actions = [drive(EXPLORE, "c9", "t1", "s"), meet(DOCK, "r1", "c9", "m1"), drive(EXPLORE, "c1", "t2", "s")]
     assert words(carried_over(actions, one_hall(), {"t1": "t1", "t2": "t2"})) == ["(explore c1 c1_start t2)"]
 
 
-def test_a_meeting_point_that_is_gone_takes_the_deployment_there_with_it() -> None:
+def test_a_vanished_meeting_point_removes_the_deployment_there() -> None:
     situation = one_room()
     actions = [drive(MOVE, "c1", "m9", "s"), meet(UNDOCK, "r1", "c1", "m9"), drive(EXPLORE, "r1", "t1", "m9")]
     assert carried_over(actions, situation, itself(situation)) is None
@@ -109,7 +109,7 @@ def test_an_undocking_that_is_under_way_is_not_planned_again() -> None:
     assert plan.actions[0].start_ms == 4000
 
 
-def test_one_thing_that_makes_no_sense_any_more_does_not_spoil_the_rest() -> None:
+def test_one_impossible_action_does_not_affect_the_others() -> None:
     situation = situation_of([carrier(1), carrier(2)], {"t1": hall(5), "t2": hall(5, 1)}, {},
                              {"c1_start": hall(0), "c2_start": hall(1)})  # fmt: skip
     actions = [drive(EXPLORE, "c1", "t2", "s"), drive(EXPLORE, "c2", "t1", "s")]
@@ -135,7 +135,7 @@ def moments(draw: st.DrawFn) -> tuple[Sequence[Action], Situation, dict[str, str
 
 
 @given(moments())
-def test_whatever_comes_out_is_accepted_by_the_checker(
+def test_carried_over_plans_are_accepted_by_the_checker(
     moment: tuple[Sequence[Action], Situation, dict[str, str]],
 ) -> None:
     actions, situation, renamed = moment

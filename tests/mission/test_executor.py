@@ -89,13 +89,13 @@ def test_a_dock_waits_for_both_and_is_counted_when_done() -> None:
     assert (stage.executor.deployments.retrieved, stage.executor.deployed_at) == (1, {})
 
 
-def test_a_robot_whose_partner_is_late_does_not_go_on_without_it() -> None:
+def test_a_robot_waits_for_its_late_partner() -> None:
     stage = Stage(robot("c1", DOOR), robot("r1", Cell(15, 1)))
     stage.follow(drive(MOVE, "r1", "m1", "s_r1"), meet(DOCK, "r1", "c1", "m1"), drive(EXPLORE, "c1", "t2", "s_c1"))
     assert stage.commands() == [("drive", "r1", Cell(11, 1))]
 
 
-def test_a_drive_that_the_new_plan_wants_as_well_goes_on() -> None:
+def test_a_drive_that_the_new_plan_keeps_continues() -> None:
     stage = in_the_hall()
     stage.follow(drive(EXPLORE, "c1", "t1", "s_c1"))
     stage.commands()

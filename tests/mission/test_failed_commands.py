@@ -51,7 +51,7 @@ def failures_of(watcher: Watcher) -> list[ActionName]:
 
 
 @pytest.mark.parametrize("name", ["drive", "undock", "dock"])
-def test_what_failed_once_is_planned_anew_and_done(name: str) -> None:
+def test_failed_actions_are_replanned_and_done(name: str) -> None:
     failed: list[str] = []
 
     def once(_number: int, command: str) -> bool:
@@ -70,7 +70,7 @@ def test_what_failed_once_is_planned_anew_and_done(name: str) -> None:
 
 @pytest.mark.parametrize("period", [4, 5])
 @pytest.mark.parametrize("planning_time", PlanningTime)
-def test_a_mission_gets_there_though_many_commands_fail(period: int, planning_time: PlanningTime) -> None:
+def test_a_mission_completes_although_many_commands_fail(period: int, planning_time: PlanningTime) -> None:
     team = (carrier_at(5, 1), rover_on("c1"))
     slow = Timed(greedy_strategy(), wall_s=0.7)
     ended, watcher, watch = fly(lambda n, _: n % period == 0, TWO_ANNEXES, team, slow, planning_time)

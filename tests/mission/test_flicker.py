@@ -81,7 +81,7 @@ def test_noise_all_over_the_map_does_not_keep_a_team_from_ending(code: int) -> N
 
 
 @pytest.mark.parametrize("code", [UNKNOWN, OBSTACLE])
-def test_what_flickers_under_a_robot_does_not_keep_a_team_from_ending(code: int) -> None:
+def test_cells_that_flicker_under_a_robot_do_not_keep_a_mission_from_ending(code: int) -> None:
     def under(world: FlickeringWorld, report: int) -> Mapping[Cell, int]:
         at = [robot.cell for robot in world.robots() if robot.cell is not None]
         return dict.fromkeys(at, code) if report % 2 else {}

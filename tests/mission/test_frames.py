@@ -40,7 +40,7 @@ def test_a_mission_is_played_back_in_its_last_frame() -> None:
     assert in_last_frame(EVENTS) == EVENTS
 
 
-def test_what_is_tracked_on_the_way_is_what_is_played_back() -> None:
+def test_live_tracking_equals_the_playback() -> None:
     tracker, playback = MissionTracker(), Playback(GROWN)
     for event in GROWN:
         tracker.event(event)

@@ -75,7 +75,7 @@ def test_a_carrier_goes_where_it_sees_whether_a_rover_can_be_set_down(strategy: 
 
 
 @pytest.mark.parametrize("strategy", ["heuristic", "assignment", "temporal"])
-def test_what_is_behind_a_recess_that_is_not_seen_in_passing_is_explored(strategy: str) -> None:
+def test_ground_behind_an_unseen_recess_is_explored(strategy: str) -> None:
     summary = flown(RECESS, Cell(1, 1), 20.0, strategy)
     area = (summary.explored_area_m2, summary.reachable_area_m2)
     assert (summary.status, *area) == (Status.COMPLETE, HALL + ROVERS_CELLS, HALL + ROVERS_CELLS)
@@ -102,7 +102,7 @@ def test_ground_that_is_never_shown_is_looked_for_once_while_the_map_changes() -
 
 
 @pytest.mark.parametrize("seed", [*range(16), 80, 261, 278, 298])
-def test_what_a_team_explores_does_not_depend_on_who_leads_it(seed: int) -> None:
+def test_the_explored_area_does_not_depend_on_the_strategy(seed: int) -> None:
     scenario = odd_world(random.Random(seed))
     for strategy in ("heuristic", "heuristic-plus", "assignment"):
         summary = simulate(scenario, strategy=strategy, planner="greedy", budget=Budget(steps=1), seed=1)

@@ -130,7 +130,7 @@ def test_a_team_that_has_to_return_home_does_but_rovers_on_the_ground_have_none(
     assert watcher.faults == []
 
 
-def test_a_mission_is_complete_though_a_robot_that_just_stopped_had_been_given_one_more_thing_to_do() -> None:
+def test_a_mission_is_complete_although_a_stopped_robot_had_another_action() -> None:
     # the carrier gets the stop command at x = 36; at x = 38, where it stops, it sees the end of the hall
     ended, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], Scripted(nearest_target))
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
@@ -275,7 +275,7 @@ def test_replanning_waits_for_a_second_of_news_unless_something_ends() -> None:
     assert all(b - a >= LOOK_MS or b in ends for a, b in pairwise(times))
 
 
-def test_what_a_lost_robot_was_to_do_is_given_to_another() -> None:
+def test_targets_of_a_lost_robot_are_given_to_another() -> None:
     team = [carrier_at(19, 1, 1), carrier_at(20, 1, 2)]
     ended, watcher = fly(drawn_grid(*LONG_HALL), team, greedy_strategy(), failures={"c1": 4500})
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
@@ -372,7 +372,7 @@ class TestChargedPlanning:
         assert (ended.status, ended.coverage, ended.aboard) == (Status.COMPLETE, 1.0, ("r1",))
         assert watcher.faults == []
 
-    def test_a_plan_that_was_overtaken_is_made_anew(self) -> None:
+    def test_an_outdated_plan_is_replaced(self) -> None:
         # the loss of c1 triggers a second plan, during which c2 sees the last cells
         strategy = Timed(greedy_strategy(), 0.0)
 

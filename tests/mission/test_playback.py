@@ -70,7 +70,7 @@ def test_a_moment_outside_the_mission_counts_as_its_start_or_end(playback: Playb
 
 
 @given(st.integers(0, 26_005))
-def test_who_is_carried_and_who_carries_agree(t_ms: int) -> None:
+def test_carriers_and_carried_rovers_agree(t_ms: int) -> None:
     team = robots(Playback(EVENTS), t_ms)
     for robot in team.values():
         assert all(team[name].carrier == robot.name for name in robot.cargo)
@@ -180,7 +180,7 @@ def test_a_mission_of_one_event_can_be_played() -> None:
 
 
 @pytest.mark.parametrize("t_ms", [0, 2_000, 12_000, 26_005])
-def test_what_is_known_is_true(playback: Playback, t_ms: int) -> None:
+def test_the_known_map_is_true(playback: Playback, t_ms: int) -> None:
     cells = playback.cells_at(t_ms)
     known = cells != UNKNOWN
     assert known[20, 6]

@@ -113,7 +113,7 @@ UNDOCK = Action(
 )
 
 
-def test_a_driving_robot_is_at_the_next_cell_and_free_when_it_gets_there() -> None:
+def test_a_driving_robot_is_at_the_next_cell_and_free_on_its_arrival_there() -> None:
     events = [START, DriveStarted(t_ms=1000, robot="carrier1", cell=Cell(1, 1), steps="000"), end_at(9000)]
     robot = moment_at(events, 2500).robots[0]
     assert (robot.cell, robot.free_at_ms, robot.heading) == (Cell(3, 1), 3000, 0)
@@ -143,7 +143,7 @@ def test_a_rover_on_a_lost_carrier_is_lost() -> None:
     assert [robot.lost for robot in moment_at(events, 1500).robots] == [True, True]
 
 
-def test_what_is_revealed_later_is_not_known_yet() -> None:
+def test_cells_revealed_later_are_unknown() -> None:
     events = [
         START,
         Revealed(t_ms=0, robot="carrier1", runs=(8, 3, FLOOR)),

@@ -97,7 +97,7 @@ def test_no_rover_is_set_down_when_there_is_no_time_to_pick_it_up() -> None:
     assert (ended.status, ended.deployments, ended.aboard) == (Status.TIME_LIMIT, 0, ("r1",))
 
 
-def test_who_is_not_back_in_time_is_named() -> None:
+def test_robots_that_are_not_back_in_time_are_named() -> None:
     hall = ("#" * 42, "#" + "." * 40 + "#", "#" * 42)
     robots = [carrier_at(1, 1), rover_at(3, 1)]
     ended, _ = fly(drawn_grid(*hall), robots, greedy_strategy(), time_ms=9000)
@@ -120,7 +120,7 @@ def test_robots_that_take_long_from_cell_to_cell_turn_back_in_time_too(limit_s: 
     assert ended.reason.endswith("the team is home")
 
 
-def test_who_can_not_be_fetched_is_named_and_why_and_the_others_are_fetched() -> None:
+def test_rovers_that_can_not_be_fetched_are_named_with_the_reason_and_the_others_fetched() -> None:
     hall = ("#" * 72, "#,#" + "." * 68 + "#", "#" * 72)
     robots = [carrier_at(20, 1), rover_at(21, 1, 1), rover_at(1, 1, 2)]
     kinds: dict[str, RobotType] = kinds_of(capacity=2)

@@ -21,7 +21,7 @@ def test_targets_count_by_when_they_are_reached_and_what_they_may_reveal() -> No
     assert MAKESPAN.value(situation, planned(situation)) == (30_002, 2000 * (10_001 + 30_002), 30_002)
 
 
-def test_what_reveals_more_is_worth_more() -> None:
+def test_targets_that_reveal_more_are_worth_more() -> None:
     target = one_hall().targets[0]
     assert MAKESPAN.weight(replace(target, reveal_m2=2.5)) == 3500
 

@@ -121,7 +121,7 @@ def test_partners_are_kept_apart() -> None:
     assert chosen(view, Bidding(W_n=0.0, W_p=0.0))["a"] in {Cell(5, 1), Cell(5, 3), Cell(4, 1), Cell(4, 3), Cell(6, 1)}
 
 
-def test_what_another_robot_will_see_is_no_gain() -> None:
+def test_cells_that_another_robot_will_see_are_no_gain() -> None:
     robots = [robot("a", A), robot("b", B, goal=3 * HALLWAY.width + 3)]
     goals = chosen(moment(HALLWAY, robots), Sheng(w_2=0.0))
     assert hypot(goals["a"].x - 3, goals["a"].y - 3) > 1.5

@@ -55,7 +55,7 @@ def test_routes_of_least_energy_take_no_more_energy_and_are_no_shorter(cuts_corn
     assert (0.0 < saved < 0.2, longer >= 0.0) == (True, True)
 
 
-def test_where_turning_takes_nothing_there_is_nothing_to_save() -> None:
+def test_without_turning_costs_nothing_can_be_saved() -> None:
     pairs = route_pairs(MAP, 8, 1, costs=MotionCosts(stop=0.0, turn=(0.0, 0.0, 0.0, 0.0)))
     assert pairs.gains == pytest.approx((0.0, 0.0))
 

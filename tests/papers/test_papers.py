@@ -63,7 +63,7 @@ def verdicts(name: str, found: ComparisonOutcome) -> list[StatementVerdict]:
     return [finding.verdict for finding in named(name).findings(found)]
 
 
-def test_parts_of_an_experiment_are_no_papers_of_their_own() -> None:
+def test_parts_of_an_experiment_are_not_listed_as_papers() -> None:
     assert tuple(PAPERS) == ("wurm2010", "wurm2008", "alkhawaldah", "mei")
     assert {part for name in PAPERS for part in named(name).parts.values()} < set(PARTS)
 

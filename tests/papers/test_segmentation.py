@@ -75,7 +75,7 @@ def test_segments_meet_in_the_doorways() -> None:
         ((CORRIDOR_END,), []),
     ],
 )
-def test_what_is_unexplored_has_segments_of_its_own(
+def test_unexplored_ground_has_separate_segments(
     hidden: tuple[tuple[slice, slice], ...], rooms: list[tuple[int, int]]
 ) -> None:
     cells = with_unknown(floor_plan(), *hidden)

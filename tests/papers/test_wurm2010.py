@@ -63,7 +63,7 @@ def test_statements_do_not_hold_where_the_data_say_the_opposite(paper: Compariso
     assert [found[i].verdict for i in (3, 4, 5)] == [StatementVerdict.FAILS] * 3
 
 
-def test_statements_are_open_while_there_is_too_little_to_judge_by(paper: Comparison) -> None:
+def test_statements_are_open_without_enough_data(paper: Comparison) -> None:
     found = wurm2010.findings(paper_outcome(paper, runs=0))
     assert {finding.verdict for finding in found} == {StatementVerdict.OPEN}
     assert wurm2010.findings(paper_outcome(paper, runs=4))[0].verdict is StatementVerdict.OPEN

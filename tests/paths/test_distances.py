@@ -81,7 +81,7 @@ def test_a_cell_that_is_new_costs_one_search_and_those_that_are_known_none() -> 
     assert searches.count == count + 1
 
 
-def test_what_was_apart_is_searched_again_only_where_it_may_be_connected_now() -> None:
+def test_separate_places_are_searched_again_only_if_they_may_now_be_connected() -> None:
     mask = np.ones((3, 30), dtype=np.bool_)
     mask[:, 10], mask[:, 20] = False, False
     searches = Searches(mask)

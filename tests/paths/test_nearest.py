@@ -68,7 +68,7 @@ def nearest_by_dijkstra(passable: Mask, sources: Mask, limit: float) -> np.ndarr
 
 @settings(max_examples=150)
 @given(truth=masks(12), limit=st.sampled_from((0.5, 1.5, 2.5, 4.0, math.inf)), data=st.data())
-def test_what_is_added_little_by_little_has_the_nearest_source(truth: Mask, limit: float, data: st.DataObject) -> None:
+def test_cells_added_incrementally_have_the_nearest_source(truth: Mask, limit: float, data: st.DataObject) -> None:
     indices = st.lists(st.integers(0, truth.size - 1), max_size=4, unique=True).map(lambda cells: at(*cells))
     passable, sources = np.zeros_like(truth), np.zeros_like(truth)
     nearest = Nearest(passable, limit)

@@ -168,7 +168,7 @@ def test_odd_situations_that_have_a_plan_are_solved(name: str, case: str) -> Non
 
 @pytest.mark.parametrize("name", ENGINES)
 @pytest.mark.parametrize("case", UNSOLVABLE)
-def test_what_is_seen_to_be_impossible_is_called_so_by_name(name: str, case: str) -> None:
+def test_impossible_targets_and_robots_are_named(name: str, case: str) -> None:
     make, named = UNSOLVABLE[case]
     plans, finished = ask(engine(name), make())
     assert not plans
@@ -178,7 +178,7 @@ def test_what_is_seen_to_be_impossible_is_called_so_by_name(name: str, case: str
 
 @pytest.mark.parametrize("name", PROMPT)
 @pytest.mark.parametrize("case", WITHOUT_A_PLAN)
-def test_what_has_no_plan_ends_with_a_reason(name: str, case: str) -> None:
+def test_situations_without_a_plan_end_with_a_reason(name: str, case: str) -> None:
     gives_up(name, WITHOUT_A_PLAN[case]())
 
 

@@ -19,7 +19,7 @@ def test_plans_are_kept_that_are_valid_and_better_than_all_before() -> None:
     assert incumbent.refused == []
 
 
-def test_what_the_checker_refuses_is_noted_and_not_kept() -> None:
+def test_refused_plans_are_recorded_and_not_kept() -> None:
     incumbent = Incumbent(one_room())
     assert not incumbent.take(WRONG)
     assert (incumbent.plan, incumbent.value) == (None, None)

@@ -52,7 +52,7 @@ def places(plan: Plan) -> list[str]:
     return [action.place for action in plan.actions]
 
 
-def test_what_is_worth_more_is_reached_first_though_it_takes_longer() -> None:
+def test_more_valuable_targets_are_reached_first_although_it_takes_longer() -> None:
     assert places(best(near_and_far(), priced(near=1.0, far=1.0))) == ["near", "far"]
     assert places(best(near_and_far(), priced(near=1.0, far=2.0))) == ["far", "near"]
     assert places(best(near_and_far(), priced(makespan=9.0, near=1.0, far=2.0))) == ["near", "far"]
@@ -69,7 +69,7 @@ def set_down(plan: Plan) -> set[str]:
     return {action.robot for action in plan.actions if action.name is ActionName.UNDOCK}
 
 
-def test_one_rover_goes_on_instead_of_a_second_where_both_would_have_to_be_retrieved() -> None:
+def test_one_rover_drives_on_instead_of_a_second_if_both_must_be_retrieved() -> None:
     by = priced(makespan=3, driving=0.15, t1=1.0, t2=1.0)
     assert len(set_down(best(two_doors(), by))) == 2
     assert len(set_down(best(replace(two_doors(), goal=SituationGoal(recover_rovers=True)), by))) == 1

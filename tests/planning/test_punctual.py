@@ -84,7 +84,7 @@ def test_counted_steps_take_as_long_as_they_take_in_the_same_thread(late: Late) 
     assert late.asked == [threading.get_ident()]
 
 
-def test_what_an_engine_raises_is_raised() -> None:
+def test_exceptions_of_an_engine_are_raised() -> None:
     class Raising(Late):
         def solve(self, *_: object, **__: object) -> Iterator[Improved | Finished]:
             raise UsageError("not like that")
@@ -93,7 +93,7 @@ def test_what_an_engine_raises_is_raised() -> None:
         last_of(Punctual(Raising()), Budget(seconds=HANG_S))
 
 
-def test_a_mission_goes_on_without_an_engine_that_is_late(late: Late) -> None:
+def test_a_mission_continues_without_a_late_engine(late: Late) -> None:
     found = marsupial.explore("office", planner=late, budget=0.01)
     assert found.status is Status.COMPLETE
     assert len(late.asked) == 1

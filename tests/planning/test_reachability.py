@@ -58,7 +58,7 @@ def test_hopeless_targets_are_named_with_the_reason() -> None:
          "no place aboard for r2: of the carriers only c1 can get there, with 1 place in all"),
     ],
 )  # fmt: skip
-def test_what_a_part_of_the_team_can_not_do_is_impossible(situation: Situation, left: set[str], why: str) -> None:
+def test_a_goal_beyond_a_part_of_the_team_is_impossible(situation: Situation, left: set[str], why: str) -> None:
     assert impossible(situation.restricted(robots=frozenset(left))) == why
 
 

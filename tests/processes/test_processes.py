@@ -75,7 +75,7 @@ def test_a_job_streams_what_it_yields_and_finishes() -> None:
     assert ended.ending is Ending.FINISHED
 
 
-def test_a_job_has_a_session_of_its_own_and_leaves_no_core_files() -> None:
+def test_a_job_has_its_own_session_and_leaves_no_core_files() -> None:
     values, _ = result("whoami")
     assert values == [{"session": True, "core": 0}]
 
@@ -97,7 +97,7 @@ def test_the_launcher_has_one_thread_and_serves_many_jobs() -> None:
         ("segfault", None, "SIGSEGV"),
     ],
 )
-def test_what_ends_a_job_before_its_end_is_a_crash_that_names_it(name: str, argument: object, detail: str) -> None:
+def test_a_premature_end_of_a_job_is_a_crash_with_its_cause(name: str, argument: object, detail: str) -> None:
     values, ended = result(name, argument)
     assert (values, ended.ending) == ([1], Ending.CRASHED)
     assert detail in ended.detail
@@ -132,7 +132,7 @@ def test_a_job_that_never_ends_is_stopped_at_its_limit_with_all_it_started(name:
     assert all(gone(int(str(pid))) for pid in values)
 
 
-def test_what_a_finished_job_leaves_running_is_ended() -> None:
+def test_processes_left_by_a_finished_job_are_ended() -> None:
     values, ended = result("escape")
     assert ended.ending is Ending.FINISHED
     assert gone(int(str(values[0])))
@@ -308,7 +308,7 @@ def test_a_launcher_that_ends_by_itself_was_not_killed() -> None:
     found.close()
 
 
-def test_shutdown_ends_everything_and_the_next_job_starts_anew() -> None:
+def test_shutdown_ends_everything_and_the_next_job_starts_a_new_launcher() -> None:
     before = launcher()
     run = processes.run(job("ignore_term"))
     pid = int(str(value(run)))

@@ -63,7 +63,7 @@ def test_pages_of_another_origin_change_nothing(http: httpx.Client) -> None:
     problem(http.post("/v1/missions/none/cancel"), 404, "not-found")
 
 
-def test_a_service_without_keys_answers_to_names_of_its_own_machine_only(http: httpx.Client) -> None:
+def test_a_service_without_keys_answers_to_local_host_names_only(http: httpx.Client) -> None:
     for host in ("pages.example", "pages.example:8080", "127.0.0.1.pages.example", "[::2]:8080", ""):
         problem(http.get("/v1/limits", headers={"host": host}), 421, "misdirected")
     for host in ("localhost", "LOCALHOST:8080", "[::1]:8080", "127.0.0.1"):
@@ -103,7 +103,7 @@ def test_another_body_than_json_is_refused(http: httpx.Client) -> None:
         b"1" * 5000,
     ],
 )
-def test_what_is_no_json_is_refused(http: httpx.Client, body: bytes) -> None:
+def test_invalid_json_is_refused(http: httpx.Client, body: bytes) -> None:
     problem(http.post("/v1/jobs", content=body, headers=JSON), 400, "bad-json")
 
 
@@ -141,7 +141,7 @@ def test_a_wrong_field_is_pointed_at(http: httpx.Client, change: dict[str, Any],
         (("travel_ms", "a/b~c"), [], "/situation/travel_ms/a~1b~0c"),
     ],
 )
-def test_what_is_wrong_in_a_situation_is_pointed_at(
+def test_errors_in_a_situation_have_pointers(
     http: httpx.Client, path: tuple[str | int, ...], value: Any, pointer: str
 ) -> None:
     sent: Any = situation()

@@ -140,7 +140,7 @@ WIDE = {**map_state()["robot_types"][0], "radius_m": 0.3}
         ),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_pointed_at(changes: dict[str, Any], name: str, text: str) -> None:
+def test_errors_have_pointers(changes: dict[str, Any], name: str, text: str) -> None:
     found = refusal(**changes)
     assert text in found["/map_state" + name]
 

@@ -52,7 +52,7 @@ def test_every_example_is_taken_with_points_in_its_numbers(http: httpx.Client) -
 
 @pytest.mark.parametrize("wrong", [1.5, 1e-9, True, "1", "1.0", 1e300])
 @pytest.mark.parametrize(("path", "pointer"), [(("steps",), "/budget/steps"), (("travel_ms",), "/situation/travel_ms")])
-def test_what_is_no_whole_number_is_refused_and_pointed_at(
+def test_non_integers_are_refused_with_pointers(
     http: httpx.Client, wrong: object, path: tuple[str], pointer: str
 ) -> None:
     body = http.get("/v1/demo-data/tiny").json()

@@ -67,7 +67,7 @@ def team() -> Situation:
     )
 
 
-def test_in_as_many_squares_as_there_is_ground_for_rovers_only_a_rover_has_to_be_set_down() -> None:
+def test_the_share_of_squares_for_rovers_is_that_of_ground_for_rovers_only() -> None:
     found = guessed(team(), square("a", 20, draw=0.2), square("b", 20, draw=0.4), rovers_only=0.3, t1=10, t2=12)
     assert found.situation.target_by_name["?a"].explorers == {"rover"}
     assert found.situation.target_by_name["?b"].explorers == {"carrier"}
@@ -106,7 +106,7 @@ def test_a_rover_that_would_drive_on_goes_to_the_target_that_only_it_can_explore
     assert check(shared_ground(), plan, targets=plan.explored).valid
 
 
-def test_without_rovers_there_is_no_room_in_any_square() -> None:
+def test_without_rovers_no_square_is_a_room() -> None:
     assert guessed(two_in_a_hall(), square("a", 40, draw=0.1), t1=10, t2=30).situation.meetings == ()
 
 
@@ -166,7 +166,7 @@ def two_carriers() -> Situation:
     )
 
 
-def test_who_would_go_to_a_square_goes_to_the_target_before_it_even_if_another_explores_that() -> None:
+def test_a_robot_for_a_square_drives_to_the_target_before_it_even_if_another_explores_that() -> None:
     found = guessed(two_carriers(), square("a", 20), t1=10, t2=-30)
     timeline = Timeline.of(found.situation)
     timeline.explore("c1", "t1")
@@ -177,7 +177,7 @@ def test_who_would_go_to_a_square_goes_to_the_target_before_it_even_if_another_e
     assert check(two_carriers(), plan, targets=plan.explored).valid
 
 
-def test_who_has_explored_the_target_before_a_square_waits_there_for_what_turns_up() -> None:
+def test_after_the_target_before_a_square_a_robot_waits_there_for_new_targets() -> None:
     found = guessed(two_carriers(), square("a", 20), t1=10, t2=-30)
     plan = found.real_part(exploring(found.situation, "t1", "?a", "t2"))
     assert [(a.robot, a.place) for a in plan.actions] == [("c1", "t1")]

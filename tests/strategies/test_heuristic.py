@@ -78,7 +78,7 @@ def test_the_rover_explores_all_its_area_nearest_first_and_returns() -> None:
     ]
 
 
-def test_a_rover_on_the_ground_goes_on_with_its_area_and_its_carrier_takes_other_targets() -> None:
+def test_a_rover_on_the_ground_continues_its_area_and_its_carrier_gets_other_targets() -> None:
     starts = {"c1_start": hall(10), "r1_start": room(11)}
     situation = situation_of([carrier(), rover()], {"t1": room(12), "t2": hall(30)}, {"m1": door(10)}, starts)
     plan = decide(situation, {"c1": seconds(t1=2, t2=20)}, {"m1": frozenset({"t1"})}, {"r1": "m1"})

@@ -105,7 +105,7 @@ def test_if_all_are_refused_the_greedy_plan_is_followed() -> None:
 
 
 @pytest.mark.parametrize("outcome", [Outcome.TIMEOUT, Outcome.CRASHED, Outcome.KILLED, Outcome.UNSUPPORTED])
-def test_an_engine_without_an_answer_is_covered_and_reported(outcome: Outcome) -> None:
+def test_the_fallback_replaces_a_missing_answer_and_it_is_reported(outcome: Outcome) -> None:
     engine = FakeEngine(Finished(outcome=outcome, detail="so it is"))
     decision = Temporal(engine, BUDGET).decide(brief(one_hall()))
     assert names(decision.plan) == ["t1", "t2"]
@@ -114,7 +114,7 @@ def test_an_engine_without_an_answer_is_covered_and_reported(outcome: Outcome) -
 
 
 @pytest.mark.parametrize("plans", [None, (Plan(actions=()),)], ids=["nothing at all", "nothing to do"])
-def test_an_engine_that_finds_nothing_where_there_is_something_to_do_is_covered(plans: tuple[Plan] | None) -> None:
+def test_the_fallback_replaces_an_empty_plan_of_the_engine(plans: tuple[Plan] | None) -> None:
     decision = Temporal(FakeEngine(*(() if plans is None else found(*plans))), BUDGET).decide(brief(one_hall()))
     assert names(decision.plan) == ["t1", "t2"]
     assert (decision.report.outcome is Outcome.NO_PLAN) == (plans is None)
@@ -223,7 +223,7 @@ def decided(situation: Situation, *plans: Plan, previous: Plan | None = None) ->
     return Temporal(WithPrices(*found(*plans)), BUDGET).decide(brief(situation, previous)).plan
 
 
-def test_what_many_targets_wait_for_comes_first_though_the_plan_takes_longer() -> None:
+def test_actions_that_many_targets_wait_for_come_first_although_the_plan_takes_longer() -> None:
     three = {"t1": hall(10), "t2": hall(12), "t3": hall(14), "far": hall(-9)}
     situation = situation_of([carrier()], three, {}, {"c1_start": hall(0)})
     long, short = in_order(situation, "t1", "t2", "t3", "far"), in_order(situation, "far", "t1", "t2", "t3")
@@ -355,7 +355,7 @@ def _plans(situation: Situation) -> Sequence[Plan | None]:
 
 
 @given(situations())
-def test_whatever_it_decides_is_accepted_by_the_checker(situation: Situation) -> None:
+def test_all_its_plans_are_accepted_by_the_checker(situation: Situation) -> None:
     for previous in _plans(situation):
         for engine in (Greedy(), FakeEngine(), FakeEngine(Finished(outcome=Outcome.TIMEOUT))):
             plan = Temporal(engine, Budget(steps=1)).decide(brief(situation, previous)).plan

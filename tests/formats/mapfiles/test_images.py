@@ -128,7 +128,7 @@ def test_a_missing_palette_is_named() -> None:
 
 
 @pytest.mark.parametrize("data", [b"", b"GIF89a", b"\x89PNG\r\n\x1a\n", b"P5 x"])
-def test_what_has_no_header_of_an_image_has_no_size(data: bytes) -> None:
+def test_a_file_without_an_image_header_has_no_size(data: bytes) -> None:
     with pytest.raises(MapError, match="is not a PNG or PGM image"):
         size_of(data)
 

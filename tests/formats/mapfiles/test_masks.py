@@ -101,7 +101,7 @@ def test_a_scenario_has_masks_beside_its_map(tmp_path: Path) -> None:
     assert read_scenario(path).grid.cells.tolist() == [[3, FLOOR, 4]]
 
 
-def test_what_is_wrong_with_masks_is_named_by_field(tmp_path: Path) -> None:
+def test_errors_in_masks_are_reported_by_field(tmp_path: Path) -> None:
     path = scenario_file(
         tmp_path,
         "  keepout: {file: gone.yaml, terrain: keepuot, also: 1}\n  speed: {file: mask.yaml, terrains: {slow: 0, 4}}",

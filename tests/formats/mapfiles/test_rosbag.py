@@ -118,7 +118,7 @@ def test_a_recording_cut_short_is_refused_or_read(tmp_path: Path, storage: objec
 
 
 @pytest.mark.parametrize("name", ["run.mcap", "run.db3"])
-def test_what_is_no_recording_is_refused(tmp_path: Path, name: str) -> None:
+def test_a_file_that_is_no_recording_is_refused(tmp_path: Path, name: str) -> None:
     assert error_of(tmp_path / name).endswith("no such file")
     (tmp_path / name).write_bytes(b"no recording at all, " * 20)
     assert "is no recording of ROS 2 that can be read" in error_of(tmp_path / name)

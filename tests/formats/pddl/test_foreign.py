@@ -19,7 +19,7 @@ def depots(crates: int, domain: str = "depots") -> str:
 
 
 @pytest.mark.parametrize("domain", ["depots", "marsupial"])
-def test_a_problem_of_another_domain_lacks_things_in_three_lines(domain: str) -> None:
+def test_a_problem_of_another_domain_is_refused_in_three_lines(domain: str) -> None:
     with pytest.raises(SituationError) as caught:
         read_problem(depots(400, domain))
     first, second, third = map(str, caught.value.problems)
@@ -49,7 +49,7 @@ def test_a_problem_with_another_domain_name_lacks_only_the_name() -> None:
     assert [problem.message for problem in caught.value.problems] == ["the domain must be marsupial, got other"]
 
 
-def test_another_domain_lacks_things_in_three_lines() -> None:
+def test_another_domain_is_refused_in_three_lines() -> None:
     text = """(define (domain depots)
         (:types crate hoist place1 place2 place3 place4 place5 - object)
         (:predicates (clear ?x - crate))

@@ -103,7 +103,7 @@ def _broken(old: str, new: str) -> tuple[str, int]:
         ("(:domain marsupial)", "(:domain logistics)", "the domain must be marsupial, got logistics"),
     ],
 )
-def test_what_is_wrong_is_reported_with_its_line(old: str, new: str, message: str) -> None:
+def test_errors_are_reported_with_their_lines(old: str, new: str, message: str) -> None:
     text, line = _broken(old, new)
     with pytest.raises(SituationError) as caught:
         read_problem(text)
@@ -133,7 +133,7 @@ def test_what_is_wrong_is_reported_with_its_line(old: str, new: str, message: st
         ("(problem exploration)", "(domain exploration)", "'(define (problem <name>) ...' is expected"),
     ],
 )
-def test_what_is_missing_or_contradicts_is_reported(old: str, new: str, message: str) -> None:
+def test_missing_and_contradictory_parts_are_reported(old: str, new: str, message: str) -> None:
     text, _ = _broken(old, new)
     with pytest.raises(SituationError) as caught:
         read_problem(text)

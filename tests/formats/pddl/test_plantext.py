@@ -34,7 +34,7 @@ def test_a_plan_is_written_one_action_a_line_and_reads_back() -> None:
     assert read_plan_text(TEXT, one_room()) == PLAN
 
 
-def test_what_planners_write_is_understood() -> None:
+def test_variants_of_plan_text_are_read() -> None:
     text = """
         ; Time 0.02 by some planner
     0:(MOVE C1 carrier_type c1_start M1)[1e1]   ; on our way
@@ -180,7 +180,7 @@ def test_times_rounded_to_hundredths_are_corrected_to_those_of_the_situation(tex
 
 
 @pytest.mark.parametrize("duration", ["0.02", "0.010", "1e-3"])
-def test_what_rounding_does_not_explain_is_left_to_the_checker(duration: str) -> None:
+def test_errors_beyond_rounding_are_left_to_the_checker(duration: str) -> None:
     text = f"0.00: (explore c1 carrier_type c1_start t1) [{duration}]\n4.00: (explore c1 carrier_type t1 t2) [3.02]\n"
     reading = read_plan(text, odd_drives())
     assert [action.duration_ms for action in reading.plan.actions] == [round(float(duration) * 1000), 3_020]

@@ -63,7 +63,7 @@ def test_every_field_is_read_in_the_units_of_the_model(tmp_path: Path) -> None:
     assert scenario.start_seed == 7
 
 
-def test_what_is_absent_has_its_default(tmp_path: Path) -> None:
+def test_absent_fields_have_their_defaults(tmp_path: Path) -> None:
     scenario = read_scenario(stored(tmp_path, GOOD))
     assert scenario.name == "yard"
     assert (scenario.goal, scenario.limits) == (Goal(), MissionLimits())

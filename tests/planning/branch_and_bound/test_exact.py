@@ -246,7 +246,7 @@ def test_steps_decide_what_is_found() -> None:
 @pytest.mark.parametrize(
     ("situation", "reason"), [(many_rooms(2, 2, 13, 4), "13 targets"), (many_rooms(4, 2, 12, 40), "too many together")]
 )
-def test_what_does_not_fit_into_tables_is_refused(situation: Situation, reason: str) -> None:
+def test_problems_too_large_for_tables_are_refused(situation: Situation, reason: str) -> None:
     plans, finished = solve(situation)
     assert (plans, finished.outcome) == ([], Outcome.UNSUPPORTED)
     assert reason in finished.detail
@@ -275,7 +275,7 @@ def test_closing_early_ends_the_search() -> None:
 
 
 @given(situations())
-def test_what_is_called_optimal_is_and_what_is_called_unsolvable_too(situation: Situation) -> None:
+def test_claims_of_optimality_and_unsolvability_are_true(situation: Situation) -> None:
     confirm(reduced(situation))
 
 

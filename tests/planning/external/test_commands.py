@@ -147,7 +147,7 @@ def test_the_last_plan_of_an_optimiser_that_finds_no_better_one_stands(tmp_path:
     ],
     ids=["LPG file", "LPG stdout", "unordered, scientific", "TFD, touching", "LPG-td 1.4 file", "POPF", "Kairos"],
 )
-def test_what_planners_write_is_read_and_timed_anew(tmp_path: Path, text: str) -> None:
+def test_the_output_of_planners_is_read_and_retimed(tmp_path: Path, text: str) -> None:
     assert solve(stand_in(tmp_path, f"say({text!r})"))[0] == [30_001]
 
 
@@ -303,7 +303,7 @@ def test_of_a_plan_without_end_no_more_is_kept_than_is_read_of_a_file() -> None:
     assert list(printed.feed(GOOD.encode() + b"\n")) == [GOOD.rstrip()]
 
 
-def test_what_a_finished_planner_leaves_running_is_ended(tmp_path: Path) -> None:
+def test_processes_left_by_a_finished_planner_are_ended(tmp_path: Path) -> None:
     body = "subprocess.Popen(['sleep', '3600'], start_new_session=True); say(GOOD)"
     makespans, end = solve(stand_in(tmp_path, body))
     assert (makespans, end.outcome) == ([30_001], Outcome.SATISFICING)
@@ -382,7 +382,7 @@ def test_a_command_line_that_cant_be_used_is_refused(name: str, message: str) ->
         engine(name)
 
 
-def test_an_executable_that_is_not_there_is_named() -> None:
+def test_a_missing_executable_is_named() -> None:
     name = "cmd:no-such-planner {domain} {problem}"
     with pytest.raises(EngineUnavailable, match="there is no executable 'no-such-planner'"):
         engine(name).solve(one_hall(), AMPLE)

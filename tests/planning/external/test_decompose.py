@@ -86,7 +86,7 @@ def test_targets_above_the_limit_are_left_for_later() -> None:
     assert [targets(part) for part in parts] == [{"t3"}, {"t2"}]
 
 
-def test_a_rover_on_the_ground_goes_on_by_itself() -> None:
+def test_a_rover_on_the_ground_drives_on_by_itself() -> None:
     parts = decompose(in_flight(), ONE_CARRIER_ONE_TARGET)
     alone = next(part for part in parts if names(part) == {"r2"})
     assert (targets(alone), alone.meetings) == ({"t2"}, ())
@@ -271,7 +271,7 @@ def test_parts_get_at_least_what_the_smallest_size_needs_and_the_last_ones_nothi
     assert end.detail.startswith("2 of 6 parts planned")
 
 
-def test_bigger_parts_are_made_when_there_is_time_for_them() -> None:
+def test_larger_parts_are_solved_if_time_permits() -> None:
     sizes = (PartSize(rovers=2, targets=3, seconds=5.0), PartSize(rovers=2, targets=1))
     explored = []
     for seconds in (20.0, 1.0):
@@ -281,13 +281,13 @@ def test_bigger_parts_are_made_when_there_is_time_for_them() -> None:
     assert explored == [6, 2]
 
 
-def test_what_fits_is_solved_as_a_whole() -> None:
+def test_a_small_situation_is_solved_as_a_whole() -> None:
     engine = Fake({"c1": "plan"})
     _, end = Decomposed(engine, SMALL).solve(one_room(), Budget(seconds=7))
     assert end.outcome is Outcome.OPTIMAL
     assert engine.asked == [Budget(seconds=7)]
 
 
-def test_where_only_carriers_together_could_do_it_there_is_no_part() -> None:
+def test_a_target_that_needs_several_carriers_is_in_no_part() -> None:
     (end,) = solve(Fake({}), relay())
     assert end.outcome is Outcome.NO_PLAN

@@ -21,7 +21,7 @@ def by_way_of_two() -> Situation:
 
 
 @pytest.mark.parametrize("name", SOLVABLE)
-def test_where_there_are_no_holes_nothing_is_filled(name: str) -> None:
+def test_complete_tables_stay_unchanged(name: str) -> None:
     situation = SOLVABLE[name]()
     assert Detours(situation).situation is situation
 

@@ -197,7 +197,7 @@ def test_a_plan_to_start_from_comes_first_and_is_only_beaten_by_shorter_ones() -
     assert finished.outcome is Outcome.SATISFICING
 
 
-def test_there_is_an_answer_in_the_smallest_of_budgets() -> None:
+def test_the_smallest_budget_gives_an_answer() -> None:
     for budget in (Budget(steps=1), Budget(seconds=1e-9)):
         assert len(solve(many_rooms(2, 2, 8, 4), budget)[0]) == 1
 
@@ -237,7 +237,7 @@ def test_every_plan_passes_the_checker_and_its_absence_is_proven(situation: Situ
 
 
 @given(situations())
-def test_what_is_served_can_be_carried_out(situation: Situation) -> None:
+def test_plans_that_serve_a_part_are_feasible(situation: Situation) -> None:
     plan, unserved = serve(situation)
     found = check(exploring_only(situation), plan, targets=plan.explored)
     assert found.valid, found.violation

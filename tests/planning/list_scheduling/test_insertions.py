@@ -35,14 +35,14 @@ def test_there_is_a_way_for_every_robot_alone_and_for_every_ride() -> None:
     assert insertions.explorer(int(numbers[0])) == ("r1", "c1")
 
 
-def test_who_goes_alone_needs_no_carrier() -> None:
+def test_a_rover_that_drives_alone_needs_no_carrier() -> None:
     insertions = insertions_of(one_hall())
     done, numbers = insertions.soonest()
     assert done.tolist() == [10_000, 30_000]
     assert insertions.explorer(int(numbers[0])) == ("c1", None)
 
 
-def test_what_is_not_left_is_not_done() -> None:
+def test_targets_outside_the_goal_have_no_insertion() -> None:
     insertions = insertions_of(one_hall())
     insertions.left[0] = False
     assert insertions.soonest()[0].tolist() == [NEVER, 30_000]

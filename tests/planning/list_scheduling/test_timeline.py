@@ -21,7 +21,7 @@ def test_actions_start_as_early_as_their_robots_can() -> None:
     assert check(one_room(), timeline.plan).valid
 
 
-def test_who_comes_first_to_a_meeting_waits() -> None:
+def test_the_first_robot_at_a_meeting_waits() -> None:
     timeline = Timeline.of(two_rooms())
     timeline.undock("r1", "m1")
     timeline.explore("r1", "t1")
@@ -72,7 +72,7 @@ def test_a_copy_goes_its_own_way() -> None:
         (in_flight(), lambda timeline: timeline.undock("r2", "m1"), "r2 is not aboard a carrier"),
     ],
 )
-def test_what_a_robot_can_not_do_is_an_error(
+def test_an_impossible_action_is_an_error(
     situation: Situation, act: Callable[[Timeline], object], message: str
 ) -> None:
     with pytest.raises(InternalError, match=message):

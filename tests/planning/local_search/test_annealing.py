@@ -43,7 +43,7 @@ def test_incrementally_updated_times_are_those_of_the_plan(situation: Situation)
             assert search.score == MAKESPAN.value(situation, better)
 
 
-def test_what_can_not_be_carried_out_is_no_beginning() -> None:
+def test_an_infeasible_plan_is_no_start() -> None:
     situation = one_room()
     (plan,) = listed(situation)
     events = events_of(situation, plan)

@@ -124,7 +124,7 @@ def test_the_biggest_teams_get_valid_plans() -> None:
     assert finished.lower_bound_ms <= plans[-1].makespan_ms
 
 
-def test_what_reveals_more_is_reached_first_where_the_makespan_stays() -> None:
+def test_targets_that_reveal_more_are_reached_first_if_the_makespan_stays() -> None:
     team, starts = [carrier(1), carrier(2)], {"c1_start": hall(0), "c2_start": hall(0)}
     situation = situation_of(team, {"far": hall(100), "left": hall(-10), "right": hall(10)}, {}, starts)
     for rich in ("left", "right"):
@@ -218,7 +218,7 @@ def test_one_way_roads_make_no_invalid_plans(situation: Situation) -> None:
 
 
 @given(situations(goals=False))
-def test_robots_that_are_not_there_are_not_missed(situation: Situation) -> None:
+def test_teams_without_rovers_are_searched(situation: Situation) -> None:
     """A team of carriers alone never crashes the search, however reduced the situation is."""
     alone = frozenset(robot.name for robot in situation.of_role(Role.CARRIER))
     kept = situation.restricted(robots=alone)

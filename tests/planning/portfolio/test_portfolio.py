@@ -246,7 +246,7 @@ def test_once_the_makespan_is_proven_the_lead_still_gets_targets_reached_sooner(
     assert finished.lower_bound_ms is None
 
 
-def test_the_lead_goes_on_from_the_proven_plan_where_another_has_found_it() -> None:
+def test_the_lead_continues_from_a_proven_plan_of_another_engine() -> None:
     asked: list[tuple[Budget, Plan | None]] = []
     lead = member("lead", found(late(8)), never, asked=asked)
     plans, finished = solve(lead, member("prover", found(late()), optimal()))
@@ -286,7 +286,7 @@ def test_a_plan_given_that_the_checker_refuses_is_passed_over() -> None:
     assert asked[0][1] is None
 
 
-def test_who_comes_later_begins_with_the_best_plan_so_far_and_the_time_that_is_left() -> None:
+def test_later_engines_start_from_the_best_plan_with_the_remaining_time() -> None:
     asked: list[tuple[Budget, Plan | None]] = []
     solve(member("lead", found(late(8)), never), member("late", DONE, asked=asked, alone_s=20), budget=SHORT)
     solve(member("lead", found(late(8)), DONE), member("late", DONE, asked=asked, alone_s=20))

@@ -34,7 +34,7 @@ print(*sorted({"marsupial", "numpy", "marsupial_service"} & (sys.modules.keys() 
 """
 
 
-def test_the_client_is_imported_and_made_where_there_is_nothing_else() -> None:
+def test_the_client_works_without_other_packages() -> None:
     done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert (done.returncode, done.stdout) == (0, "imported\n"), done.stderr
 

@@ -209,7 +209,7 @@ def followed(transport: Scripted, after: int = 0, missed: list[str] | None = Non
     return [(event.id, event.type) for event in mission.events(after)]
 
 
-def test_a_stream_goes_on_after_the_last_event_and_gives_each_once() -> None:
+def test_a_stream_resumes_after_the_last_event_and_yields_each_once() -> None:
     transport = Scripted(
         stream((3, "log"), (4, "commands"), rest="id: 5\nevent: log\ndata: {"),
         broken(),

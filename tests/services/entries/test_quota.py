@@ -80,7 +80,7 @@ def test_jobs_reserve_their_budgets_and_what_goes_beyond_is_refused_until_there_
     quota.add("of_another", 0, owner="you", seconds=60.0)
 
 
-def test_what_planning_took_is_charged_when_it_ends_and_comes_back_within_an_hour(quota: QuotaStore) -> None:
+def test_planning_time_is_charged_at_the_end_and_refills_within_an_hour(quota: QuotaStore) -> None:
     quota.add("a", 0, seconds=30.0)
     claim = quota.claim(1000)
     assert quota.left_s(1000) == 30.0
@@ -166,7 +166,7 @@ async def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: s
     assert sum(used_s) > 5 * 0.002
 
 
-async def test_a_mission_is_charged_for_its_analyses_besides_its_plannings(place: str) -> None:
+async def test_a_mission_is_charged_for_its_analyses_and_plannings(place: str) -> None:
     charged_s: list[float] = []
     driver = Driver(team())
     async with open_missions(place, planned=lambda owner, seconds: charged_s.append(seconds)) as missions:

@@ -35,7 +35,7 @@ def driving_ms(outline: Outline) -> int:
     return sum(action.duration_ms for action in outline.plan.actions if action.origin is not None)
 
 
-def test_what_is_seen_from_a_cell_is_what_the_world_reveals_there(ground: Ground) -> None:
+def test_the_view_from_a_cell_equals_the_cells_revealed_there(ground: Ground) -> None:
     scenario = builtin_scenario("lobby")
     kinds = {kind.name: kind for kind in scenario.robot_types}
     for n in range(0, len(ground.sites["carrier"]), 97):

@@ -16,7 +16,7 @@ def causes(plans: list[Planned]) -> set[Cause]:
     return {trigger.cause for plan in plans for trigger in plan.trigger}
 
 
-def test_temporal_planning_without_rovers_plans_anew_when_a_robot_knows_what_is_behind_its_frontier() -> None:
+def test_temporal_without_rovers_replans_when_a_robot_has_seen_behind_its_frontier() -> None:
     told = causes(plans_of(builtin_scenario("rooms", 3, 0)))
     assert Cause.GONE in told
     assert told <= {Cause.START, Cause.ROBOT_FREE, Cause.GONE, Cause.CARRIED_OUT, Cause.EXPLORED}

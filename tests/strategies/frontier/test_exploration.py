@@ -45,7 +45,7 @@ def test_a_step_taken_by_lot_is_still_the_same_when_the_time_for_planning_has_pa
         assert Cause.OVERTAKEN not in causes
 
 
-def test_each_robot_has_a_frontier_of_its_own_as_long_as_there_are_enough() -> None:
+def test_robots_get_different_frontiers_if_there_are_enough() -> None:
     scenario = explorers("hall", drawn_grid("...........", "...........", "..........."), HOPPER, 2)
     watcher = Recorder()
     simulate(scenario, strategy="closest-frontier", planner="none", budget=Budget(steps=1), seed=3, observer=watcher)
@@ -53,7 +53,7 @@ def test_each_robot_has_a_frontier_of_its_own_as_long_as_there_are_enough() -> N
     assert len({action.place for action in actions}) == len(actions)
 
 
-def test_what_the_rule_takes_counts_as_planning() -> None:
+def test_the_time_of_the_rule_counts_as_planning() -> None:
     scenario = cell_world("cells", 12, 12, 4, 2)
     summary = simulate(scenario, strategy="covering", planner="none", budget=Budget(steps=1), seed=1)
     assert summary.planning_s.total > 0.2 * summary.wall_s
