@@ -149,7 +149,7 @@ REPORTS: dict[str, tuple[Any, int]] = {
     ),
     "one in which one of them does": ({"n": 1, "t_ms": 0, "revealed": [{"robot": "m0", "runs": ALL}]}, 200),
 }
-"""Reports of `mission()`, one after the other, and the status each is answered with."""
+"""Consecutive reports of `mission()`, and the status of each answer."""
 
 
 class Cost(NamedTuple):

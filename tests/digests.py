@@ -36,10 +36,10 @@ from marsupial.formats.situation import situation_to_json
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = Path(__file__).with_suffix(".json")
 MAPS = ROOT.parent / "shared" / "maps"
-"""Folder of real maps that may stand beside the checkout."""
+"""Optional folder of real maps beside the checkout."""
 
 Outputs = Iterator[tuple[str, str]]
-"""What a case puts out: name and text of each part."""
+"""The output of a case: name and text of each part."""
 
 CLOCKED = {"wall_s", "planning_s", "analysis_s", "elapsed_s", "log", "output"}
 """Fields of `--json` that hold wall-clock times or paths."""
@@ -47,7 +47,7 @@ CLOCKED = {"wall_s", "planning_s", "analysis_s", "elapsed_s", "log", "output"}
 PASSING = {"id", "links", "instance", "found_after_ms", "found_at", "attempts"} | {
     f"{what}_at" for what in ("created", "queued", "started", "first_plan", "finished")
 }
-"""Fields of the service's answers that no two jobs have in common."""
+"""Fields of the service's answers that differ between jobs."""
 
 GOOD_ENDS = (0, 2, 3, 4, 5, 6)
 """Exit codes that are results, not bugs."""
@@ -108,7 +108,7 @@ CHARGED = (
     "lobby --strategy heuristic-plus --planning-time charged --seed 3",
     "yard.json --planner greedy --steps 4 --planning-time charged",
 )
-"""The same with planning that takes time, by a clock that only counts how often it is read."""
+"""The same with charged planning time, on a clock that counts its reads."""
 
 COUNTING_CLOCK = """
 import sys, time
@@ -121,7 +121,7 @@ time.perf_counter = clock
 from {module} import main
 sys.exit(main(sys.argv[1:]))
 """
-"""Runs the program with such a clock, which libraries may read as often as they like."""
+"""Runs the program with such a clock, which ignores reads by libraries."""
 
 REAL = (
     "tb3_sandbox.yaml --strategy assignment --carriers 1 --rovers 1 --time-limit 60",
@@ -130,7 +130,7 @@ REAL = (
 """The same on real maps."""
 
 VIEWED = 5
-"""Every so many missions, moments of one are exported too."""
+"""One in this many missions is exported at some moments too."""
 
 COMPARISON = (
     "lobby rooms --strategies temporal:greedy,heuristic-plus,heuristic --carriers 1-2 --rovers 1 --runs 2 --steps 4"
@@ -140,7 +140,7 @@ PLANNINGS = {"greedy": 50, "anytime": 500, "auto": 30, "exact": 300}
 """Planners of the suite, with their steps."""
 
 SMALL = ("rooms-1x1-3", "rooms-1x2-5", "pressure-1x1-3", "homes-1x2-5", "mission-lobby-1x2-5", "two-doors-2x1-6")
-"""Instances that the exact planner is asked for too."""
+"""Instances for the exact planner too."""
 
 YARD = (
     "####################",

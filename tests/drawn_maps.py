@@ -18,7 +18,7 @@ ONE_DOOR = (
     "#.........#",
     "###########",
 )
-"""Two rooms with a door that only rovers fit through, known but for a cell of the wall."""
+"""Two rooms with a door that only rovers fit through; one cell of the wall is unknown."""
 
 
 def draw(*rows: str, resolution_m: float = 1.0) -> Grid:

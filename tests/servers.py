@@ -18,7 +18,7 @@ START = [sys.executable, "-m", "marsupial.cli.main", "serve"]
 PATIENT = {
     f"MARSUPIAL_{name}_S": str(HANG_S) for name in ["ANALYSIS", "BODY", "HEADER", "READ", "STALL", "STEPS", "WAIT"]
 }
-"""The limits of a server that no test examines, as its environment sets them; options say otherwise where one does."""
+"""Environment with generous limits that no test examines; options override them."""
 
 
 class NotStarted(Exception):

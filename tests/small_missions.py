@@ -45,7 +45,7 @@ CODES = {"#": OBSTACLE, ".": FLOOR, ",": ROUGH, "?": UNKNOWN}
 DOCK_MS, UNDOCK_MS = 10_000, 5_000
 
 CORRIDOR = ("#########", "#.......#", "#########")
-"""Nothing but a hall, 7 cells long."""
+"""A hall, 7 cells long."""
 
 ANNEX = (
     "###########",

@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 ROOMS = re.findall(r"^\| `([\w/]+)` \| .* \| (`.*`) \|$", TEXT, re.MULTILINE)
-"""Path of each room, and the files to look at first."""
+"""Path of each package, and its files to read first."""
 
 
 def folder(room: str) -> Path:

@@ -14,7 +14,7 @@ from marsupial.model import FLOOR, OBSTACLE, Cell, CellArray, Goal, Grid, Missio
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 KINDS = tuple(replace(kind, radius_m=0.6) for kind in kinds_of(capacity=1).values())
-"""They need no more than their own cell of 1 m, and touch what is diagonally beside it."""
+"""Robots that cover only their own cell of 1 m, and touch diagonal neighbours."""
 
 
 @st.composite

@@ -18,7 +18,7 @@ def add(number):
 """
 
 CALL = "from near.sums import add; print(add(1), sum(add.stats.cache_hits.values()))"
-"""Says the sum and how often code was loaded."""
+"""Prints the sum and the number of loads of compiled code."""
 
 UNWRITABLE = {"HOME": "/proc/none", "XDG_CACHE_HOME": "/proc/none"}
 

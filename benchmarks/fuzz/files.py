@@ -39,7 +39,7 @@ from marsupial.planning.external.commands import External
 from marsupial.planning.external.output import PlanReader, Printed, last_words
 
 MOST_CELLS, MOST_SIDE = 250_000, 300
-"""Most cells of images, and of a side of generated maps: larger ones would take long for their size alone."""
+"""Limits of cells of images, and of the side of generated maps: larger ones are slow for their size alone."""
 
 
 class Mismatch(Exception):

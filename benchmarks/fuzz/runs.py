@@ -28,13 +28,13 @@ LEFT_OUT = (
 """Parts of `marsupial` whose coverage says nothing about readers; numba can't compile instrumented code."""
 
 MOST_FINDINGS = 30
-"""Of a family in one run."""
+"""Limit for one family in one run."""
 
 LEAST = 4096
 """Inputs may be four times as long as the longest seed, or at least this long: longer ones take long, find little."""
 
 HANG_S = 300
-"""An execution is aborted after this time; one that is only too slow is found by its CPU time."""
+"""An execution is aborted after this time; slow ones are found by their CPU time."""
 
 
 def fuzz(family: str, folder: Path, runs: int, seconds: int, seed: int) -> None:

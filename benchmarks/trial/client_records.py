@@ -196,7 +196,7 @@ def _final(port: int, job: str, until: float) -> Any:
 
 
 def in_order(events: list[Frame], document: Any) -> bool:
-    """Return whether events are numbered from 1, end once, like the job, and report each revision in turn."""
+    """Return whether events are numbered from 1, end once, as the job does, and report the revisions in order."""
     ends = [event for event in events if event.type == "end"]
     revisions = [json.loads(event.data)["revision"] for event in events if event.type == "plan"]
     return (

@@ -70,7 +70,7 @@ def charged(store: Store) -> Write:
 
 
 def given_back(store: Store) -> Write:
-    """Give up a claim: the server ends, or a mission wants to plan."""
+    """Give up a claim, for the end of the server or for a mission."""
     claim = _claim(store, "ann")
     return lambda tx: jobs.requeue(tx, claim, "", _SETTINGS, _NOW_MS, 500)
 

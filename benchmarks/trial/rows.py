@@ -47,7 +47,7 @@ def judged(held: bool) -> Judgement:
 
 
 def none_of(part: str, requirement: str, count: int, of: str = "") -> TrialRow:
-    """Return the row of something that must not happen at all."""
+    """Return the row of an event that must never happen."""
     return TrialRow(
         part=part,
         requirement=requirement,

@@ -7,7 +7,7 @@ from benchmarks.fuzz.targets import TARGETS
 from benchmarks.fuzz.trying import fault_of
 
 MUTATIONS = 30
-"""Of the examples of each family; a full run of the fuzzer has a million."""
+"""Number of mutations per family; a full run of the fuzzer has a million."""
 
 
 @pytest.mark.parametrize("family", TARGETS)

@@ -37,7 +37,7 @@ HALL = WORLD | {
         "rows": [43 * "#", *6 * [f"#{30 * '.'}#{10 * '~'}#"], *2 * [f"#{31 * '.'}{10 * '~'}#"], 43 * "#"],
     }
 }
-"""A long hall before a room with a door: long enough for robots to be far from what they know."""
+"""A long hall before a room with a door; some known cells are far from all robots."""
 
 Lines = list[dict[str, Any]]
 

@@ -40,7 +40,7 @@ def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 APART = ("compare", "reproduce", "demo", "ros", "serve", *STORES, "bench planners")
-"""Commands whose examples take minutes, have no end, or need a fleet or a store: they have tests of their own."""
+"""Commands whose examples take minutes, never end, or need a fleet or a store; other tests cover them."""
 
 
 @pytest.mark.parametrize("command", ALL_COMMANDS)

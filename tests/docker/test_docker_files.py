@@ -13,7 +13,7 @@ pytestmark = pytest.mark.slow
 
 FILE = Path(__file__).resolve().parents[2] / "docker" / "compose.yaml"
 WITHIN_S = 1800.0
-"""Building takes minutes, as all compiled code is made."""
+"""Building takes minutes, as it compiles all code."""
 
 Compose = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -16,7 +16,7 @@ GRID = drawn_grid(
     "?..?...??..",
     "...........",
 )
-"""Four specks, of 1, 1, 3 and 4 cells; unknown cells at walls and at the border are none."""
+"""Four specks, of 1, 1, 3 and 4 cells; unknown cells at walls and at the border are not specks."""
 
 
 def test_specks_are_groups_of_unknown_cells_with_free_ground_all_round() -> None:

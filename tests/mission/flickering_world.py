@@ -11,10 +11,10 @@ from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
 
 REPORT_MS = 1000
-"""The world reports at least so often."""
+"""The longest time between two reports."""
 
 Blinks = Callable[["FlickeringWorld", int], Mapping[Cell, int]]
-"""Says, for each report by its number, what is reported of cells instead of what is there."""
+"""Returns, for a report number, the false codes of cells."""
 
 
 class FlickeringWorld(SimulatedWorld):

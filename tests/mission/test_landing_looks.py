@@ -43,10 +43,10 @@ RECESS = drawn_grid(
     "#............#",
     "##############",
 )
-"""From the left end of the hall (y = 1) all of it is seen, but not what is behind the recess in its wall."""
+"""From the left end of the hall (y = 1) all of it is seen, but not the ground behind the recess in its wall."""
 
 HALL, ROVERS_CELLS = 12, 2 + 3 + 10
-"""How many cells the carrier gets to, and the rover, whose disc holds the cells beside its own."""
+"""Numbers of cells that the carrier reaches, and the rover, whose disc covers its neighbouring cells."""
 
 
 def kinds(carrier_range_m: float) -> dict[str, RobotType]:

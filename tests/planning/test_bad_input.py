@@ -122,7 +122,7 @@ WITHOUT_A_PLAN: dict[str, Callable[[], Situation]] = {
     "the carrier is stuck at either door": lambda: cut(two_rooms(), ("carrier", "m1", "m2"), ("carrier", "m2", "m1")),
     "no way home from the door": lambda: replace(cut(one_room(), ("carrier", "m1", "home")), goal=HOME),
 }
-"""There is none, but it takes a search to prove that."""
+"""Situations without a plan, which only a search can prove."""
 
 
 def engine(name: str) -> Engine:
@@ -140,7 +140,7 @@ def ask(asked: Engine, situation: Situation, seconds: float = 1.0) -> tuple[list
 
 
 PROMPT = [name for name in ENGINES if ENGINES[name]().info.deterministic_steps]
-"""Those that count steps; the others use up a second for each situation."""
+"""Engines that count steps; the others need a second per situation."""
 
 
 def solves(name: str, situation: Situation) -> None:

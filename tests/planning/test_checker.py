@@ -53,7 +53,7 @@ BACK = (
     dock(23_004, 10_000, "r1", "c1", "m1"),
     move(33_005, 10_000, "c1", "m1", "home"),
 )
-"""The best plan for `one_room` with everybody home in the end."""
+"""The best plan for `one_room` with the whole team home at the end."""
 
 HOME = SituationGoal(recover_rovers=True, return_home=True)
 

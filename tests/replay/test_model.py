@@ -19,7 +19,7 @@ from marsupial.model.mission import FrameGrown, MissionEvent
 EVENTS = synthetic_mission()
 GROWN = growing_mission()
 TIMES = [*range(0, 26_006, 499), 26_005, 12_502, 5_001, 13_003, 0]
-"""To the end, and back in leaps."""
+"""Times up to the end, and back in jumps."""
 
 MODEL = f"""
 import {{ readFileSync }} from "node:fs";
@@ -87,7 +87,7 @@ LINE_BY_LINE = (
     "  mission.append(line); ask(known, mission.to, frame); ask(known, mission.to / 2, frame);"
     "}"
 )
-"""The mission grows, and is asked between any two lines."""
+"""The mission grows line by line, with queries between lines."""
 
 
 @pytest.mark.parametrize("events", [EVENTS, GROWN], ids=["as it was", "in a frame that grows"])

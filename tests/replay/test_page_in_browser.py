@@ -23,7 +23,7 @@ for (let y = 4; y < box.height; y += 6) for (let x = 4; x < box.width; x += 6) {
 }
 return null;
 """
-"""Move the pointer over a canvas until what is told begins with a text; return what is told, and where."""
+"""Move the pointer over a canvas until the tooltip begins with a text; return the tooltip and the position."""
 
 
 UNDER = """
@@ -32,7 +32,7 @@ const stage = canvas.getBoundingClientRect(), box = cover.getBoundingClientRect(
 const corner = [box.left - stage.left, box.top - stage.top, box.width, box.height].map((v) => Math.round(v * ratio));
 return new Set(new Uint32Array(canvas.getContext("2d").getImageData(...corner).data.buffer)).size;
 """
-"""Return how many colours the ground has under an element."""
+"""Return the number of ground colours under an element."""
 
 
 def written(folder: Path, *missions: Sequence[MissionEvent]) -> str:

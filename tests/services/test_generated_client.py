@@ -21,7 +21,7 @@ pytest.importorskip("openapi_python_client", reason="openapi-python-client is no
 
 PACKAGE = "generated_client"
 CONFIG = {"content_type_overrides": {"application/jsonl": "text/plain"}, "post_hooks": []}
-"""The generator knows no mission logs; and the code need not be formatted."""
+"""The generator does not support mission logs, and the code is not formatted."""
 
 
 @pytest.fixture(scope="module")

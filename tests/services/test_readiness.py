@@ -1,4 +1,4 @@
-"""`/readyz` says whether the store takes writes, within seconds, and tells strangers nothing about the machine."""
+"""`/readyz` shows within seconds whether the store accepts writes, without details of the machine."""
 
 import sqlite3
 from contextlib import closing

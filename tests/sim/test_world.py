@@ -14,7 +14,7 @@ from marsupial.sim.world import SimulatedWorld
 
 LATER = 1_000_000
 EAST = tuple(Cell(x, 1) for x in range(1, 8))
-"""The way along the corridor, from its west end."""
+"""The route along the corridor, from its west end."""
 
 
 def world_of(

@@ -16,7 +16,7 @@ TEAMS = {
     (Role.CARRIER, Role.CARRIER): ("any", WITHOUT_ROVERS),
     (Role.CARRIER, Role.ROVER): ("any",),
 }
-"""What the team of a strategy may be called, by a team that it leads."""
+"""Names of teams in strategy infos, by an example of such a team."""
 
 
 def test_every_strategy_has_one_info_in_the_order_of_the_registry() -> None:

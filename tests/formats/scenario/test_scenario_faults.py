@@ -230,7 +230,7 @@ BROKEN: list[tuple[Any, ...]] = [
     ({"start_seed": -1}, "start_seed: must be 0 or more, got -1"),
     ({"name": 12}, "name: must be a text, got 12"),
 ]
-"""Changes of the good scenario, and what is said of each."""
+"""Changes of the valid scenario, and the errors of each."""
 
 
 @pytest.mark.parametrize(("changes", "expected"), [(case[0], case[1:]) for case in BROKEN])

@@ -25,7 +25,7 @@ from marsupial_service.simulation import simulate_mission
 
 BUSY = b"HTTP/1.1 503 Service Unavailable\r\nRetry-After: 0\r\nContent-Length: 4\r\nConnection: close\r\n\r\nbusy"
 FATES = ("busy", "twice", "twice", "relay", "relay", "relay", "relay", "relay")
-"""What becomes of connections, in an order that is drawn; those that are relayed may be cut."""
+"""Treatments of connections, in random order; relayed ones may be cut."""
 
 _GONE = (OSError, asyncio.IncompleteReadError)
 

@@ -36,7 +36,7 @@ Answer = httpx2.Response | Exception
 
 
 PAUSES: list[float] = []
-"""What the client has slept: time passes in these only."""
+"""The client's pauses, in which the fake clock advances."""
 
 
 @pytest.fixture(autouse=True)

@@ -29,7 +29,7 @@ T = TypeVar("T")
 
 SETTINGS = settings_of(JobSettings, max_attempts=2, key_planning_s=60.0, steps_s=40.0)
 QUOTA = Quota(SETTINGS.limits)
-"""A second of it comes back in a minute."""
+"""It refills by one second per minute."""
 
 RESTARTING = replace(SETTINGS, commands={"greedy": "cmd:greedy"})
 NO_QUOTA = Quota(JobSettings().limits)

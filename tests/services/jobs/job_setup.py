@@ -22,7 +22,7 @@ from marsupial_service.jobs.records import JobRecord, JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 
 SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
-"""The external planner of `slow_planner.py`; the name of the file it waits for is to be added."""
+"""The external planner of `slow_planner.py`; append the name of the file that it waits for."""
 
 
 install_misbehaving_tasks()

@@ -54,7 +54,7 @@ async def test_a_job_continues_elsewhere_when_its_processes_are_killed(
 
 @pytest.fixture
 def own_cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[ClusterRunner]:
-    """What runs jobs on a cluster of its own, as `serve --ray local` does."""
+    """A runner with its own cluster, as with `serve --ray local`."""
     with TemporaryDirectory(prefix="ray-", dir="/tmp") as folder:  # paths of sockets must be short
         for name, value in settings_in(Path(folder)).items():
             monkeypatch.setenv(name, value)

@@ -99,7 +99,7 @@ async def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(
     monkeypatch.setattr("marsupial_ros.bridge.STOP_S", HANG_S)
     async with robots_in_rooms() as (ros, user):
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
-        ros.speedup = 1.0  # so that no robot gets there before it is stopped
+        ros.speedup = 1.0  # so that no robot arrives before it is stopped
         await wait_until_async(lambda: any(action.endswith("follow_path") for action in ros.running))
         user.stops = 1
         outcome = await work
@@ -112,7 +112,7 @@ async def test_a_user_who_stops_twice_leaves_at_once_with_all_goals_cancelled(se
     async with robots_in_rooms() as (ros, user):
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
         await wait_until_async(lambda: len(ros.running) == 2)
-        ros.speedup = 0.01  # so that no robot gets there before it is stopped
+        ros.speedup = 0.01  # so that no robot arrives before it is stopped
         await asyncio.sleep(0.1)  # the current step ends
         running = set(ros._running)
         user.stops = 2
