@@ -80,7 +80,7 @@ class Inventing:
 
 
 def dies_of_seed_2(terms: Terms, channel: Channel) -> None:
-    for trial in asked(channel):
+    for trial in requested_trials(channel):
         if trial.seed == 2:
             os.kill(os.getpid(), signal.SIGKILL)
         channel.send(invented(trial))
@@ -88,7 +88,7 @@ def dies_of_seed_2(terms: Terms, channel: Channel) -> None:
 
 def dies_once(terms: Terms, channel: Channel) -> None:
     """Die in the very first mission; the scenario's name is the path of the file that marks this."""
-    for trial in asked(channel):
+    for trial in requested_trials(channel):
         mark = Path(next(iter(terms[0].values())).name)
         if not mark.exists():
             mark.touch()
@@ -101,13 +101,13 @@ def never_begins(terms: Terms, channel: Channel) -> None:
 
 
 def never_ends(terms: Terms, channel: Channel) -> None:
-    for trial in asked(channel):
+    for trial in requested_trials(channel):
         if trial.seed > 1:
             signal.pause()
         channel.send(invented(trial))
 
 
-def asked(channel: Channel) -> Iterator[Trial]:
+def requested_trials(channel: Channel) -> Iterator[Trial]:
     channel.send(READY)
     while isinstance(trial := channel.receive(), Trial):
         yield trial

@@ -359,7 +359,7 @@ def steered(server: Server, folder: Path, options: str) -> Outputs:
     yield f"log of {options}", log.read_text()
     links = server.ask("/v1/missions")["missions"][0]["links"]
     yield f"log kept of {options}", server.ask(links["log"])
-    yield f"commands of {options}", told(server.events(links["events"]))
+    yield f"commands of {options}", event_lines(server.events(links["events"]))
 
 
 def foreign(server: Server, words: str, changes: bool) -> Outputs:
@@ -373,11 +373,11 @@ def foreign(server: Server, words: str, changes: bool) -> Outputs:
         if report is not None and "n" not in (answer := server.ask(f"{links['self']}/reports", report)):
             raise RuntimeError(f"report {report} is refused: {answer}")
     yield f"log of {words}", server.ask(links["log"])
-    yield f"commands of {words}", told(iter(events))
+    yield f"commands of {words}", event_lines(iter(events))
     yield f"map of {words}", text_of(server.ask(links["map"]), PASSING)
 
 
-def told(events: Iterator[tuple[str, Any]]) -> str:
+def event_lines(events: Iterator[tuple[str, Any]]) -> str:
     """Return a mission's events as text, without decision times."""
     return "\n".join(f"{kind} {text_of(data)}" for kind, data in events if kind != "decision")
 

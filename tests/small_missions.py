@@ -260,7 +260,7 @@ class Watcher(Recorder):
             self._check(event, event.t_ms - started.t_ms == took, "takes another time")
 
 
-def fly(
+def run(
     grid: Grid,
     robots: Sequence[PlacedRobot],
     strategy: Strategy,

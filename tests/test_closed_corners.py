@@ -32,7 +32,7 @@ def corners(cells: CellArray, start: Cell) -> Scenario:
     return Scenario(name="corners", grid=grid, robot_types=KINDS, team=team_at(start, rovers=1), goal=Goal())
 
 
-def flown(scenario: Scenario, strategy: str) -> MissionEnded:
+def explore(scenario: Scenario, strategy: str) -> MissionEnded:
     kinds = {kind.name: kind for kind in scenario.robot_types}
     watch = Insider if strategy == CLAIRVOYANT else Watcher
     watcher = watch(scenario.grid, kinds, place_team(scenario, 1))
@@ -46,14 +46,14 @@ def flown(scenario: Scenario, strategy: str) -> MissionEnded:
 def test_ground_behind_a_closed_corner_is_not_part_of_the_mission() -> None:
     cells = draw("######", "#..###", "#.c#.#", "###..#", "######").cells
     scenario = corners(cells, Cell(2, 2))
-    for ended in (flown(scenario, "heuristic"), flown(scenario, CLAIRVOYANT)):
+    for ended in (explore(scenario, "heuristic"), explore(scenario, CLAIRVOYANT)):
         assert (ended.status, ended.remaining, ended.coverage) == (Status.COMPLETE, (), 1.0)
 
 
 @settings(max_examples=25)
 @given(scenarios())
 def test_a_mission_leaves_no_frontier(scenario: Scenario) -> None:
-    ended = flown(scenario, "heuristic")
+    ended = explore(scenario, "heuristic")
     assert (ended.status, ended.remaining, ended.coverage) == (Status.COMPLETE, (), 1.0)
 
 
@@ -61,6 +61,6 @@ def test_a_mission_leaves_no_frontier(scenario: Scenario) -> None:
 @given(scenarios())
 def test_the_clairvoyant_leaves_only_frontiers_that_robots_can_get_to(scenario: Scenario) -> None:
     # it need not look at walls, since all reachable cells have been seen
-    ended = flown(scenario, CLAIRVOYANT)
+    ended = explore(scenario, CLAIRVOYANT)
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     assert {left.reason for left in ended.remaining} <= {"nothing reachable is behind it"}

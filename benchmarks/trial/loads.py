@@ -50,7 +50,7 @@ class Used:
         """Return the CPU seconds used in between."""
         return Used(self.server - before.server, self.below - before.below)
 
-    def told(self, reports: int, by_load_s: float, seconds: float) -> str:
+    def text(self, reports: int, by_load_s: float, seconds: float) -> str:
         """Return the cost of each report, and the number of busy processors."""
         a_report = f"{1000 * self.server / reports:.2f} + {1000 * self.below / reports:.2f} ms of a processor each"
         busy, load = (self.server + self.below + by_load_s) / seconds, os.getloadavg()[0]
@@ -80,7 +80,7 @@ def report_rows(seconds: float, say: Callable[[str], None]) -> Iterator[TrialRow
         yield TrialRow(
             part=PRESS,
             requirement=f"{whose} each, {batch} in a request, answered",
-            figure=f"{rate:.0f} a second; {cost.told(found['taken'], found['cpu_s'], took_s)}",
+            figure=f"{rate:.0f} a second; {cost.text(found['taken'], found['cpu_s'], took_s)}",
             goal=f"{RATE_GOAL_HZ:.0f} a second",
             judgement=judged(rate >= RATE_GOAL_HZ),
             values={"rate_hz": rate, "server_s": cost.server, "below_s": cost.below, "reports": found["taken"]},
@@ -110,7 +110,7 @@ def _fleet_rows(part: str, seconds: float, speaker: Speaker, goal_s: float, how:
     sent, lags_s = found["sent"], found["lags_s"]
     hz = load.fleets * load.hz * (1 if speaker is Speaker.TEAM else load.robots)
     fleets = "" if load.fleets == 1 else f"{load.fleets} x "
-    more = f", {found['plans']} plans, {found['commands']} commands; {cost.told(sent, found['cpu_s'], took_s)}"
+    more = f", {found['plans']} plans, {found['commands']} commands; {cost.text(sent, found['cpu_s'], took_s)}"
     yield times(part, f"{fleets}{load.robots} robots, {hz:g} reports a second ({speaker}): lag", lags_s, goal_s, more)
     missing = found["due"] - sent + sent - len(lags_s) + sum(found["odd"].values())
     odd = "".join(f"; {status}" for status in list(found["odd"])[:3])

@@ -76,7 +76,7 @@ def reports(of_team: bool) -> Iterator[dict[str, Any]]:
             yield {"n": n - 1, "robot": note["name"], "t_ms": 100 * n, "robots": [note]}
 
 
-async def begun(connection: AsyncConnection) -> str:
+async def start_mission(connection: AsyncConnection) -> str:
     """Begin a mission and return its path."""
     made = await connection.post("/v1/missions", brief())
     assert made.status == 201, made.body
@@ -87,7 +87,7 @@ async def begun(connection: AsyncConnection) -> str:
 async def _send_reports(flood: ReportFlood, until_s: float) -> int:
     """Send the reports of one mission, and return the number accepted."""
     connection = await AsyncConnection.to(flood.port)
-    path, told, taken = await begun(connection), reports(flood.of_team), 0
+    path, told, taken = await start_mission(connection), reports(flood.of_team), 0
     while time.monotonic() < until_s:
         await connection.report(path, [next(told) for _ in range(flood.batch)])
         taken += flood.batch

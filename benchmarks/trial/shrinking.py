@@ -12,7 +12,7 @@ from pathlib import Path
 from plain_client import ask
 
 from benchmarks.trial.async_connection import AsyncConnection
-from benchmarks.trial.report_flood import begun, reports
+from benchmarks.trial.report_flood import reports, start_mission
 from benchmarks.trial.rows import TrialRow, judged
 from benchmarks.trial.tasks import short_jobs
 from benchmarks.trial.trial_server import TrialServer, running_server
@@ -51,7 +51,7 @@ async def _fill(port: int, count: int) -> None:
     for body in short_jobs():
         await connection.post("/v1/jobs", body)
     for share, stays in ((1 - _STAYS, False), (_STAYS, True)):
-        path = await begun(connection)
+        path = await start_mission(connection)
         told = reports(of_team=True)
         for _ in range(round(share * count / _BATCH)):
             await connection.report(path, [next(told) for _ in range(_BATCH)])

@@ -60,11 +60,11 @@ def plan_for(situation: Situation, *, wait_ms: int = 0) -> Plan:
     return Plan.of([*others, replace(last, start_ms=last.start_ms + wait_ms)])
 
 
-def told(plan: Plan) -> Improved:
+def event_of(plan: Plan) -> Improved:
     return Improved(plan=plan, elapsed_s=0.0)
 
 
-def played(
+def measured(
     *lines: tuple[float, Improved | Finished | Exception],
     situation: Situation | None = None,
     budget_s: float = 1.0,
@@ -84,7 +84,7 @@ def row_of(*runs: EngineRun, known: Plan | None = None, situation: Situation | N
 
 def test_plans_are_timed_when_they_come() -> None:
     slow, quick = plan_for(one_room(), wait_ms=500), plan_for(one_room())
-    done = played((0.25, told(slow)), (0.5, told(quick)), (0.75, SATISFIED))
+    done = measured((0.25, event_of(slow)), (0.5, event_of(quick)), (0.75, SATISFIED))
     assert [(arrival.elapsed_s, arrival.makespan_ms) for arrival in done.arrivals] == [
         (0.25, slow.makespan_ms),
         (0.5, quick.makespan_ms),
@@ -95,7 +95,7 @@ def test_plans_are_timed_when_they_come() -> None:
 def test_a_plan_after_the_deadline_does_not_count_and_the_engine_is_closed() -> None:
     clock = Clock()
     plan = plan_for(one_room())
-    engine = Scripted(clock, ((deadline_s(1.0) + 0.125, told(plan)), (5.0, SATISFIED)))
+    engine = Scripted(clock, ((deadline_s(1.0) + 0.125, event_of(plan)), (5.0, SATISFIED)))
     done = run(instance_of(one_room()), BenchEngine(name="fake", make=lambda _: engine, missing=None), 1.0, clock)
     assert (done.plan, done.late, done.finished) == (None, 1, None)
     assert engine.closed == [True]
@@ -107,14 +107,14 @@ def test_a_plan_after_the_deadline_does_not_count_and_the_engine_is_closed() -> 
 
 def test_a_plan_on_its_way_at_the_end_of_the_budget_counts() -> None:
     assert 1.0 < deadline_s(1.0) < 1.05
-    done = played((deadline_s(1.0) - 0.001, told(plan_for(one_room()))), (deadline_s(1.0) - 0.001, SATISFIED))
+    done = measured((deadline_s(1.0) - 0.001, event_of(plan_for(one_room()))), (deadline_s(1.0) - 0.001, SATISFIED))
     assert done.plan is not None
 
 
 def test_plans_the_checker_refuses_are_counted_and_not_used() -> None:
     plan = plan_for(one_room())
     broken = Plan.of([*plan.actions[:-1], replace(plan.actions[-1], duration_ms=1)])
-    done = played((0.1, told(broken)), (0.2, told(plan)), (0.3, told(broken)), (0.4, SATISFIED))
+    done = measured((0.1, event_of(broken)), (0.2, event_of(plan)), (0.3, event_of(broken)), (0.4, SATISFIED))
     assert (done.plan, done.refused, len(done.arrivals)) == (plan, 2, 1)
     assert "2 INVALID" in row_of(done).outcome
 
@@ -122,14 +122,14 @@ def test_plans_the_checker_refuses_are_counted_and_not_used() -> None:
 def test_a_plan_for_some_targets_is_no_solution_but_is_reported() -> None:
     situation = two_rooms()
     part = plan_for(situation.restricted(targets=frozenset({situation.targets[0].name})))
-    done = played((0.1, told(part)), (0.2, SATISFIED), situation=situation)
+    done = measured((0.1, event_of(part)), (0.2, SATISFIED), situation=situation)
     assert (done.plan, done.served, done.refused) == (None, 1, 0)
     assert f"1/{len(situation.targets)} targets" in row_of(done, situation=situation).outcome
 
 
 def test_an_engine_that_breaks_is_a_result() -> None:
     plan = plan_for(one_room())
-    done = played((0.1, told(plan)), (0.2, RuntimeError("oh dear")))
+    done = measured((0.1, event_of(plan)), (0.2, RuntimeError("oh dear")))
     assert done.plan == plan
     assert row_of(done).outcome == "crashed: RuntimeError: oh dear"
 
@@ -137,15 +137,15 @@ def test_an_engine_that_breaks_is_a_result() -> None:
 def test_the_ratio_is_to_the_best_plan_known() -> None:
     best = plan_for(one_room())
     slow = plan_for(one_room(), wait_ms=best.makespan_ms)
-    row = row_of(played((0.1, told(slow)), (0.2, SATISFIED)), known=best)
+    row = row_of(measured((0.1, event_of(slow)), (0.2, SATISFIED)), known=best)
     assert (row.ratio, row.first_s, row.close_s) == (2.0, pytest.approx(0.1), None)
     assert row.behind is False
 
 
 def test_a_better_plan_of_the_run_is_the_best_known() -> None:
     best, slow = plan_for(one_room()), plan_for(one_room(), wait_ms=1_000)
-    quick = played((0.5, told(best)), (0.6, SATISFIED), name="quick")
-    behind = played((0.1, told(slow)), (0.2, SATISFIED), name="slow")
+    quick = measured((0.5, event_of(best)), (0.6, SATISFIED), name="quick")
+    behind = measured((0.1, event_of(slow)), (0.2, SATISFIED), name="slow")
     row = row_of(behind, quick, known=slow)
     assert row.best_ms == best.makespan_ms
     assert row.round.best.found_by == "quick"
@@ -155,20 +155,20 @@ def test_a_better_plan_of_the_run_is_the_best_known() -> None:
 
 def test_only_engines_with_the_same_budget_are_compared() -> None:
     best, slow = plan_for(one_room()), plan_for(one_room(), wait_ms=1_000)
-    long = played((0.5, told(best)), (0.6, SATISFIED), budget_s=10.0)
-    assert not row_of(played((0.1, told(slow)), (0.2, SATISFIED)), long).behind
+    long = measured((0.5, event_of(best)), (0.6, SATISFIED), budget_s=10.0)
+    assert not row_of(measured((0.1, event_of(slow)), (0.2, SATISFIED)), long).behind
 
 
 def test_an_engine_without_a_plan_is_behind_one_with_a_plan_only() -> None:
-    nothing = played((0.1, Finished(outcome=Outcome.NO_PLAN)))
+    nothing = measured((0.1, Finished(outcome=Outcome.NO_PLAN)))
     assert not row_of(nothing, nothing).behind
-    assert row_of(nothing, played((0.1, told(plan_for(one_room()))), (0.2, SATISFIED), name="other")).behind
+    assert row_of(nothing, measured((0.1, event_of(plan_for(one_room()))), (0.2, SATISFIED), name="other")).behind
 
 
 def test_the_time_to_a_plan_close_to_the_best_is_that_of_the_first_such_plan() -> None:
     best = plan_for(one_room())
     near, far = (plan_for(one_room(), wait_ms=best.makespan_ms * percent // 1000) for percent in (9, 12))
-    row = row_of(played((0.1, told(far)), (0.2, told(near)), (0.3, told(best)), (0.4, SATISFIED)))
+    row = row_of(measured((0.1, event_of(far)), (0.2, event_of(near)), (0.3, event_of(best)), (0.4, SATISFIED)))
     assert row.close_s == pytest.approx(0.2)
 
 
@@ -186,7 +186,7 @@ def test_a_makespan_that_meets_its_bound_in_time_is_proven(
 ) -> None:
     plan = plan_for(one_room())
     end = Finished(outcome=outcome, lower_bound_ms=None if bound is None else int(bound * plan.makespan_ms))
-    row = row_of(played((0.1, told(plan)), (at_s, end)))
+    row = row_of(measured((0.1, event_of(plan)), (at_s, end)))
     assert (row.proven, row.gap, row.refuted) == (proven, gap, False)
     assert row.round.best.lower_bound_ms == int(kept * plan.makespan_ms)
 
@@ -194,7 +194,7 @@ def test_a_makespan_that_meets_its_bound_in_time_is_proven(
 def test_a_bound_that_a_plan_refutes_is_shown_and_not_kept() -> None:
     best, slow = plan_for(one_room()), plan_for(one_room(), wait_ms=1_000)
     wrong = Finished(outcome=Outcome.OPTIMAL, lower_bound_ms=slow.makespan_ms)
-    row = row_of(played((0.1, told(slow)), (0.2, wrong)), known=best)
+    row = row_of(measured((0.1, event_of(slow)), (0.2, wrong)), known=best)
     assert (row.refuted, row.proven) == (True, False)
     assert row.outcome == "optimal, REFUTED"
     assert row.round.best.lower_bound_ms == 0
@@ -230,7 +230,7 @@ def test_an_engine_is_warm_once_it_keeps_its_budget(walls_s: tuple[float, ...], 
 
 
 def test_the_table_has_every_run_a_summary_by_size_and_who_is_missing() -> None:
-    done = played((0.1, told(plan_for(one_room()))), (0.2, SATISFIED))
+    done = measured((0.1, event_of(plan_for(one_room()))), (0.2, SATISFIED))
     other = replace(done, engine="other", plan=None, arrivals=())
     small = Round(instance=instance_of(one_room()), best=improved(None, one_room(), [done]), runs=(done, other))
     big = replace(small, instance=replace(small.instance, name="y-9x3-1", team="9x3"))

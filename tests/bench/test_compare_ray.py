@@ -92,7 +92,7 @@ def test_the_command_gives_the_same_on_a_node_through_ray_client_and_on_a_local_
         assert bytes_of(tmp_path / str(number)) == here
 
 
-def begun(nodes: Nodes, out: Path, address: str) -> subprocess.Popen[bytes]:
+def start_comparison(nodes: Nodes, out: Path, address: str) -> subprocess.Popen[bytes]:
     """Return a program that has carried out one of its missions."""
     program = nodes.begin(*PROGRAM, *LONG, "--ray", address, "--out", str(out))
     deadline = time.monotonic() + HANG_S
@@ -107,7 +107,7 @@ def begun(nodes: Nodes, out: Path, address: str) -> subprocess.Popen[bytes]:
 @pytest.mark.slow
 def test_a_killed_comparison_resumes_without_losing_or_repeating_missions(nodes: Nodes, tmp_path: Path) -> None:
     out = tmp_path / "ray"
-    program = begun(nodes, out, nodes.address)
+    program = start_comparison(nodes, out, nodes.address)
     at_work = nodes.missions()
     program.kill()
     program.communicate()
@@ -123,7 +123,7 @@ def test_a_killed_comparison_resumes_without_losing_or_repeating_missions(nodes:
 @pytest.mark.slow
 @pytest.mark.parametrize("where", ["address", "client", "local"])
 def test_ctrl_c_leaves_what_is_done_and_no_mission_on_the_cluster(nodes: Nodes, tmp_path: Path, where: str) -> None:
-    program = begun(nodes, tmp_path, where if where == "local" else getattr(nodes, where))
+    program = start_comparison(nodes, tmp_path, where if where == "local" else getattr(nodes, where))
     below = psutil.Process(program.pid).children(recursive=True)
     error = interrupt(program)
     assert program.returncode == 130

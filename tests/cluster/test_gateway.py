@@ -30,7 +30,7 @@ class Ray:
         return [{"NodeID": name, "Alive": alive, "Resources": {}} for name, alive in self.alive.items()]
 
 
-def looking(ray: Ray) -> Gateway:
+def gateway_of(ray: Ray) -> Gateway:
     """Return a gateway without requests."""
     with socket.socket() as line:
         return Gateway(ray, line, Requirements(versions={}, token=False))
@@ -38,7 +38,7 @@ def looking(ray: Ray) -> Gateway:
 
 async def test_a_gateway_runs_while_its_node_lives_and_ends_when_that_is_dead_or_unknown() -> None:
     ray = Ray("other")
-    gateway = looking(ray)
+    gateway = gateway_of(ray)
     ray.alive["other"] = False
     await gateway.update_nodes()
     assert json.loads(gateway.answer(STATE, b""))[0] == "no cluster node is ready"
@@ -52,7 +52,7 @@ async def test_a_gateway_runs_while_its_node_lives_and_ends_when_that_is_dead_or
 
 async def test_a_gateway_gives_up_a_head_that_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_SILENCE_S", 0.01)
-    gateway = looking(Ray())
+    gateway = gateway_of(Ray())
 
     async def never(*_: object) -> None:
         await asyncio.Event().wait()

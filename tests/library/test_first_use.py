@@ -97,7 +97,7 @@ print(json.dumps(told))
 """
 
 
-def told(program: str, **environment: str) -> dict[str, Any]:
+def output_of(program: str, **environment: str) -> dict[str, Any]:
     """Return the output of a new process with these environment variables."""
     where = os.environ | environment
     done = subprocess.run([sys.executable, "-c", program], env=where, capture_output=True, text=True, check=False)
@@ -111,7 +111,7 @@ NOTHING: dict[str, list[str]] = {"for_mission": [], "for_planner": [], "late": [
 
 def test_all_code_is_ready_before_a_budget_counts() -> None:
     """No function may be compiled or loaded for the first time within a budget."""
-    assert told(FRESH)["unready"] == []
+    assert output_of(FRESH)["unready"] == []
 
 
 @pytest.mark.slow
@@ -119,7 +119,7 @@ def test_all_code_is_compiled_before_a_budget_counts_with_a_message_the_first_ti
     tmp_path: Path,
 ) -> None:
     own_code = {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_CPU_NAME": "generic"}  # no precompiled code is for that target
-    cold, warm = told(FRESH, **own_code), told(FRESH, **own_code)
+    cold, warm = output_of(FRESH, **own_code), output_of(FRESH, **own_code)
     assert cold["late"] == cold["unready"] == []
     assert cold["for_mission"][0] == cold["for_planner"][0] == "compiling, which is done once on a machine ..."
     assert all("functions done, of" in text for text in cold["for_mission"][1:])
@@ -130,7 +130,7 @@ def test_all_code_is_compiled_before_a_budget_counts_with_a_message_the_first_ti
 def test_nothing_is_left_to_compile_of_what_missions_and_planners_use_where_it_was_precompiled(tmp_path: Path) -> None:
     assert precompile(tmp_path) > 40
     found = f"import pathlib; from marsupial import codecache; codecache.PRECOMPILED = pathlib.Path({str(tmp_path)!r})"
-    cold = told(found + FRESH, NUMBA_CACHE_DIR=str(tmp_path / "kept"))
+    cold = output_of(found + FRESH, NUMBA_CACHE_DIR=str(tmp_path / "kept"))
     assert cold == NOTHING
 
 

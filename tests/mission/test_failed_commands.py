@@ -28,7 +28,7 @@ from marsupial.model.strategy import Strategy
 TEAM = (carrier_at(1, 3), rover_on("c1"))
 
 
-def fly(
+def explore(
     fails: Callable[[int, str], bool],
     lines: tuple[str, ...] = ANNEX,
     team: tuple[PlacedRobot, ...] = TEAM,
@@ -60,7 +60,7 @@ def test_failed_actions_are_replanned_and_done(name: str) -> None:
         failed.append(command)
         return True
 
-    ended, watcher, _ = fly(once)
+    ended, watcher, _ = explore(once)
     assert (ended.status, ended.deployments, ended.retrievals, ended.aboard) == (Status.COMPLETE, 1, 1, ("r1",))
     assert watcher.faults == []
     assert len(failures_of(watcher)) == 1
@@ -73,7 +73,7 @@ def test_failed_actions_are_replanned_and_done(name: str) -> None:
 def test_a_mission_completes_although_many_commands_fail(period: int, planning_time: PlanningTime) -> None:
     team = (carrier_at(5, 1), rover_on("c1"))
     slow = Timed(greedy_strategy(), wall_s=0.7)
-    ended, watcher, watch = fly(lambda n, _: n % period == 0, TWO_ANNEXES, team, slow, planning_time)
+    ended, watcher, watch = explore(lambda n, _: n % period == 0, TWO_ANNEXES, team, slow, planning_time)
     assert (ended.status, ended.aboard) == (Status.COMPLETE, ("r1",))
     assert watcher.faults == []
     assert failures_of(watcher)
@@ -81,7 +81,7 @@ def test_a_mission_completes_although_many_commands_fail(period: int, planning_t
 
 
 def test_a_rover_that_was_not_set_down_is_aboard_for_all_who_watch() -> None:
-    _, watcher, _ = fly(lambda _, name: name == "undock")
+    _, watcher, _ = explore(lambda _, name: name == "undock")
     ends = (i for i, event in enumerate(watcher.events) if isinstance(event, ActionEnded))
     first = next(i for i in ends if watcher.events[i].end is ActionEnd.FAILED)  # type: ignore[union-attr]
     events = watcher.events[: first + 1]

@@ -20,7 +20,7 @@ ROVERS = {"rover1_1", "rover1_2", "rover2_1", "rover2_2"}
 NOBODY = np.empty(0, dtype=np.int64)
 
 
-def flown(blinks: Blinks, *, forgets: bool = False) -> tuple[MissionEnded, Watcher]:
+def run(blinks: Blinks, *, forgets: bool = False) -> tuple[MissionEnded, Watcher]:
     """Explore the lobby with a map that flickers."""
     kinds, robots = {kind.name: kind for kind in LOBBY.robot_types}, place_team(LOBBY, 1)
     assert {r.name for r in robots if kinds[r.type].role is Role.ROVER} == ROVERS
@@ -43,14 +43,14 @@ def plans(watcher: Watcher) -> int:
     return len(watcher.of(Planned))
 
 
-STEADY_PLANS = plans(flown(lambda _world, _report: {})[1])
+STEADY_PLANS = plans(run(lambda _world, _report: {})[1])
 
 
 @pytest.mark.parametrize("forgets", [False, True])
 @pytest.mark.parametrize("seed", [3, 4, 5])
 def test_cells_that_are_lost_every_five_reports_do_not_keep_a_team_from_ending(seed: int, forgets: bool) -> None:
     cells = floor(4, seed)
-    ended, watcher = flown(every(5, 1 if forgets else 2, dict.fromkeys(cells, UNKNOWN)), forgets=forgets)
+    ended, watcher = run(every(5, 1 if forgets else 2, dict.fromkeys(cells, UNKNOWN)), forgets=forgets)
     assert (ended.status, set(ended.aboard)) == (Status.COMPLETE, ROVERS)
     assert ended.t_ms < 120_000
     assert plans(watcher) <= STEADY_PLANS + 6 * MOST_LOSSES
@@ -62,7 +62,7 @@ def test_cells_that_are_lost_every_five_reports_do_not_keep_a_team_from_ending(s
 
 @pytest.mark.parametrize("seed", [3, 4, 5])
 def test_cells_that_are_ground_and_obstacle_by_turns_do_not_stop_robots_each_time(seed: int) -> None:
-    ended, watcher = flown(every(2, 1, dict.fromkeys(floor(40, seed), OBSTACLE)))
+    ended, watcher = run(every(2, 1, dict.fromkeys(floor(40, seed), OBSTACLE)))
     assert (ended.status, set(ended.aboard)) == (Status.COMPLETE, ROVERS)
     ends = [event.end for event in watcher.of(ActionEnded)]  # type: ignore[attr-defined]
     assert ends.count(ActionEnd.BLOCKED) <= 2 * MOST_FLIPS
@@ -76,7 +76,7 @@ def test_noise_all_over_the_map_does_not_keep_a_team_from_ending(code: int) -> N
         drawn = [Cell(draw.randrange(width), draw.randrange(height)) for _ in range(height * width // 100)]
         return dict.fromkeys(drawn, code) if report % 3 else {}
 
-    ended, _ = flown(noise)
+    ended, _ = run(noise)
     assert (ended.status, set(ended.aboard)) == (Status.COMPLETE, ROVERS)
 
 
@@ -86,13 +86,13 @@ def test_cells_that_flicker_under_a_robot_do_not_keep_a_mission_from_ending(code
         at = [robot.cell for robot in world.robots() if robot.cell is not None]
         return dict.fromkeys(at, code) if report % 2 else {}
 
-    ended, _ = flown(under)
+    ended, _ = run(under)
     assert (ended.status, set(ended.aboard)) == (Status.COMPLETE, ROVERS)
 
 
 def test_a_region_that_is_lost_once_is_explored_again() -> None:
     region = [Cell(x, y) for x in range(14) for y in range(20)]
-    ended, watcher = flown(lambda _world, report: dict.fromkeys(region, UNKNOWN) if report == 30 else {}, forgets=True)
+    ended, watcher = run(lambda _world, report: dict.fromkeys(region, UNKNOWN) if report == 30 else {}, forgets=True)
     (lost,) = watcher.of(Changed)
     count = sum(lost.runs[1::3])  # type: ignore[attr-defined]
     again = [e for e in watcher.of(Revealed) if e.t_ms > lost.t_ms]

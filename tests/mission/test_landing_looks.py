@@ -54,7 +54,7 @@ def kinds(carrier_range_m: float) -> dict[str, RobotType]:
     return {**types, "rover": replace(types["rover"], radius_m=1.2, terrains=frozenset({ROUGH}))}
 
 
-def flown(grid: Grid, start: Cell, carrier_range_m: float, strategy: str, sensor: FieldOfView | None = None) -> Summary:
+def run(grid: Grid, start: Cell, carrier_range_m: float, strategy: str, sensor: FieldOfView | None = None) -> Summary:
     team = (TeamMember(name="c1", type="carrier", start=start), TeamMember(name="r1", type="rover", carrier="c1"))
     scenario = Scenario(name="x", grid=grid, robot_types=tuple(kinds(carrier_range_m).values()), team=team)
     return simulate(scenario, strategy=strategy, planner="greedy", budget=Budget(steps=1), seed=1, sensor=sensor)
@@ -70,19 +70,19 @@ class Blind(FieldOfView):
 
 @pytest.mark.parametrize("strategy", ["heuristic", "assignment", "temporal"])
 def test_a_carrier_goes_where_it_sees_whether_a_rover_can_be_set_down(strategy: str) -> None:
-    summary = flown(NICHE, Cell(2, 2), 3.0, strategy)
+    summary = run(NICHE, Cell(2, 2), 3.0, strategy)
     assert (summary.status, summary.coverage, summary.reachable_area_m2) == (Status.COMPLETE, 1.0, 5 + 1 + 3 + 6)
 
 
 @pytest.mark.parametrize("strategy", ["heuristic", "assignment", "temporal"])
 def test_ground_behind_an_unseen_recess_is_explored(strategy: str) -> None:
-    summary = flown(RECESS, Cell(1, 1), 20.0, strategy)
+    summary = run(RECESS, Cell(1, 1), 20.0, strategy)
     area = (summary.explored_area_m2, summary.reachable_area_m2)
     assert (summary.status, *area) == (Status.COMPLETE, HALL + ROVERS_CELLS, HALL + ROVERS_CELLS)
 
 
 def test_ground_that_is_never_shown_is_looked_for_once() -> None:
-    summary = flown(RECESS, Cell(1, 1), 20.0, "heuristic", Blind())
+    summary = run(RECESS, Cell(1, 1), 20.0, "heuristic", Blind())
     assert (summary.status, summary.explored_area_m2, summary.replans) == (Status.COMPLETE, HALL, 1)
 
 

@@ -11,11 +11,11 @@ from small_missions import (
     Watcher,
     carrier_at,
     drawn_grid,
-    fly,
     greedy_strategy,
     kinds_of,
     rover_at,
     rover_on,
+    run,
 )
 
 from marsupial.formats.loglines import trigger_text
@@ -83,7 +83,7 @@ def test_energy_is_that_of_time_distance_stops_and_turns() -> None:
 
 
 def test_a_carrier_alone_explores_a_hall() -> None:
-    ended, watcher = fly(drawn_grid(*CORRIDOR), [carrier_at(1, 1)], greedy_strategy())
+    ended, watcher = run(drawn_grid(*CORRIDOR), [carrier_at(1, 1)], greedy_strategy())
     assert (ended.status, ended.coverage, ended.remaining) == (Status.COMPLETE, 1.0, ())
     assert (ended.exploration_ms, ended.t_ms) == (4000, 4000)  # at x = 5 it sees the wall at x = 8
     assert ended.distance_m == (("c1", 4.0),)
@@ -92,13 +92,13 @@ def test_a_carrier_alone_explores_a_hall() -> None:
 
 
 def test_a_map_that_is_seen_at_once_is_complete_at_once() -> None:
-    ended, watcher = fly(drawn_grid("####", "#..#", "####"), [carrier_at(1, 1)], greedy_strategy())
+    ended, watcher = run(drawn_grid("####", "#..#", "####"), [carrier_at(1, 1)], greedy_strategy())
     assert (ended.status, ended.t_ms, ended.replans) == (Status.COMPLETE, 0, 0)
     assert not watcher.of(Planned)
 
 
 def test_a_rover_is_set_down_explores_and_is_picked_up_again() -> None:
-    ended, watcher = fly(drawn_grid(*ANNEX), [carrier_at(1, 3), rover_on("c1")], greedy_strategy())
+    ended, watcher = run(drawn_grid(*ANNEX), [carrier_at(1, 3), rover_on("c1")], greedy_strategy())
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     assert ended.aboard == ("r1",)
     assert ended.deployments == ended.retrievals == 1
@@ -109,7 +109,7 @@ def test_a_rover_is_set_down_explores_and_is_picked_up_again() -> None:
 
 
 def test_without_recovery_a_mission_is_over_when_all_is_seen() -> None:
-    ended, _ = fly(drawn_grid(*ANNEX), [carrier_at(1, 3), rover_on("c1")], greedy_strategy(), goal=LEAVE)
+    ended, _ = run(drawn_grid(*ANNEX), [carrier_at(1, 3), rover_on("c1")], greedy_strategy(), goal=LEAVE)
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     assert (ended.aboard, ended.retrievals) == ((), 0)
     # driving robots first stop at the next cell
@@ -124,7 +124,7 @@ def test_without_recovery_a_mission_is_over_when_all_is_seen() -> None:
 def test_a_team_that_has_to_return_home_does_but_rovers_on_the_ground_have_none(
     strategy: Callable[[], Temporal | Heuristic], lines: tuple[str, ...], home: Cell, rover: PlacedRobot
 ) -> None:
-    ended, watcher = fly(drawn_grid(*lines), [carrier_at(*home), rover], strategy(), goal=HOME)
+    ended, watcher = run(drawn_grid(*lines), [carrier_at(*home), rover], strategy(), goal=HOME)
     assert (ended.status, ended.coverage, ended.aboard) == (Status.COMPLETE, 1.0, ("r1",))
     assert watcher.cell["c1"] == home
     assert watcher.faults == []
@@ -132,13 +132,13 @@ def test_a_team_that_has_to_return_home_does_but_rovers_on_the_ground_have_none(
 
 def test_a_mission_is_complete_although_a_stopped_robot_had_another_action() -> None:
     # the carrier gets the stop command at x = 36; at x = 38, where it stops, it sees the end of the hall
-    ended, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], Scripted(nearest_target))
+    ended, watcher = run(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], Scripted(nearest_target))
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     assert watcher.faults == []
 
 
 def test_a_strategy_that_does_nothing_stalls_and_every_frontier_is_named() -> None:
-    ended, _ = fly(drawn_grid(*LONG_HALL), [carrier_at(20, 1)], Scripted(nothing))
+    ended, _ = run(drawn_grid(*LONG_HALL), [carrier_at(20, 1)], Scripted(nothing))
     assert (ended.status, ended.t_ms) == (Status.STALLED, 0)
     assert ended.reason == "the strategy found no action"
     assert {left.cell for left in ended.remaining} == {Cell(17, 1), Cell(23, 1)}
@@ -146,7 +146,7 @@ def test_a_strategy_that_does_nothing_stalls_and_every_frontier_is_named() -> No
 
 
 def test_unreachable_ground_is_named_even_when_complete() -> None:
-    ended, _ = fly(drawn_grid(*ANNEX), [carrier_at(4, 3)], greedy_strategy())
+    ended, _ = run(drawn_grid(*ANNEX), [carrier_at(4, 3)], greedy_strategy())
     assert ended.status is Status.COMPLETE
     assert ended.coverage < 1.0
     assert {left.cell.y for left in ended.remaining} == {1}
@@ -175,7 +175,7 @@ def test_a_mission_that_leaves_a_rover_behind_names_it_with_the_reason(
 ) -> None:
     grid = drawn_grid(*lines)
     carrier = carrier_at(2, len(lines) - 2)
-    ended, _ = fly(grid, [carrier, *team], strategy(), goal=goal, kinds=kinds_of(capacity=capacity), failures=failures)
+    ended, _ = run(grid, [carrier, *team], strategy(), goal=goal, kinds=kinds_of(capacity=capacity), failures=failures)
     assert ended.status is Status.STALLED
     assert ended.reason.endswith(reason)
     assert "no place aboard for" in ended.reason
@@ -188,13 +188,13 @@ def test_the_rovers_that_can_be_fetched_are_fetched_before_a_mission_stalls(
     grid = drawn_grid("##########", "#......#,#", "##########")
     team = [carrier_at(1, 1), rover_at(6, 1, 1), rover_at(8, 1, 2)]
     for planning_time in PlanningTime:
-        ended, _ = fly(grid, team, strategy(), planning_time=planning_time, kinds=kinds_of(capacity=2))
+        ended, _ = run(grid, team, strategy(), planning_time=planning_time, kinds=kinds_of(capacity=2))
         assert (ended.status, ended.aboard) == (Status.STALLED, ("r1",))
         assert ended.t_ms < 60_000
 
 
 def test_a_mission_ends_exactly_at_its_time_limit() -> None:
-    ended, _ = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], greedy_strategy(), time_ms=2500)
+    ended, _ = run(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], greedy_strategy(), time_ms=2500)
     assert (ended.status, ended.t_ms) == (Status.TIME_LIMIT, 2500)
     assert ended.reason == "time limit of 2.5 s reached"
     assert len(ended.remaining) == 1
@@ -203,16 +203,16 @@ def test_a_mission_ends_exactly_at_its_time_limit() -> None:
 
 def test_a_rover_that_is_still_docking_at_the_time_limit_is_not_aboard() -> None:
     team = [carrier_at(1, 1), rover_at(2, 1)]
-    ended, events = fly(drawn_grid(*CORRIDOR), team, greedy_strategy(), time_ms=9_000)
+    ended, events = run(drawn_grid(*CORRIDOR), team, greedy_strategy(), time_ms=9_000)
     assert events.of(ActionStarted)[-1].action.name is ActionName.DOCK
     assert (ended.status, ended.aboard, ended.retrievals) == (Status.TIME_LIMIT, (), 0)
 
 
 def test_charged_planning_does_not_overrun_the_time_limit_and_what_completes_at_it_is_complete() -> None:
     slow = Timed(greedy_strategy(), wall_s=60.0)
-    ended, _ = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], slow, time_ms=2500, planning_time=PlanningTime.CHARGED)
+    ended, _ = run(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], slow, time_ms=2500, planning_time=PlanningTime.CHARGED)
     assert (ended.status, ended.t_ms) == (Status.TIME_LIMIT, 2500)
-    ended, _ = fly(drawn_grid(*CORRIDOR), [carrier_at(1, 1)], greedy_strategy(), time_ms=4000)
+    ended, _ = run(drawn_grid(*CORRIDOR), [carrier_at(1, 1)], greedy_strategy(), time_ms=4000)
     assert (ended.status, ended.t_ms) == (Status.COMPLETE, 4000)
 
 
@@ -223,7 +223,7 @@ def test_a_cancelled_mission_ends_with_a_report() -> None:
         asked.append(True)
         return len(asked) > 3
 
-    ended, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], greedy_strategy(), cancelled=cancelled)
+    ended, watcher = run(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], greedy_strategy(), cancelled=cancelled)
     assert ended.status is Status.CANCELLED
     assert len(ended.remaining) == 1
     assert isinstance(watcher.events[-1], MissionEnded)
@@ -233,7 +233,7 @@ def test_an_invalid_plan_is_never_followed() -> None:
     def broken(briefing: Briefing) -> Plan:
         return Plan(actions=(drive(ActionName.EXPLORE, "c1", "nowhere", "s_c1"),))
 
-    ended, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], Scripted(broken))
+    ended, watcher = run(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], Scripted(broken))
     assert (ended.status, ended.plans_invalid, ended.plans_valid) == (Status.FAILED, 1, 0)
     assert "scripted made an invalid plan" in ended.reason
     assert not watcher.of(ActionStarted)
@@ -250,7 +250,7 @@ def test_a_strategy_that_runs_on_the_spot_stalls(planning_time: PlanningTime) ->
 
     strategy = Scripted(on_the_spot, wall_s=0.001)
     team = [carrier_at(20, 1), rover_on("c1")]
-    ended, _ = fly(drawn_grid(*LONG_HALL), team, strategy, planning_time=planning_time)
+    ended, _ = run(drawn_grid(*LONG_HALL), team, strategy, planning_time=planning_time)
     assert ended.status is Status.STALLED
     assert ended.t_ms <= MAX_FRUITLESS + 1
     assert ended.reason == f"no progress after {MAX_FRUITLESS + 1} replannings"
@@ -260,7 +260,7 @@ def test_a_strategy_that_runs_on_the_spot_stalls(planning_time: PlanningTime) ->
 def test_nothing_is_replanned_merely_because_time_passes() -> None:
     # from the west end the carrier has to come back over 20 known cells to see more of the east
     strategy = Scripted(nearest_target)
-    ended, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], strategy)
+    ended, watcher = run(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], strategy)
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     turned = next(e for e in watcher.of(DriveStarted) if len(e.steps) > 15)
     quiet = [p for p in watcher.of(Planned) if turned.t_ms < p.t_ms < turned.t_ms + 15_000]
@@ -269,7 +269,7 @@ def test_nothing_is_replanned_merely_because_time_passes() -> None:
 
 
 def test_replanning_waits_for_a_second_of_news_unless_something_ends() -> None:
-    _, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], greedy_strategy())
+    _, watcher = run(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], greedy_strategy())
     times = [plan.t_ms for plan in watcher.of(Planned)]
     ends = {event.t_ms for event in watcher.of(ActionEnded)}
     assert all(b - a >= LOOK_MS or b in ends for a, b in pairwise(times))
@@ -277,7 +277,7 @@ def test_replanning_waits_for_a_second_of_news_unless_something_ends() -> None:
 
 def test_targets_of_a_lost_robot_are_given_to_another() -> None:
     team = [carrier_at(19, 1, 1), carrier_at(20, 1, 2)]
-    ended, watcher = fly(drawn_grid(*LONG_HALL), team, greedy_strategy(), failures={"c1": 4500})
+    ended, watcher = run(drawn_grid(*LONG_HALL), team, greedy_strategy(), failures={"c1": 4500})
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     assert [(e.t_ms, e.robot) for e in watcher.of(RobotLost)] == [(4500, "c1")]
     after = [plan for plan in watcher.of(Planned) if plan.t_ms >= 4500]
@@ -291,7 +291,7 @@ def test_targets_of_a_lost_robot_are_given_to_another() -> None:
 def test_a_robot_lost_while_a_plan_is_made_asks_for_the_next_one() -> None:
     team = [carrier_at(19, 1, 1), carrier_at(20, 1, 2)]
     slow = Timed(greedy_strategy(), wall_s=2.0)
-    ended, watcher = fly(drawn_grid(*LONG_HALL), team, slow, failures={"c1": 1000}, planning_time=PlanningTime.CHARGED)
+    ended, watcher = run(drawn_grid(*LONG_HALL), team, slow, failures={"c1": 1000}, planning_time=PlanningTime.CHARGED)
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     assert [trigger_text(plan.trigger) for plan in watcher.of(Planned)][:2] == ["start", "lost: c1"]
     assert watcher.faults == []
@@ -300,14 +300,14 @@ def test_a_robot_lost_while_a_plan_is_made_asks_for_the_next_one() -> None:
 def test_a_mission_whose_robots_are_all_lost_has_failed() -> None:
     team = [carrier_at(1, 3), rover_on("c1")]
     for planning_time in PlanningTime:
-        ended, _ = fly(drawn_grid(*ANNEX), team, greedy_strategy(), failures={"c1": 1500}, planning_time=planning_time)
+        ended, _ = run(drawn_grid(*ANNEX), team, greedy_strategy(), failures={"c1": 1500}, planning_time=planning_time)
         assert (ended.status, ended.reason, ended.t_ms) == (Status.FAILED, "every robot is lost", 1500)
         assert ended.remaining
 
 
 def test_a_lost_rover_is_not_waited_for() -> None:
     team = [carrier_at(1, 3), rover_on("c1", 1), rover_on("c1", 2)]
-    ended, watcher = fly(drawn_grid(*ANNEX), team, greedy_strategy(), failures={"r1": 0}, kinds=kinds_of(capacity=2))
+    ended, watcher = run(drawn_grid(*ANNEX), team, greedy_strategy(), failures={"r1": 0}, kinds=kinds_of(capacity=2))
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
     assert ended.deployments == ended.retrievals == 1
     assert watcher.faults == []
@@ -316,7 +316,7 @@ def test_a_lost_rover_is_not_waited_for() -> None:
 @pytest.mark.parametrize("t_ms", range(500, 60_000, 3_500))
 def test_whenever_the_only_carrier_is_lost_the_mission_comes_to_an_end(t_ms: int) -> None:
     team = [carrier_at(1, 3), rover_on("c1")]
-    ended, watcher = fly(drawn_grid(*ANNEX), team, greedy_strategy(), failures={"c1": t_ms})
+    ended, watcher = run(drawn_grid(*ANNEX), team, greedy_strategy(), failures={"c1": t_ms})
     assert ended.status in {Status.COMPLETE, Status.STALLED, Status.FAILED}
     assert watcher.faults == []
 
@@ -324,7 +324,7 @@ def test_whenever_the_only_carrier_is_lost_the_mission_comes_to_an_end(t_ms: int
 def test_targets_that_vanish_while_a_dock_runs_leave_it_running() -> None:
     # c2 sees the rest of the hall while c1 is busy with its rover
     team = [carrier_at(3, 3, 1), carrier_at(7, 3, 2), rover_on("c1")]
-    ended, watcher = fly(drawn_grid(*ANNEX), team, greedy_strategy())
+    ended, watcher = run(drawn_grid(*ANNEX), team, greedy_strategy())
     ends = [e for e in watcher.of(ActionEnded) if e.action.carrier is not None]
     assert ends
     assert all(e.end is ActionEnd.DONE for e in ends)
@@ -334,7 +334,7 @@ def test_targets_that_vanish_while_a_dock_runs_leave_it_running() -> None:
 
 def test_carriers_without_a_place_and_rovers_explore_side_by_side() -> None:
     team = [carrier_at(1, 3), rover_at(1, 1)]
-    ended, watcher = fly(drawn_grid(*ANNEX), team, greedy_strategy(), goal=LEAVE, kinds=kinds_of(capacity=0))
+    ended, watcher = run(drawn_grid(*ANNEX), team, greedy_strategy(), goal=LEAVE, kinds=kinds_of(capacity=0))
     assert (ended.status, ended.coverage, ended.deployments) == (Status.COMPLETE, 1.0, 0)
     assert watcher.faults == []
 
@@ -342,21 +342,21 @@ def test_carriers_without_a_place_and_rovers_explore_side_by_side() -> None:
 class TestChargedPlanning:
     WALL_MS = 2000
 
-    def fly(self, *lines: str) -> tuple[MissionEnded, Watcher, Timed]:
+    def run(self, *lines: str) -> tuple[MissionEnded, Watcher, Timed]:
         team = [carrier_at(1, len(lines) - 2) if lines == ANNEX else carrier_at(5, 1), rover_on("c1")]
         slow = Timed(greedy_strategy(), wall_s=self.WALL_MS / 1000)
-        ended, watcher = fly(drawn_grid(*lines), team, slow, planning_time=PlanningTime.CHARGED)
+        ended, watcher = run(drawn_grid(*lines), team, slow, planning_time=PlanningTime.CHARGED)
         return ended, watcher, slow
 
     def test_the_clock_advances_by_the_time_planning_took(self) -> None:
-        _, watcher, slow = self.fly(*ANNEX)
+        _, watcher, slow = self.run(*ANNEX)
         times = [plan.t_ms for plan in watcher.of(Planned)]
         assert times[0] == self.WALL_MS
         assert all(b - a >= self.WALL_MS for a, b in pairwise(times))
         assert len(times) == len(slow.briefings)
 
     def test_meanwhile_robots_follow_the_old_plan_but_begin_no_docking(self) -> None:
-        _, watcher, _ = self.fly(*TWO_ANNEXES)
+        _, watcher, _ = self.run(*TWO_ANNEXES)
         windows = [(plan.t_ms - self.WALL_MS, plan.t_ms) for plan in watcher.of(Planned)]
         drives = [(e.t_ms, e.robot) for e in watcher.of(DriveStarted)]
         stops = [(e.t_ms, e.robot) for e in watcher.of(DriveEnded)]
@@ -368,7 +368,7 @@ class TestChargedPlanning:
 
     @pytest.mark.parametrize("lines", [ANNEX, TWO_ANNEXES])
     def test_the_mission_is_still_carried_out(self, lines: tuple[str, ...]) -> None:
-        ended, watcher, _ = self.fly(*lines)
+        ended, watcher, _ = self.run(*lines)
         assert (ended.status, ended.coverage, ended.aboard) == (Status.COMPLETE, 1.0, ("r1",))
         assert watcher.faults == []
 
@@ -386,7 +386,7 @@ class TestChargedPlanning:
 
         team = [carrier_at(1, 1, 1), carrier_at(2, 1, 2)]
         charged = PlanningTime.CHARGED
-        ended, watcher = fly(drawn_grid(*CORRIDOR), team, Slower(), failures={"c1": 500}, planning_time=charged)
+        ended, watcher = run(drawn_grid(*CORRIDOR), team, Slower(), failures={"c1": 500}, planning_time=charged)
         assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
         (_, second) = watcher.of(Planned)
         assert (second.t_ms, trigger_text(second.trigger), second.actions) == (100_500, "lost: c1", ())

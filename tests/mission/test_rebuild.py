@@ -47,7 +47,7 @@ class Listening:
         return self._strategy.decide(briefing)
 
 
-def fly(
+def explore(
     scenario: Scenario, failures: dict[str, int] | None = None, fails: Callable[[int, str], bool] | None = None
 ) -> tuple[list[MissionEvent], list[Situation]]:
     robots = place_team(scenario, 1)
@@ -73,30 +73,30 @@ def assert_rebuilt(events: list[MissionEvent], asked: list[Situation]) -> None:
 
 
 def test_every_situation_of_a_mission_is_rebuilt_from_its_events() -> None:
-    assert_rebuilt(*fly(builtin_scenario("lobby", 2, 2)))
+    assert_rebuilt(*explore(builtin_scenario("lobby", 2, 2)))
 
 
 def test_a_mission_that_comes_home_is_rebuilt() -> None:
     scenario = replace(builtin_scenario("lobby", 1, 2), goal=Goal(recover_rovers=True, return_home=True))
-    assert_rebuilt(*fly(scenario))
+    assert_rebuilt(*explore(scenario))
 
 
 def test_a_mission_on_routes_of_least_energy_is_rebuilt() -> None:
     scenario = builtin_scenario("lobby", 2, 2)
     energy = EnergyModel(metre_j=1.0, stop_j=0.5, turn_j=(0.4, 0.6, 0.8, 1.0))
     kinds = tuple(replace(kind, energy=energy) for kind in scenario.robot_types)
-    assert_rebuilt(*fly(with_routes(replace(scenario, robot_types=kinds), Routes.ENERGY)))
+    assert_rebuilt(*explore(with_routes(replace(scenario, robot_types=kinds), Routes.ENERGY)))
 
 
 def test_a_mission_with_lost_robots_is_rebuilt() -> None:
     scenario = replace(builtin_scenario("lobby", 2, 2), limits=MissionLimits(time_ms=400_000))
-    assert_rebuilt(*fly(scenario, {"rover1_1": 30_000, "carrier2": 60_000}))
+    assert_rebuilt(*explore(scenario, {"rover1_1": 30_000, "carrier2": 60_000}))
 
 
 def test_a_mission_in_which_commands_fail_is_rebuilt() -> None:
     # the pattern may hit every docking, so the mission may last until its time limit
     scenario = replace(builtin_scenario("lobby", 2, 2), limits=MissionLimits(time_ms=100_000))
-    assert_rebuilt(*fly(scenario, fails=lambda number, name: number % 5 in (1, 3)))
+    assert_rebuilt(*explore(scenario, fails=lambda number, name: number % 5 in (1, 3)))
 
 
 CARRIER, ROVER = default_types(2)

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 from mission_fakes import Timed
-from small_missions import TWO_ANNEXES, carrier_at, drawn_grid, fly, greedy_strategy, kinds_of, rover_at, rover_on
+from small_missions import TWO_ANNEXES, carrier_at, drawn_grid, greedy_strategy, kinds_of, rover_at, rover_on, run
 
 from marsupial.formats.loglines import trigger_text
 from marsupial.mission.goals import unmet
@@ -26,7 +26,7 @@ def team() -> list:  # type: ignore[type-arg]
 @pytest.mark.parametrize("strategy", [greedy_strategy, Heuristic])
 @pytest.mark.parametrize("limit_s", [40, 60, 75, 90, 120, 150])
 def test_a_team_that_runs_out_of_time_has_its_rovers_aboard(strategy: type[Heuristic], limit_s: int) -> None:
-    ended, watcher = fly(drawn_grid(*LONG_ANNEX), team(), strategy(), time_ms=1000 * limit_s)
+    ended, watcher = run(drawn_grid(*LONG_ANNEX), team(), strategy(), time_ms=1000 * limit_s)
     assert (ended.status, ended.aboard) == (Status.TIME_LIMIT, ("r1",))
     assert ended.reason == f"called back before the time limit of {limit_s} s, all rovers are aboard"
     assert ended.t_ms <= 1000 * limit_s
@@ -35,7 +35,7 @@ def test_a_team_that_runs_out_of_time_has_its_rovers_aboard(strategy: type[Heuri
 
 
 def test_a_team_is_called_back_no_sooner_than_it_must_be() -> None:
-    ended, watcher = fly(drawn_grid(*LONG_ANNEX), team(), greedy_strategy(), time_ms=150_000)
+    ended, watcher = run(drawn_grid(*LONG_ANNEX), team(), greedy_strategy(), time_ms=150_000)
     (called,) = [p for p in watcher.of(Planned) if p.trigger == (Trigger(Cause.CALLED_BACK),)]  # type: ignore[attr-defined]
     assert trigger_text(called.trigger) == "called back"  # type: ignore[attr-defined]
     back_ms = ended.t_ms - called.t_ms
@@ -45,7 +45,7 @@ def test_a_team_is_called_back_no_sooner_than_it_must_be() -> None:
 @pytest.mark.parametrize("limit_s", [30, 45, 60, 90])
 def test_a_team_that_has_to_be_home_is_home_in_time(limit_s: int) -> None:
     grid = drawn_grid("#" * 82, "#" + "." * 80 + "#", "#" * 82)
-    ended, watcher = fly(grid, [carrier_at(1, 1)], greedy_strategy(), goal=HOME, time_ms=1000 * limit_s)
+    ended, watcher = run(grid, [carrier_at(1, 1)], greedy_strategy(), goal=HOME, time_ms=1000 * limit_s)
     assert (ended.status, watcher.cell["c1"]) == (Status.TIME_LIMIT, Cell(1, 1))
     assert ended.reason == f"called back before the time limit of {limit_s} s, the team is home"
     assert ended.t_ms > 0.8 * 1000 * limit_s
@@ -57,7 +57,7 @@ def test_carriers_explore_on_alone_once_the_rovers_are_aboard(strategy: type[Heu
     wall, hall, right, left = "#" * 62, "#" + "." * 60 + "#", "#" * 60 + ".#", "#." + "#" * 60
     annex = ("#" + "," * 60 + "#", "###," + "#" * 58)
     grid = drawn_grid(wall, hall, left, hall, right, hall, left, hall, right, hall, *reversed(annex), wall)
-    ended, watcher = fly(grid, [carrier_at(2, 3), rover_on("c1")], strategy(), time_ms=70_000)
+    ended, watcher = run(grid, [carrier_at(2, 3), rover_on("c1")], strategy(), time_ms=70_000)
     assert (ended.status, ended.reason) == (Status.TIME_LIMIT, "time limit of 70 s reached")
     assert (ended.t_ms, ended.aboard, ended.exploration_ms) == (70_000, ("r1",), None)
     (called,) = [p for p in watcher.of(Planned) if p.trigger == (Trigger(Cause.CALLED_BACK),)]  # type: ignore[attr-defined]
@@ -69,7 +69,7 @@ def test_carriers_explore_on_alone_once_the_rovers_are_aboard(strategy: type[Heu
 def test_planning_that_takes_time_does_not_make_a_team_late() -> None:
     slow = Timed(greedy_strategy(), wall_s=2.0)
     limit_ms = 120_000
-    ended, _ = fly(
+    ended, _ = run(
         drawn_grid(*LONG_ANNEX), team(), slow, time_ms=limit_ms, planning_time=PlanningTime.CHARGED, goal=HOME
     )
     assert (ended.status, ended.aboard) == (Status.TIME_LIMIT, ("r1",))
@@ -77,30 +77,30 @@ def test_planning_that_takes_time_does_not_make_a_team_late() -> None:
 
 
 def test_a_limit_that_is_not_reached_changes_nothing() -> None:
-    free, as_it_was = fly(drawn_grid(*TWO_ANNEXES), team(), greedy_strategy())
+    free, as_it_was = run(drawn_grid(*TWO_ANNEXES), team(), greedy_strategy())
     for more_ms in (40_000, 60_000, 400_000):
-        ended, watcher = fly(drawn_grid(*TWO_ANNEXES), team(), greedy_strategy(), time_ms=free.t_ms + more_ms)
+        ended, watcher = run(drawn_grid(*TWO_ANNEXES), team(), greedy_strategy(), time_ms=free.t_ms + more_ms)
         assert ended == free
         assert watcher.events == as_it_was.events
 
 
 def test_a_team_without_rovers_to_recover_explores_until_the_end() -> None:
     grid = drawn_grid("#" * 82, "#" + "." * 80 + "#", "#" * 82)
-    ended, _ = fly(grid, [carrier_at(1, 1), rover_on("c1")], greedy_strategy(), time_ms=30_000)
+    ended, _ = run(grid, [carrier_at(1, 1), rover_on("c1")], greedy_strategy(), time_ms=30_000)
     assert (ended.t_ms, ended.reason) == (30_000, "time limit of 30 s reached")
-    ended, _ = fly(drawn_grid(*LONG_ANNEX), team(), greedy_strategy(), goal=Goal(recover_rovers=False), time_ms=60_000)
+    ended, _ = run(drawn_grid(*LONG_ANNEX), team(), greedy_strategy(), goal=Goal(recover_rovers=False), time_ms=60_000)
     assert (ended.t_ms, ended.reason) == (60_000, "time limit of 60 s reached")
 
 
 def test_no_rover_is_set_down_when_there_is_no_time_to_pick_it_up() -> None:
-    ended, _ = fly(drawn_grid(*LONG_ANNEX), team(), greedy_strategy(), time_ms=14_000)
+    ended, _ = run(drawn_grid(*LONG_ANNEX), team(), greedy_strategy(), time_ms=14_000)
     assert (ended.status, ended.deployments, ended.aboard) == (Status.TIME_LIMIT, 0, ("r1",))
 
 
 def test_robots_that_are_not_back_in_time_are_named() -> None:
     hall = ("#" * 42, "#" + "." * 40 + "#", "#" * 42)
     robots = [carrier_at(1, 1), rover_at(3, 1)]
-    ended, _ = fly(drawn_grid(*hall), robots, greedy_strategy(), time_ms=9000)
+    ended, _ = run(drawn_grid(*hall), robots, greedy_strategy(), time_ms=9000)
     assert (ended.status, ended.reason) == (Status.TIME_LIMIT, "time limit of 9 s reached: r1 is not aboard")
 
 
@@ -115,7 +115,7 @@ def test_robots_that_take_long_from_cell_to_cell_turn_back_in_time_too(limit_s: 
     kinds = kinds_of()
     kinds["carrier"] = replace(kinds["carrier"], speed_mps=0.05)  # 20 s from cell to cell
     grid = drawn_grid("#" * 22, "#" + "." * 20 + "#", "#" * 22)
-    ended, watcher = fly(grid, [carrier_at(1, 1)], greedy_strategy(), kinds=kinds, goal=HOME, time_ms=1000 * limit_s)
+    ended, watcher = run(grid, [carrier_at(1, 1)], greedy_strategy(), kinds=kinds, goal=HOME, time_ms=1000 * limit_s)
     assert (ended.status, watcher.cell["c1"]) == (Status.TIME_LIMIT, Cell(1, 1))
     assert ended.reason.endswith("the team is home")
 
@@ -124,7 +124,7 @@ def test_rovers_that_can_not_be_fetched_are_named_with_the_reason_and_the_others
     hall = ("#" * 72, "#,#" + "." * 68 + "#", "#" * 72)
     robots = [carrier_at(20, 1), rover_at(21, 1, 1), rover_at(1, 1, 2)]
     kinds: dict[str, RobotType] = kinds_of(capacity=2)
-    ended, _ = fly(drawn_grid(*hall), robots, greedy_strategy(), kinds=kinds, time_ms=45_000)
+    ended, _ = run(drawn_grid(*hall), robots, greedy_strategy(), kinds=kinds, time_ms=45_000)
     assert (ended.status, ended.aboard) == (Status.TIME_LIMIT, ("r1",))
     assert ended.reason.startswith("called back before the time limit of 45 s, but r2 is not aboard: ")
     assert ended.t_ms < 45_000

@@ -49,7 +49,7 @@ def outcome(comparison: Comparison, time_s: Callable[[Trial], float], runs: int 
     return ComparisonOutcome(header_of(comparison), tuple(rows))
 
 
-def named(name: str) -> Experiment:
+def experiment_of(name: str) -> Experiment:
     found = experiment(name)
     assert found is not None
     return found
@@ -60,17 +60,17 @@ def written(found: ComparisonOutcome) -> dict[str, bytes]:
 
 
 def verdicts(name: str, found: ComparisonOutcome) -> list[StatementVerdict]:
-    return [finding.verdict for finding in named(name).findings(found)]
+    return [finding.verdict for finding in experiment_of(name).findings(found)]
 
 
 def test_parts_of_an_experiment_are_not_listed_as_papers() -> None:
     assert tuple(PAPERS) == ("wurm2010", "wurm2008", "alkhawaldah", "mei")
-    assert {part for name in PAPERS for part in named(name).parts.values()} < set(PARTS)
+    assert {part for name in PAPERS for part in experiment_of(name).parts.values()} < set(PARTS)
 
 
 @pytest.mark.parametrize("name", [*PAPERS, *PARTS])
 def test_an_experiment_without_data_leaves_every_statement_open(name: str, maps: Path) -> None:
-    found = outcome(named(name).comparison(**terms(maps=maps)), lambda trial: 1.0, runs=0)
+    found = outcome(experiment_of(name).comparison(**terms(maps=maps)), lambda trial: 1.0, runs=0)
     assert set(verdicts(name, found)) == {OPEN}
     made = written(found)
     assert b"not enough data" in made["checklist.md"]

@@ -43,7 +43,7 @@ const ask = (known, t, [width, height, dx, dy]) => {
 """
 
 
-def asked(question: str, events: Sequence[MissionEvent], **given: object) -> Any:
+def answer_of(question: str, events: Sequence[MissionEvent], **given: object) -> Any:
     """Return the result of a script that gets the log's parsed `lines`, an empty `mission` and further values."""
     node = shutil.which("node")
     if node is None:
@@ -94,7 +94,7 @@ LINE_BY_LINE = (
 @pytest.mark.parametrize("comes", [AT_ONCE, LINE_BY_LINE], ids=["at once", "line by line"])
 def test_the_page_shows_what_the_playback_says(events: tuple[MissionEvent, ...], comes: str) -> None:
     question = f"{ASK}{comes}answer(times.map((t) => ask(known, t, frame)));"
-    check(events, TIMES, asked(question, events, times=TIMES, frame=frame_of(events)))
+    check(events, TIMES, answer_of(question, events, times=TIMES, frame=frame_of(events)))
 
 
 def test_going_back_changes_only_the_tiles_that_differ() -> None:
@@ -102,7 +102,7 @@ def test_going_back_changes_only_the_tiles_that_differ() -> None:
         "lines.forEach((line) => mission.append(line)); const known = mission.knownMap();"
         "answer([mission.to, mission.to, mission.to - 1, 0].map((t) => known.seek(t).size));"
     )
-    first, again, before, start = asked(question, EVENTS)
+    first, again, before, start = answer_of(question, EVENTS)
     assert first > 0
     assert again == 0
     assert before <= first
@@ -114,11 +114,11 @@ def test_places_have_short_names_that_stay_when_the_frame_grows() -> None:
         "lines.forEach((line) => mission.append(line));"
         "answer([...mission.places.byName].map(([name, place]) => [name, place.label, place.since]));"
     )
-    assert asked(question, EVENTS) == [["t1", "T1", 0], ["m1", "M1", 0], ["t2", "T2", 12_502]]
+    assert answer_of(question, EVENTS) == [["t1", "T1", 0], ["m1", "M1", 0], ["t2", "T2", 12_502]]
     rename = (
         'import("%s").then(({ firstName }) => answer(['
         '  ["t_12_9", 3, 2], ["m_5_6_7_8_1", 3, 2], ["t_1_2", 0, 0], ["s_x", 1, 1],'
         "].map(([name, x, y]) => firstName(name, [x, y]))));"
     )
     places = files("marsupial.replay").joinpath("places.js")
-    assert asked(rename % places, EVENTS) == ["t_9_7", "m_2_4_4_6_1", "t_1_2", "s_x"]
+    assert answer_of(rename % places, EVENTS) == ["t_9_7", "m_2_4_4_6_1", "t_1_2", "s_x"]

@@ -41,7 +41,7 @@ def written(folder: Path, *missions: Sequence[MissionEvent]) -> str:
     return file.as_uri()
 
 
-def over(browser: Browser, canvas: str, begin: str) -> tuple[str, int, int]:
+def hover(browser: Browser, canvas: str, begin: str) -> tuple[str, int, int]:
     found = browser.run(OVER, canvas, begin)
     assert found, f"nothing on {canvas} is told as {begin!r}"
     return found[0], found[1], found[2]
@@ -133,7 +133,7 @@ def test_hovering_shows_a_robot_s_action_its_reason_and_its_result(browser: Brow
     browser.open(written(tmp_path, EVENTS) + "#t=11")
     browser.wait("document.querySelector('canvas.map')?.width > 100")
     drawn(browser)
-    told = over(browser, "canvas.map", "rover1_1")[0]
+    told = hover(browser, "canvas.map", "rover1_1")[0]
     assert "explores T1" in told
     assert "plan 1 at 0:00: the mission begins" in told
     assert "decided by temporal with greedy" in told
@@ -146,7 +146,7 @@ def test_a_click_on_a_target_shows_which_robots_reach_it(browser: Browser, tmp_p
     browser.open(written(tmp_path, EVENTS) + "#t=11")
     browser.wait("document.querySelector('canvas.map')?.width > 100")
     drawn(browser)
-    _, x, y = over(browser, "canvas.map", "Target T1")
+    _, x, y = hover(browser, "canvas.map", "Target T1")
     canvas = browser.find("canvas.map")
     dx, dy = x - canvas.size["width"] // 2, y - canvas.size["height"] // 2
     ActionChains(browser.driver).move_to_element_with_offset(canvas, dx, dy).click().perform()

@@ -57,7 +57,7 @@ def upload(browser: Browser, server: Server, *files: Path) -> None:
     browser.click("form.start button.first")
 
 
-def begun(server: Server, **more: Any) -> str:
+def start_simulation(server: Server, **more: Any) -> str:
     reply = server.ask("POST", "/v1/simulations", {**LOBBY, **more})
     assert reply.status == 201, reply.document
     return str(reply.document["id"])
@@ -196,7 +196,7 @@ def test_all_warnings_about_a_map_are_shown_above_its_mission(browser: Browser, 
 
 
 def test_two_missions_of_the_list_are_shown_side_by_side(browser: Browser, pages: Server) -> None:
-    missions = [begun(pages, speed=100, seed=seed) for seed in (1, 2)]
+    missions = [start_simulation(pages, speed=100, seed=seed) for seed in (1, 2)]
     browser.open(f"{pages.url}/")
     for mission in missions:
         browser.click(f".list input[value='{mission}']")
@@ -206,7 +206,7 @@ def test_two_missions_of_the_list_are_shown_side_by_side(browser: Browser, pages
 
 
 def test_an_unknown_mission_is_reported_at_once(browser: Browser, pages: Server) -> None:
-    mission = begun(pages, speed=100)
+    mission = start_simulation(pages, speed=100)
     browser.open(f"{pages.url}/#/missions/nothing")
     browser.wait("document.querySelector('.said').textContent.includes('mission not found')")
     assert browser.text("#content") == "mission not found; it may have been removed"
@@ -215,7 +215,7 @@ def test_an_unknown_mission_is_reported_at_once(browser: Browser, pages: Server)
 
 
 def test_a_page_reports_a_killed_server_and_continues_after_its_restart(browser: Browser, pages: Server) -> None:
-    mission = begun(pages, speed=10)
+    mission = start_simulation(pages, speed=10)
     browser.open(f"{pages.url}/#/missions/{mission}")
     browser.wait("Number(document.querySelector('.transport input[type=range]')?.value) > 2000")
     pages.kill()
@@ -230,7 +230,7 @@ def test_a_page_reports_a_killed_server_and_continues_after_its_restart(browser:
 
 
 def test_a_mission_is_paused_resumed_and_cancelled_from_the_page(browser: Browser, pages: Server) -> None:
-    mission = begun(pages, speed=1)
+    mission = start_simulation(pages, speed=1)
     browser.open(f"{pages.url}/#/missions/{mission}")
     browser.wait("document.querySelector('.view')")
     for number, state in ((1, "paused"), (1, "running"), (2, "cancelled")):

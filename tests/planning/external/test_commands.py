@@ -72,7 +72,7 @@ def solve(
     return makespans, end
 
 
-def asked(name: str, budget: Budget = AMPLE) -> Events:
+def events_of(name: str, budget: Budget = AMPLE) -> Events:
     return External(name).solve(one_hall(), budget)
 
 
@@ -94,7 +94,7 @@ def one_way() -> Situation:
 
 def test_every_improving_plan_comes_as_soon_as_it_is_complete(tmp_path: Path) -> None:
     body = f"say({OPTIC_HEADER!r} + LONG + chr(10)); wait_for('go'); say({OPTIC_HEADER!r} + GOOD)"
-    events = asked(stand_in(tmp_path, body))
+    events = events_of(stand_in(tmp_path, body))
     assert next_makespan(events) == 50_001
     (tmp_path / "go").touch()
     assert next_makespan(events) == 30_001
@@ -104,7 +104,7 @@ def test_every_improving_plan_comes_as_soon_as_it_is_complete(tmp_path: Path) ->
 
 
 def test_a_plan_nothing_follows_counts_while_the_planner_thinks_on(tmp_path: Path) -> None:
-    events = asked(stand_in(tmp_path, "say(LONG); wait_for('go'); say(GOOD.rstrip())"))
+    events = events_of(stand_in(tmp_path, "say(LONG); wait_for('go'); say(GOOD.rstrip())"))
     assert next_makespan(events) == 50_001
     (tmp_path / "go").touch()
     # Both together are not a plan: they would explore everything twice.
@@ -114,7 +114,7 @@ def test_a_plan_nothing_follows_counts_while_the_planner_thinks_on(tmp_path: Pat
 
 def test_a_plan_that_stops_growing_halfway_is_not_refused_before_it_is_complete(tmp_path: Path) -> None:
     body = "first, second = GOOD.splitlines(True); say(first); wait_for('go'); say(second)"
-    events = asked(stand_in(tmp_path, body))
+    events = events_of(stand_in(tmp_path, body))
     threading.Timer(0.3, (tmp_path / "go").touch).start()
     assert next_makespan(events) == 30_001
     end = next(events)
@@ -165,7 +165,7 @@ with open(prefix + {endings[0]!r}, "w") as file:
 wait_for("go")
 Path(prefix + {endings[1]!r}).write_text(";; Version LPG" + chr(10) + chr(10) + GOOD)
 """
-    events = asked(stand_in(tmp_path, body, "--out={plan} {domain} {problem}"))
+    events = events_of(stand_in(tmp_path, body, "--out={plan} {domain} {problem}"))
     assert next_makespan(events) == 50_001
     (tmp_path / "go").touch()
     assert next_makespan(events) == 30_001
@@ -334,7 +334,7 @@ def test_a_planner_that_exceeds_its_memory_has_its_own_outcome(tmp_path: Path) -
 
 
 def test_closing_early_ends_the_planner(tmp_path: Path) -> None:
-    events = asked(stand_in(tmp_path, "say(LONG + chr(10)); time.sleep(3600)"))
+    events = events_of(stand_in(tmp_path, "say(LONG + chr(10)); time.sleep(3600)"))
     next_makespan(events)
     _supervisor, *rest = sorted(below_launcher(), key=lambda process: process.pid)
     assert len(rest) == 2  # job, planner

@@ -283,7 +283,7 @@ def sent(transport: Scripted) -> list[tuple[int, int]]:
     return [(report["n"], report["t_ms"]) for report in reports]
 
 
-def taken(n: int) -> httpx2.Response:
+def accepted(n: int) -> httpx2.Response:
     return httpx2.Response(200, json={"n": n, "t_ms": 0, "revision": 1})
 
 
@@ -296,7 +296,7 @@ def mission_of(transport: Scripted, patience_s: float = 60.0) -> Mission:
 
 
 def test_a_report_that_may_have_arrived_is_sent_again_before_the_next_one() -> None:
-    transport = Scripted(broken(), taken(5), taken(6))
+    transport = Scripted(broken(), accepted(5), accepted(6))
     mission = mission_of(transport, patience_s=0.0)
     with pytest.raises(Unreachable):
         report(mission, 10)
@@ -306,7 +306,7 @@ def test_a_report_that_may_have_arrived_is_sent_again_before_the_next_one() -> N
 
 
 def test_the_number_of_a_report_that_is_refused_is_free_again() -> None:
-    transport = Scripted(problem(422, "invalid"), taken(5))
+    transport = Scripted(problem(422, "invalid"), accepted(5))
     mission = mission_of(transport)
     with pytest.raises(Invalid):
         report(mission, 10)
@@ -351,7 +351,7 @@ def test_reports_of_a_batch_are_numbered_by_reporter() -> None:
 
 
 def test_a_batch_that_may_have_arrived_is_resent_unchanged_before_the_next() -> None:
-    transport = Scripted(LAST, broken(), ALL_TAKEN, taken(7))
+    transport = Scripted(LAST, broken(), ALL_TAKEN, accepted(7))
     mission = mission_of(transport, patience_s=0.0)
     with pytest.raises(Unreachable):
         mission.reports(BATCH)

@@ -53,7 +53,7 @@ async def submit(jobs: Jobs, wanted: PackedRequest | None = None) -> str:
     return submitted.record.id
 
 
-async def begun(jobs: Jobs, folder: Path) -> tuple[str, int]:
+async def start_waiting_job(jobs: Jobs, folder: Path) -> tuple[str, int]:
     """Submit a job that waits for a file, and return it with its process id once it runs."""
     job = await submit(jobs, request(Waits(folder)))
     process = await pid_in(folder)
@@ -84,7 +84,7 @@ async def plans_of(jobs: Jobs, job: str) -> list[StoredPlan]:
     return [StoredPlan(one["revision"], plan_of(one["actions"]), one["makespan_ms"], one["ipc"]) for one in found]
 
 
-async def told(jobs: Jobs, job: str, after: int = 0) -> list[EventRecord]:
+async def events_of(jobs: Jobs, job: str, after: int = 0) -> list[EventRecord]:
     async with asyncio.timeout(HANG_S):
         return [event async for event in followed(jobs, job, after)]
 

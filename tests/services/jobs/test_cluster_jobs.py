@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import psutil
 import pytest
-from job_setup import begun, ended, open_jobs, planned, request, submit, told
+from job_setup import ended, events_of, open_jobs, planned, request, start_waiting_job, submit
 from misbehaving_tasks import Waits, pid_in
 from process_tree import is_alive, is_gone
 from ray_nodes import Nodes, needs_ray, settings_in
@@ -38,7 +38,7 @@ async def test_a_job_continues_elsewhere_when_its_processes_are_killed(
     tmp_path: Path, nodes: Nodes, cluster: ClusterRunner, find: Callable[[Nodes, int], list[psutil.Process]]
 ) -> None:
     async with open_jobs(tmp_path, cluster, slots=4) as jobs:
-        job, first = await begun(jobs, tmp_path)
+        job, first = await start_waiting_job(jobs, tmp_path)
         assert first in [process.pid for process in nodes.planning()]
         found = find(nodes, first)
         assert found
@@ -69,7 +69,7 @@ async def test_an_own_cluster_is_restarted_when_it_is_lost_and_jobs_continue_the
     tmp_path: Path, own_cluster: ClusterRunner, lost: list[str]
 ) -> None:
     async with open_jobs(tmp_path, own_cluster) as jobs:
-        job, first = await begun(jobs, tmp_path)
+        job, first = await start_waiting_job(jobs, tmp_path)
         gateway = psutil.Process(own_cluster._gateway.pid)  # other tests may have a cluster below this process
         before = [gateway, *gateway.children(recursive=True)]
         for process in before:
@@ -123,7 +123,7 @@ async def test_plans_come_from_a_cluster_as_they_are_found(tmp_path: Path, clust
         job = await submit(jobs)
         await planned(jobs, job)
         assert (await ended(jobs, job)).outcome in (JobOutcome.SATISFICING, JobOutcome.OPTIMAL)
-        assert [event.type for event in await told(jobs, job)][-1] == "end"
+        assert [event.type for event in await events_of(jobs, job)][-1] == "end"
 
 
 @pytest.mark.slow
@@ -131,7 +131,7 @@ async def test_a_stopped_actor_counts_as_dead_and_its_processes_end(
     tmp_path: Path, nodes: Nodes, cluster: ClusterRunner
 ) -> None:
     async with open_jobs(tmp_path, cluster) as jobs:
-        job, first = await begun(jobs, tmp_path)
+        job, first = await start_waiting_job(jobs, tmp_path)
         stopped = actors(nodes, first)
         try:
             for process in stopped:

@@ -7,7 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from job_setup import ended, open_jobs, plans_of, request, submit, told
+from job_setup import ended, events_of, open_jobs, plans_of, request, submit
 from lost_answers import LostAnswers
 from misbehaving_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in, source_of
 from process_tree import is_gone
@@ -36,7 +36,7 @@ async def test_a_job_reports_every_state_from_queued_to_its_end(place: str) -> N
     async with open_jobs(place) as jobs:
         submitted = await jobs.submit(request(), owner="me")
         assert (submitted.record.state, submitted.replayed) == (JobState.QUEUED, False)
-        events = await told(jobs, submitted.record.id)
+        events = await events_of(jobs, submitted.record.id)
         job = await jobs.of("me", submitted.record.id)
         assert (job.state, job.outcome) == (JobState.SUCCEEDED, JobOutcome.SATISFICING)
         assert (job.attempts, job.plans) == (1, 1)
@@ -55,7 +55,7 @@ async def test_revisions_improve_strictly_are_valid_and_equal_the_events(place: 
     situation = many_rooms(2, 2, 12, 5)
     async with open_jobs(place) as jobs:
         job = await submit(jobs, request(situation, "anytime", seconds=None, steps=300))
-        events = await told(jobs, job)
+        events = await events_of(jobs, job)
         plans = await plans_of(jobs, job)
         assert len(plans) > 1
         assert all(check(situation, record.plan).valid for record in plans)
@@ -112,8 +112,8 @@ async def test_a_job_is_preempted_for_another_owner_s_and_continues_after_it(pla
         assert (await jobs.wait(other, HANG_S)).state is JobState.SUCCEEDED
         (tmp_path / "go").touch()
         assert [(await ended(jobs, job)).attempts for job in long] == [1, 1, 1]
-        assert [event.type for event in await told(jobs, long[0])].count("state") == 2
-        states = [json.loads(event.data)["state"] for event in await told(jobs, long[1]) if event.type == "state"]
+        assert [event.type for event in await events_of(jobs, long[0])].count("state") == 2
+        states = [json.loads(event.data)["state"] for event in await events_of(jobs, long[1]) if event.type == "state"]
         assert states == ["queued", "running", "queued", "running"]
 
 
@@ -122,7 +122,7 @@ async def test_a_queued_job_is_cancelled_without_ever_running(place: str, tmp_pa
         first, second = await submit(jobs, request(Waits(tmp_path))), await submit(jobs)
         job = await jobs.cancel(second)
         assert (job.state, job.outcome, job.attempts) == (JobState.CANCELLED, JobOutcome.CANCELLED, 0)
-        assert [event.type for event in await told(jobs, second)] == ["state", "end"]
+        assert [event.type for event in await events_of(jobs, second)] == ["state", "end"]
         await jobs.cancel(first)
 
 
@@ -145,7 +145,7 @@ async def test_cancelling_at_any_moment_leads_to_one_end(place: str) -> None:
     async with open_jobs(place, slots=2) as jobs:
         for turn in range(30):
             job = await submit(jobs, request(one_hall()))
-            follower = asyncio.create_task(told(jobs, job))
+            follower = asyncio.create_task(events_of(jobs, job))
             await asyncio.sleep(turn * 0.003)
             answers = await asyncio.gather(*(jobs.cancel(job) for _ in range(3)))
             final = await ended(jobs, job)
@@ -154,7 +154,7 @@ async def test_cancelling_at_any_moment_leads_to_one_end(place: str) -> None:
             assert [event.type for event in events].count(JobEventType.END) == 1
             end = json.loads(events[-1].data)
             assert (end["state"], end["outcome"]) == (final.state, final.outcome)
-            assert events == await told(jobs, job)
+            assert events == await events_of(jobs, job)
 
 
 async def test_cancelling_or_awaiting_an_unknown_job_raises(place: str) -> None:
@@ -249,7 +249,7 @@ async def test_a_disk_that_is_full_for_a_moment_costs_an_attempt_at_most(
         done = await ended(jobs, job)
         assert done.outcome is JobOutcome.SATISFICING
         assert done.attempts <= 2
-        events = await told(jobs, job)
+        events = await events_of(jobs, job)
         assert [event.seq for event in events] == list(range(1, len(events) + 1))
         assert [event.type for event in events].count(JobEventType.END) == 1
     failpoints.arm("")

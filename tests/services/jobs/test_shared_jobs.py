@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from databases import PostgresServer
-from job_setup import open_jobs, request, submit, told
+from job_setup import events_of, open_jobs, request, submit
 from misbehaving_tasks import Waits
 from waiting import HANG_S, wait_until_async
 
@@ -22,7 +22,7 @@ async def test_a_job_of_one_server_runs_on_another_which_is_notified_of_its_canc
 ) -> None:
     async with open_jobs(shared) as first, open_jobs(shared) as second:
         held = [await submit(first, request(Waits(tmp_path))), await submit(second, request(Waits(tmp_path)))]
-        events = asyncio.create_task(told(second, held[0]))
+        events = asyncio.create_task(events_of(second, held[0]))
         while {(await first.of("me", job)).state.value for job in held} != {"running"}:
             await asyncio.sleep(0.02)
         # the store shows a job as running slightly before its server starts the attempt
@@ -42,7 +42,7 @@ async def test_no_job_is_claimed_twice_by_concurrent_servers(shared: str) -> Non
         for job in jobs:
             record = await first.wait(job, HANG_S)
             assert (record.outcome is not None, record.attempts) == (True, 1)
-            types = [event.type for event in await told(second, job)]
+            types = [event.type for event in await events_of(second, job)]
             assert types.count("end") == 1
 
 
@@ -56,5 +56,5 @@ async def test_exactly_one_job_on_any_server_is_preempted_for_another_owner_s(sh
         (tmp_path / "go").touch()
         for job in long:
             assert (await second.wait(job, HANG_S)).attempts == 1
-        begun = [sum(event.type == "state" for event in await told(third, job)) for job in long]
+        begun = [sum(event.type == "state" for event in await events_of(third, job)) for job in long]
         assert sorted(begun) == [2, 2, 4]

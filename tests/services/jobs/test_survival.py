@@ -12,7 +12,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from job_setup import SLOW, begun, ended, open_jobs, planned, plans_of, request, submit, told
+from job_setup import SLOW, ended, events_of, open_jobs, planned, plans_of, request, start_waiting_job, submit
 from misbehaving_tasks import Dies, Escapes, pid_in
 from process_tree import below_launcher, is_alive, no_job_runs
 from situations import one_room
@@ -79,7 +79,7 @@ def all_end_well(folder: Path, acknowledged: list[str]) -> None:
             for job in acknowledged:
                 done = await ended(jobs, job)
                 assert done.outcome in (JobOutcome.OPTIMAL, JobOutcome.SATISFICING), done
-                events = await told(jobs, job)
+                events = await events_of(jobs, job)
                 assert [event.seq for event in events] == list(range(1, len(events) + 1))
                 assert [event.type for event in events].count(JobEventType.END) == 1
                 assert events[-1].type is JobEventType.END
@@ -131,14 +131,14 @@ async def test_a_running_job_continues_from_its_best_plan_after_the_server_was_k
         first, second = await plans_of(jobs, job)
         assert first.makespan_ms > second.makespan_ms
         assert all(check(one_room(), record.plan).valid for record in (first, second))
-        types = [event.type for event in await told(jobs, job)]
+        types = [event.type for event in await events_of(jobs, job)]
         assert types == ["state", "state", "plan", "state", "state", "plan", "end"]
 
 
 @pytest.mark.parametrize("above", [0, 1, 2], ids=["worker", "supervisor", "launcher"])
 async def test_a_job_survives_the_kill_of_its_processes(tmp_path: Path, above: int) -> None:
     async with open_jobs(tmp_path) as jobs:
-        job, first = await begun(jobs, tmp_path)
+        job, first = await start_waiting_job(jobs, tmp_path)
         worker = psutil.Process(next(p.pid for p in below_launcher() if not p.children()))
         [worker, *worker.parents()][above].kill()
         second = await pid_in(tmp_path)
@@ -166,7 +166,7 @@ async def test_stopping_ends_streams_and_processes_soon_and_jobs_continue_at_the
         waiting = await submit(jobs)
         await planned(jobs, slow)
         await pid_in(tmp_path)
-        streams = [asyncio.create_task(told(jobs, job)) for job in (slow, hostile, waiting) for _ in range(20)]
+        streams = [asyncio.create_task(events_of(jobs, job)) for job in (slow, hostile, waiting) for _ in range(20)]
         await asyncio.sleep(0.05)
         await jobs.stop()
         await asyncio.gather(*streams)

@@ -66,7 +66,7 @@ class HttpDriver(Driver):
         self.unsent = None
 
 
-async def begun(service: Service) -> MissionRecord:
+async def start_mission(service: Service) -> MissionRecord:
     made = await service.http.post("/v1/missions", json=body())
     return await found(service, made.json()["id"])
 
@@ -83,7 +83,7 @@ async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_missi
     driver = HttpDriver(team())
     async with serving(tmp_path) as service:
         driver.http = service.http
-        record = await begun(service)
+        record = await start_mission(service)
         path = f"/v1/missions/{record.id}"
         assert not await driver.drive(service.missions, record, 5)
         before = (await service.http.get(path)).json(), (await service.http.get(f"{path}/map")).json()
@@ -114,7 +114,7 @@ async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_missi
 async def test_the_log_is_the_same_whichever_commit_fails(tmp_path: Path, commit: int) -> None:
     async with serving(tmp_path) as service:
         driver = HttpDriver(team(), http=service.http)
-        record = await begun(service)
+        record = await start_mission(service)
         assert not await driver.drive(service.missions, record, 5)
         points = failpoints.arm(f"before_commit=disk_full@{commit}")
         assert await driver.drive(service.missions, record)

@@ -34,7 +34,7 @@ def brief(document: dict[str, Any]) -> MissionBrief:
     return found
 
 
-async def begun(missions: Missions, document: dict[str, Any], owner: str = "me") -> MissionRecord:
+async def start_simulation(missions: Missions, document: dict[str, Any], owner: str = "me") -> MissionRecord:
     record, _ = await missions.create(brief(document), b"same", owner=owner)
     return record
 
@@ -47,7 +47,7 @@ async def reported(missions: Missions, mission: str, n: int) -> MissionRecord:
     raise AssertionError("it ended before")
 
 
-async def over(missions: Missions, mission: str) -> MissionRecord:
+async def wait_until_over(missions: Missions, mission: str) -> MissionRecord:
     async for _ in followed(missions, mission):
         pass
     record = await missions.of("me", mission)
@@ -57,39 +57,39 @@ async def over(missions: Missions, mission: str) -> MissionRecord:
 
 async def test_the_log_equals_that_of_a_mission_in_one_process_even_after_kills(place: str) -> None:
     async with open_missions(place) as missions:
-        record = await begun(missions, LOBBY)
+        record = await start_simulation(missions, LOBBY)
         for n in (3, 9, 20, 31):
             await reported(missions, record.id, n)
             for process in await asyncio.to_thread(below_launcher):
                 with contextlib.suppress(psutil.NoSuchProcess):
                     process.kill()
-        assert (await over(missions, record.id)).status == "complete"
+        assert (await wait_until_over(missions, record.id)).status == "complete"
         assert await missions.log(record) == reference_log("lobby")
 
 
 async def test_the_log_is_the_same_after_a_restart_of_the_service(place: str) -> None:
     async with open_missions(place) as missions:
-        record = await begun(missions, LOBBY)
+        record = await start_simulation(missions, LOBBY)
         await reported(missions, record.id, 7)
         mission = record.id
     async with open_missions(place) as missions:
-        assert await missions.log(await over(missions, mission)) == reference_log("lobby")
+        assert await missions.log(await wait_until_over(missions, mission)) == reference_log("lobby")
 
 
 async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: PostgresServer) -> None:
     shared = postgres.database()
     async with open_missions(shared) as second:
         async with open_missions(shared) as first:
-            record = await begun(first, LOBBY)
+            record = await start_simulation(first, LOBBY)
             await reported(second, record.id, 7)
-        ended = await over(second, record.id)
+        ended = await wait_until_over(second, record.id)
         assert ended.term == 2
         assert await second.log(ended) == reference_log("lobby")
 
 
 async def test_robots_stop_during_a_pause_and_then_continue(place: str) -> None:
     async with open_missions(place) as missions:
-        record = await begun(missions, {**LOBBY, "speed": 20})
+        record = await start_simulation(missions, {**LOBBY, "speed": 20})
         await reported(missions, record.id, 5)
         await missions.control(record, Control.PAUSE)
         resting = await _resting(missions, record.id)
@@ -97,7 +97,7 @@ async def test_robots_stop_during_a_pause_and_then_continue(place: str) -> None:
         await missions.control(record, Control.RESUME)
         await reported(missions, record.id, resting.n + 3)
         await missions.control(record, Control.CANCEL)
-        assert (await over(missions, record.id)).status == "cancelled"
+        assert (await wait_until_over(missions, record.id)).status == "cancelled"
 
 
 async def _resting(missions: Missions, mission: str) -> MissionRecord:
@@ -113,10 +113,10 @@ async def _resting(missions: Missions, mission: str) -> MissionRecord:
 
 async def test_a_cancelled_mission_gets_no_more_reports(place: str) -> None:
     async with open_missions(place) as missions:
-        record = await begun(missions, SLOW)
+        record = await start_simulation(missions, SLOW)
         await reported(missions, record.id, 2)
         await missions.control(record, Control.CANCEL)
-        ended = await over(missions, record.id)
+        ended = await wait_until_over(missions, record.id)
         assert ended.status == "cancelled"
         await asyncio.sleep(0.3)
         assert await missions.of("me", record.id) == ended
@@ -124,27 +124,27 @@ async def test_a_cancelled_mission_gets_no_more_reports(place: str) -> None:
 
 async def test_others_can_not_report_for_simulated_robots(place: str) -> None:
     async with open_missions(place) as missions:
-        record = await begun(missions, SLOW)
+        record = await start_simulation(missions, SLOW)
         with pytest.raises(ReportConflict, match="the service simulates the robots"):
             await missions.reports(record, [(MissionReport(n=1, t_ms=0), b"mine")])
 
 
 async def test_no_more_missions_are_simulated_at_a_time_than_allowed(place: str) -> None:
     async with open_missions(place, simulations=1) as missions:
-        first = await begun(missions, SLOW)
+        first = await start_simulation(missions, SLOW)
         with pytest.raises(TooMany, match="the limit of 1 simulated missions"):
-            await begun(missions, SLOW)
+            await start_simulation(missions, SLOW)
         await missions.control(first, Control.CANCEL)
-        await over(missions, first.id)
-        await begun(missions, SLOW)
+        await wait_until_over(missions, first.id)
+        await start_simulation(missions, SLOW)
 
 
 async def test_a_key_without_a_simulated_mission_always_gets_one(place: str) -> None:
     async with open_missions(place, simulations=1) as missions:
-        await begun(missions, SLOW)
-        await begun(missions, SLOW, owner="you")
+        await start_simulation(missions, SLOW)
+        await start_simulation(missions, SLOW, owner="you")
         with pytest.raises(TooMany, match="the limit of 1 simulated missions"):
-            await begun(missions, SLOW, owner="you")
+            await start_simulation(missions, SLOW, owner="you")
 
 
 def test_the_speed_is_kept_and_delays_are_not_caught_up() -> None:

@@ -17,12 +17,12 @@ from marsupial_service.schemas.enums import EventType
 TRUTH = builtin_scenario("lobby").grid.solid().cells
 
 
-def told(turn: MissionBatch, kind: EventType) -> list[dict[str, Any]]:
+def events_of_kind(turn: MissionBatch, kind: EventType) -> list[dict[str, Any]]:
     return [json.loads(event.data) for event in turn.events if event.type is kind]
 
 
 def until(turn: MissionBatch) -> int:
-    (commands,) = told(turn, EventType.COMMANDS)
+    (commands,) = events_of_kind(turn, EventType.COMMANDS)
     return int(commands["until_ms"])
 
 
@@ -49,7 +49,7 @@ def test_a_mission_without_known_cells_waits_for_its_first_map() -> None:
     with Hosted(brief("lobby")) as hosted:
         hosted.batch(PendingInput(input=None))
         turn = reported(hosted, 1, 0)
-        (state,) = told(turn, EventType.STATE)
+        (state,) = events_of_kind(turn, EventType.STATE)
         assert state["state"] == "waiting"
         assert "the cell is unknown" in state["reason"]
         for n in range(2, 8):
@@ -57,10 +57,10 @@ def test_a_mission_without_known_cells_waits_for_its_first_map() -> None:
             assert until(turn) > 0
             turn = reported(hosted, n, 100_000 * n)
         turn = reported(hosted, 8, 800_000, map=around_the_team())
-        assert [state["state"] for state in told(turn, EventType.STATE)] == ["running"]
-        plans = [line for line in told(turn, EventType.LOG) if line["event"] == "plan"]
+        assert [state["state"] for state in events_of_kind(turn, EventType.STATE)] == ["running"]
+        plans = [line for line in events_of_kind(turn, EventType.LOG) if line["event"] == "plan"]
         assert plans[0]["trigger"] == "start"
-        assert told(turn, EventType.COMMANDS)[0]["commands"]
+        assert events_of_kind(turn, EventType.COMMANDS)[0]["commands"]
 
 
 def test_robots_that_the_map_shows_inside_obstacles_do_not_complete_a_mission() -> None:
@@ -68,9 +68,9 @@ def test_robots_that_the_map_shows_inside_obstacles_do_not_complete_a_mission() 
         hosted.batch(PendingInput(input=None))
         turn = reported(hosted, 1, 0, map=walled())
         assert not turn.over
-        assert "the cell is obstacle" in told(turn, EventType.STATE)[0]["reason"]
+        assert "the cell is obstacle" in events_of_kind(turn, EventType.STATE)[0]["reason"]
         turn = reported(hosted, 2, 10, map=around_the_team())
-        assert told(turn, EventType.COMMANDS)[0]["commands"]
+        assert events_of_kind(turn, EventType.COMMANDS)[0]["commands"]
         turn = reported(hosted, 3, 20, map=walled())
         assert not turn.over
 
@@ -79,12 +79,12 @@ def test_a_mission_that_has_begun_waits_a_minute_for_a_map_on_which_its_robots_c
     with Hosted(brief("lobby")) as hosted:
         hosted.batch(PendingInput(input=None))
         turn = reported(hosted, 1, 0, map=around_the_team())
-        given = [command["id"] for command in told(turn, EventType.COMMANDS)[0]["commands"]]
+        given = [command["id"] for command in events_of_kind(turn, EventType.COMMANDS)[0]["commands"]]
         turn = reported(hosted, 2, 10, map=walled(), finished=tuple(given))
         assert not turn.over
         assert until(turn) == 60_010
         turn = reported(hosted, 3, 60_010)
-        (end,) = told(turn, EventType.END)
+        (end,) = events_of_kind(turn, EventType.END)
         assert end["status"] == "stalled"
         assert "can't stand" in end["reason"]
 

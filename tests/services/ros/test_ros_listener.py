@@ -166,7 +166,7 @@ def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) ->
 
 def test_a_clock_message_without_a_number_is_ignored(tmp_path: Path) -> None:
     path = tmp_path / "fleet.yaml"
-    bench = ListenerBench(tmp_path)
+    bench = FleetBench(tmp_path)
     path.write_text(path.read_text() + "clock: /clock\n")
     clock, said = Clock(simulated=True), []
     tracker = MapTracker(TERRAINS, FilterMasks(), 0.25, 0.65)

@@ -14,7 +14,7 @@ from marsupial.strategies.clairvoyant import CLAIRVOYANT
 LONG = ("#################", "#...............#", "#################")
 
 
-def flown(scenario: Scenario, seed: int = 1) -> tuple[MissionEnded, Watcher]:
+def explore(scenario: Scenario, seed: int = 1) -> tuple[MissionEnded, Watcher]:
     ended, watcher = watched(scenario, CLAIRVOYANT, seed)
     assert watcher.faults == []
     return ended, watcher
@@ -34,31 +34,31 @@ def flown(scenario: Scenario, seed: int = 1) -> tuple[MissionEnded, Watcher]:
 def test_halls_are_explored_in_the_time_it_takes_at_least(
     lines: tuple[str, ...], starts: list[tuple[int, int]], seconds: int
 ) -> None:
-    ended, _ = flown(drawn_scenario(*lines, team=team_at(*starts)))
+    ended, _ = explore(drawn_scenario(*lines, team=team_at(*starts)))
     assert (ended.status, ended.exploration_ms) == (Status.COMPLETE, 1000 * seconds)
 
 
 @pytest.mark.parametrize(("start", "seconds"), [(4, 17), (1, 20)])
 def test_a_rover_is_set_down_at_the_door_and_looks_at_the_near_end_first(start: int, seconds: int) -> None:
     # 5 s to set it down, 4 s to (3, 1), from where it sees the west end, 8 s to (7, 1)
-    ended, _ = flown(drawn_scenario(*ANNEX, team=team_at((start, 3), rovers=1)))
+    ended, _ = explore(drawn_scenario(*ANNEX, team=team_at((start, 3), rovers=1)))
     assert (ended.status, ended.exploration_ms) == (Status.COMPLETE, 1000 * seconds)
     assert (ended.deployments, ended.retrievals, len(ended.aboard)) == (1, 1, 1)
 
 
 def test_two_rovers_share_what_is_behind_the_door() -> None:
     # the first is on the ground after 5 s and at (7, 1) 8 s later, the second after 10 s and at (3, 1) 4 s later
-    ended, _ = flown(drawn_scenario(*ANNEX, team=team_at((4, 3), rovers=2)))
+    ended, _ = explore(drawn_scenario(*ANNEX, team=team_at((4, 3), rovers=2)))
     assert (ended.exploration_ms, ended.deployments) == (14_000, 2)
 
 
 def test_without_recovery_the_mission_ends_when_all_is_seen() -> None:
-    ended, _ = flown(drawn_scenario(*ANNEX, team=team_at((4, 3), rovers=1), goal=Goal(recover_rovers=False)))
+    ended, _ = explore(drawn_scenario(*ANNEX, team=team_at((4, 3), rovers=1), goal=Goal(recover_rovers=False)))
     assert (ended.status, ended.exploration_ms, ended.t_ms, ended.retrievals) == (Status.COMPLETE, 17_000, 17_000, 0)
 
 
 def test_the_team_comes_home_if_asked_to() -> None:
-    ended, watcher = flown(
+    ended, watcher = explore(
         drawn_scenario(*ANNEX, team=team_at((1, 3), rovers=1), goal=Goal(recover_rovers=True, return_home=True))
     )
     assert (ended.status, len(ended.aboard)) == (Status.COMPLETE, 1)
@@ -66,13 +66,13 @@ def test_the_team_comes_home_if_asked_to() -> None:
 
 
 def test_unreachable_cells_are_left_out() -> None:
-    ended, _ = flown(drawn_scenario("########", "#...#..#", "########", team=team_at((1, 1))))
+    ended, _ = explore(drawn_scenario("########", "#...#..#", "########", team=team_at((1, 1))))
     assert (ended.status, ended.coverage, ended.reachable_area_m2) == (Status.COMPLETE, 1.0, 3.0)
 
 
 def test_a_time_limit_ends_the_mission_with_what_is_known_by_then() -> None:
     scenario = replace(drawn_scenario(*LONG, team=team_at((1, 1))), limits=MissionLimits(time_ms=5000))
-    ended = flown(scenario)[0]
+    ended = explore(scenario)[0]
     assert (ended.status, ended.t_ms, ended.exploration_ms) == (Status.TIME_LIMIT, 5000, None)
     assert ended.coverage == pytest.approx(9 / 15)
 
@@ -88,7 +88,7 @@ def test_a_cancelled_mission_says_so() -> None:
 @pytest.mark.parametrize("name", ["lobby", "rooms"])
 def test_all_that_is_reachable_is_seen_on_built_in_maps_and_sooner_than_by_a_strategy(name: str) -> None:
     scenario = builtin_scenario(name)
-    ended, _ = flown(scenario, seed=5)
+    ended, _ = explore(scenario, seed=5)
     assert (ended.status, ended.coverage, ended.plans_invalid, len(ended.aboard)) == (Status.COMPLETE, 1.0, 0, 4)
     baseline = simulate(scenario, strategy="heuristic", planner="none", budget=STEP, seed=5)
     assert ended.exploration_ms is not None
@@ -113,4 +113,4 @@ def test_a_rover_can_go_back_to_where_it_was_set_down() -> None:
         drawn_scenario(".,,..,", ".,.#.#", ".,..,#", "......", team=team_at((0, 0), (4, 3), rovers=2)),
         robot_types=tuple(kinds_of(capacity=2, carrier_range_m=0.5, rover_range_m=0.5).values()),
     )
-    assert flown(scenario)[0].status is Status.COMPLETE
+    assert explore(scenario)[0].status is Status.COMPLETE

@@ -24,7 +24,7 @@ def ground() -> Ground:
 
 
 @pytest.fixture(scope="module")
-def begun(ground: Ground) -> Outline:
+def redundant_outline(ground: Ground) -> Outline:
     """Return an outline with many more stops than it needs."""
     stops = tuple(cover(ground, {"carrier": 1.0, "rover": 1.0}, 0.3, np.random.default_rng(1)))
     outline = Outline(ground=ground, stops=stops, meetings=doors(ground, stops))
@@ -48,35 +48,35 @@ def test_the_view_from_a_cell_equals_the_cells_revealed_there(ground: Ground) ->
         assert ground.view("carrier", cell).bit_count() == np.count_nonzero(known & reachable)
 
 
-def test_a_cover_sees_all_wanted_cells_from_its_stops(ground: Ground, begun: Outline) -> None:
+def test_a_cover_sees_all_wanted_cells_from_its_stops(ground: Ground, redundant_outline: Outline) -> None:
     seen = 0
-    for stop in begun.stops:
+    for stop in redundant_outline.stops:
         kind, cell = next(iter(stop.viewpoints.items()))
         seen |= ground.view(kind, cell)
     assert not ground.wanted & ~seen
-    assert begun.missed == 0
+    assert redundant_outline.missed == 0
 
 
-def test_shortening_sees_as_much_with_less_driving(begun: Outline) -> None:
-    short = shortened(begun)
+def test_shortening_sees_as_much_with_less_driving(redundant_outline: Outline) -> None:
+    short = shortened(redundant_outline)
     assert short.missed == 0
-    assert len(short.stops) < len(begun.stops)
-    assert driving_ms(short) < driving_ms(begun)
+    assert len(short.stops) < len(redundant_outline.stops)
+    assert driving_ms(short) < driving_ms(redundant_outline)
     assert check(short.situation, short.plan).valid
 
 
-def test_repairing_sees_all_again(begun: Outline) -> None:
-    broken = begun.without(stop.name for stop in begun.stops[::2])
-    mended = repaired(broken, np.random.default_rng(1), begun.complete_ms)
+def test_repairing_sees_all_again(redundant_outline: Outline) -> None:
+    broken = redundant_outline.without(stop.name for stop in redundant_outline.stops[::2])
+    mended = repaired(broken, np.random.default_rng(1), redundant_outline.complete_ms)
     assert broken.missed
     assert mended.missed == 0
     assert check(mended.situation, mended.plan).valid
 
 
-def test_annealing_keeps_the_stops_and_gets_no_later(begun: Outline) -> None:
-    better = annealed(begun, 20, 0)
-    assert better.plan.explored == begun.plan.explored
-    assert better.plan.makespan_ms <= begun.plan.makespan_ms
+def test_annealing_keeps_the_stops_and_gets_no_later(redundant_outline: Outline) -> None:
+    better = annealed(redundant_outline, 20, 0)
+    assert better.plan.explored == redundant_outline.plan.explored
+    assert better.plan.makespan_ms <= redundant_outline.plan.makespan_ms
 
 
 def test_more_rounds_are_never_worse(ground: Ground) -> None:

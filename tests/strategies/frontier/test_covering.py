@@ -1,5 +1,5 @@
 import pytest
-from small_missions import carrier_at, drawn_grid, fly, kinds_of
+from small_missions import carrier_at, drawn_grid, kinds_of, run
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import Summary
@@ -38,7 +38,7 @@ def test_ways_that_are_not_improved_at_all_still_see_everything(effort: str) -> 
 def test_robots_that_see_one_cell_far_explore_two_areas_with_a_wall_between(name: str) -> None:
     grid = drawn_grid("#######", "#...#.#", "#...#.#", "#######")
     leader = strategy(name, planner="anytime", budget=Budget(steps=1))
-    ended, _ = fly(grid, [carrier_at(1, 1, 1), carrier_at(5, 1, 2)], leader, kinds=kinds_of(carrier_range_m=1.1))
+    ended, _ = run(grid, [carrier_at(1, 1, 1), carrier_at(5, 1, 2)], leader, kinds=kinds_of(carrier_range_m=1.1))
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
 
 

@@ -16,7 +16,7 @@ from marsupial.strategies.frontier.rule import with_parameters
 from marsupial.strategies.registry import check_suits, is_strategy, strategy
 
 
-def flown(name: str, seed: int = 1) -> list[Planned]:
+def explore(name: str, seed: int = 1) -> list[Planned]:
     watcher = Recorder()
     scenario = cell_world("cells", 9, 9, 4, 2)
     ended = simulate(scenario, strategy=name, planner="none", budget=Budget(steps=1), seed=seed, observer=watcher)
@@ -25,12 +25,12 @@ def flown(name: str, seed: int = 1) -> list[Planned]:
 
 
 def test_robots_that_decide_at_every_cell_never_drive_further_than_one() -> None:
-    made = flown("bidding")
+    made = explore("bidding")
     assert {action.duration_ms for plan in made for action in plan.actions} == {1000}
 
 
 def test_others_drive_on_until_they_arrive_or_their_cell_has_been_seen_through() -> None:
-    made = flown("closest-frontier")
+    made = explore("closest-frontier")
     assert max(action.duration_ms for plan in made for action in plan.actions) > 1000
     causes = {trigger.cause for plan in made for trigger in plan.trigger}
     assert causes <= {Cause.START, Cause.ROBOT_FREE, Cause.GONE, Cause.CARRIED_OUT, Cause.EXPLORED}
@@ -82,6 +82,6 @@ def test_parameters_that_make_no_sense_are_refused(text: str) -> None:
 
 
 def test_starts_decide_what_is_drawn_by_lot() -> None:
-    first, second, other = (flown("bidding", seed) for seed in (1, 1, 2))
+    first, second, other = (explore("bidding", seed) for seed in (1, 1, 2))
     assert first == second
     assert not np.array_equal(first[0].actions, other[0].actions)
