@@ -27,10 +27,7 @@ def wait_until(found: Callable[[], T], waits_for: object = "") -> T:
 
 
 def doubling_budgets(seconds: float) -> Iterator[float]:
-    """Yield budgets, each twice the previous one, since work takes longer on a loaded machine.
-
-    The caller breaks the loop once a budget suffices. Raises WaitTimeout.
-    """
+    """Yield budgets, each twice the previous one, until the caller breaks the loop. Raises WaitTimeout."""
     while seconds < HANG_S:
         yield seconds
         seconds *= 2

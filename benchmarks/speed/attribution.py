@@ -75,10 +75,10 @@ class Profile:
     def shares(self, plain_s: float) -> Shares:
         """Return the share of each part in a job that takes `plain_s` without the profiler."""
         whole_s = sum(each[2] for each in self._stats.values())
-        toll_s = max(0.0, whole_s - plain_s) / max(1, sum(each[1] for each in self._stats.values()))
+        overhead_s = max(0.0, whole_s - plain_s) / max(1, sum(each[1] for each in self._stats.values()))
         sums = {part: 0.0 for part in (*self._parts.values(), REST) if part != CALLERS}
         for function, (_, times, profiled_s, _, callers) in self._stats.items():
-            own_s = max(0.0, profiled_s - times * toll_s)
+            own_s = max(0.0, profiled_s - times * overhead_s)
             part = self._part(function)
             own = {part: 1.0} if part is not None else self._among(callers, frozenset({function}), own=True)
             for name, share in (own or {REST: 1.0}).items():
