@@ -89,7 +89,7 @@ class FaultyWorld(SimulatedWorld):
     def _change(self) -> tuple[tuple[str, Any], ...]:
         """Turn some known floor far from all robots into obstacles, reported as found by a robot that acts."""
         at = [robot for robot in self.robots() if robot.cell is not None and not robot.lost]
-        far = self._grid.cells == FLOOR
+        far = self.grid.cells == FLOOR
         for robot in self._robots.values():
             for cell in [robot.cell, *robot.route]:
                 if cell is not None:
