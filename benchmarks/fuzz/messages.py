@@ -18,6 +18,7 @@ from benchmarks.fuzz.files import MOST_CELLS, stored
 from marsupial.errors import UsageError
 from marsupial_client import Client, Mission, blocking_session
 from marsupial_client.http import address
+from marsupial_ros.fleet import RobotFleet
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.ros_listener import Clock, RosListener
@@ -165,7 +166,9 @@ def rosbridge(data: bytes, *, packed: bool) -> None:
     """Read messages as rosbridge sends them: texts, one a line, or one in CBOR after a first map."""
     known, said, frames = _ros_settings(), list[str](), {"/tf": Frames()}
     tracker = MapTracker(known.terrains, known.map.masks, known.map.free_thresh, known.map.occupied_thresh)
-    line = Rosbridge("ws://host", [], RosListener(known, frames, tracker, Clock(simulated=True), said.append))
+    line = Rosbridge("ws://host", [])
+    fleet = RobotFleet(known, frames, tracker, line, said.append)
+    line._listener = RosListener(known, frames, tracker, Clock(simulated=True), fleet, said.append)
     for one in [messages(packed=True)[0], data] if packed else data.splitlines():
         with suppress(UnicodeDecodeError):
             line._take(one if packed else one.decode())

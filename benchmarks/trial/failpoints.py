@@ -62,7 +62,7 @@ def arm(text: str) -> Failpoints:
             points.reach(BEFORE_COMMIT)
         points.reach(AFTER_COMMIT)
 
-    Transaction.committed = committed  # type: ignore[method-assign]
+    Transaction.committed = committed  # type: ignore[method-assign, assignment]
     return points
 
 
