@@ -40,9 +40,9 @@ types: $(STAMP)
 contract: $(STAMP)
 	$(BIN)/lint-imports
 
-# The OpenAPI document and what follows from it in the client; services/generate.py says which files.
+# The OpenAPI document and what follows from it in the client; generate_api.py says which files.
 generated: $(STAMP)
-	$(BIN)/python services/generate.py
+	$(BIN)/python generate_api.py
 
 # The site, in site/docs/index.html; `drawings` are the pictures in it.
 docs: $(STAMP)

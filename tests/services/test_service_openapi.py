@@ -4,10 +4,10 @@ import httpx
 import pytest
 from service_requests import serve
 
+import generate_api as generate
 from marsupial_service.app import create_app
 from marsupial_service.http.openapi import stored_text
 from marsupial_service.settings import ServiceSettings
-from services import generate
 
 
 def test_the_document_kept_is_the_one_served_where_keys_are_needed() -> None:

@@ -1,6 +1,6 @@
 """The OpenAPI document: which errors each route can answer with, and nothing that the models don't say.
 
-It is kept in ``openapi.json`` beside this file, written by ``services/generate.py``; a test compares the two.
+It is kept in ``openapi.json`` beside this file, written by ``generate_api.py``; a test compares the two.
 """
 
 import json

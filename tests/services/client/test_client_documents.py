@@ -7,12 +7,12 @@ import pytest
 from jsonschema import Draft202012Validator
 from servers import Server
 
+import generate_api as generate
 from marsupial_client import Client
 from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS
 from marsupial_service.http.openapi import stored_text
 from marsupial_service.schemas import events
 from marsupial_service.schemas.enums import EventType, JobEventType
-from services import generate
 
 
 @pytest.mark.parametrize("file", ["blocking_client.py", "blocking_session.py", "documents.py", "mission_documents.py"])
